@@ -1,0 +1,1 @@
+"""seoro runs OpenSCENARIO DSL scenarios against simulated and real robots."""

@@ -1,0 +1,70 @@
+"""Exceptions, named by whose fault they are.
+
+SeoroError
+|-- InvalidScenario   the scenario's text: has diagnostics, prints them with carets
+|-- InvalidUse        the caller: an option, a name, a combination that cannot work
+|-- ActionFailed      the system under test: an action did not reach what it was asked for
+|-- ActionFault       an action's own code: it raised something else
+`-- BackendError      a simulator or a robot's bridge
+    |-- BackendRefused    it said no to a request, with a reason
+    `-- BackendLost       it is gone, or does not answer any more
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from seoro.lang.diagnostic import Diagnostic
+
+
+class SeoroError(Exception):
+    """Base of all exceptions of seoro."""
+
+
+class InvalidScenario(SeoroError):
+    """The scenario's text has errors; `diagnostics` says which and where."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        super().__init__(f"{len(diagnostics)} diagnostics")
+        self.diagnostics = tuple(diagnostics)
+
+    def __str__(self) -> str:
+        from seoro.lang.render import render_text  # noqa: PLC0415 - only needed when it is printed
+
+        return "\n\n".join(render_text(diagnostic) for diagnostic in self.diagnostics)
+
+
+class InvalidUse(SeoroError):
+    """What the caller asked for cannot be done; the message says what would work."""
+
+
+class ActionFailed(SeoroError):
+    """An action did not reach what it was asked for. Raised by actions; the scenario goes on from there."""
+
+
+class ActionFault(SeoroError):
+    """An action's code raised an exception that is no `ActionFailed`: a fault of the test, not of the robot."""
+
+
+class BackendError(SeoroError):
+    """A simulator or a robot's bridge did not do its part."""
+
+
+class BackendRefused(BackendError):
+    """A backend said no.
+
+    Args:
+        message: Its reason, for people.
+        code: Its result code (`simulation_interfaces`).
+    """
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class BackendLost(BackendError):
+    """A backend is gone, or does not answer any more."""

@@ -1,0 +1,489 @@
+"""The plan: what the runtime executes.
+
+It is the only bridge between language and runtime. Everything in it is resolved: names, types, units
+(all numbers in SI base units), the bindings of arguments to parameters, where each value comes from.
+Every node is frozen and knows its place in the source text.
+
+Values, when the runtime holds them:
+
+| type                     | Python                                     |
+|--------------------------|--------------------------------------------|
+| bool, int, uint, string  | bool, int, int, str                        |
+| float and physical types | float (physical: SI base unit of the type) |
+| enumerations             | `EnumValue`                                |
+| structs                  | the runtime's instance of a `StructType`   |
+| actors                   | the runtime's instance of an `ActorType`   |
+| list of T                | tuple                                      |
+| range of T               | the runtime's `Range` (low, high)          |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from seoro.lang.source import Span
+
+# ---------------------------------------------------------------- types
+
+
+@dataclass(frozen=True, slots=True)
+class PrimitiveType:
+    """`bool`, `int`, `uint`, `float` or `string`."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalType:
+    """A physical type; `unit` is its SI base unit as text, such as `m/s`, for people to read."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """An enumeration with its members in the order of declaration."""
+
+    name: str
+    members: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StructType:
+    """A struct; its fields in the order of declaration, inherited ones first."""
+
+    name: str
+    bases: tuple[str, ...]  # nearest first
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActorType:
+    """An actor; `bases` are the names of the types it inherits, nearest first."""
+
+    name: str
+    bases: tuple[str, ...]
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ListType:
+    """`list of <element>`."""
+
+    element: ValueType
+
+
+@dataclass(frozen=True, slots=True)
+class RangeType:
+    """`range of <element>`; the element is numeric."""
+
+    element: ValueType
+
+
+ValueType: TypeAlias = PrimitiveType | PhysicalType | EnumType | StructType | ActorType | ListType | RangeType
+
+
+@dataclass(frozen=True, slots=True)
+class EnumValue:
+    """A member of an enumeration; members with one number are the same value (7.3.3)."""
+
+    type_name: str
+    member: str
+    number: int
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EnumValue):
+            return NotImplemented
+        return (self.type_name, self.number) == (other.type_name, other.number)
+
+    def __hash__(self) -> int:
+        return hash((self.type_name, self.number))
+
+
+# ---------------------------------------------------------------- expressions
+
+
+class Number(Enum):
+    """In which arithmetic an operator works (7.4.2.3.1); physical values are floats."""
+
+    INT = "int"
+    UINT = "uint"
+    FLOAT = "float"
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A constant: bool, int, float (SI), string or `EnumValue`."""
+
+    value: bool | int | float | str | EnumValue
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of the instance in whose scope the expression stands (scenario, action, struct)."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """A name bound where the expression stands: `actor`, or the event object of an `as` clause."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """`<base>.<name>`: a field of a struct, an actor or an event object."""
+
+    base: Expression
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Negate:
+    """Unary minus."""
+
+    operand: Expression
+    number: Number
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """`+ - * / %` of two numbers."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    number: Number
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Concatenate:
+    """`+` of two strings."""
+
+    left: Expression
+    right: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """`== != < <= > >=`."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Contains:
+    """`<item> in <container>`, a list or a range."""
+
+    item: Expression
+    container: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """`not <operand>`."""
+
+    operand: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Logic:
+    """`and`, `or`, `=>`, all short-circuiting (7.4.2.2)."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Conditional:
+    """`<condition> ? <then> : <otherwise>`."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ListOf:
+    """`[a, b]`, or the empty default of a list field."""
+
+    items: tuple[Expression, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class RangeOf:
+    """`[low..high]` or `range(low, high)`."""
+
+    low: Expression
+    high: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`<items>[<position>]`."""
+
+    items: Expression
+    position: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Convert:
+    """A number converted to `float`, where the language does so implicitly (7.4.2.6)."""
+
+    operand: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Construct:
+    """A struct value, or an actor that comes into being with the field that holds it.
+
+    `fields` has every field of the type, in the order of the type; a default refers by `Field` to the
+    fields before it of the value that is constructed.
+    """
+
+    type: StructType | ActorType
+    arguments: tuple[tuple[str, Expression], ...]  # evaluated in the scope around
+    defaults: tuple[tuple[str, Expression], ...]  # evaluated in the scope of the new value
+    span: Span
+
+
+Expression: TypeAlias = (
+    Literal
+    | Field
+    | Binding
+    | Member
+    | Negate
+    | Arithmetic
+    | Concatenate
+    | Compare
+    | Contains
+    | Not
+    | Logic
+    | Conditional
+    | ListOf
+    | RangeOf
+    | Index
+    | Convert
+    | Construct
+)
+
+# ---------------------------------------------------------------- events
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredEvent:
+    """An event of the scenario in which the expression stands."""
+
+    name: str
+    span: Span
+
+
+class Phase(Enum):
+    """The predefined events (7.3.10.3)."""
+
+    START = "start"
+    END = "end"
+    FAIL = "fail"
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseEvent:
+    """`start`, `end` or `fail`: of a labelled member, or of the enclosing scenario without a label."""
+
+    label: str | None
+    phase: Phase
+    span: Span
+
+
+EventReference: TypeAlias = DeclaredEvent | PhaseEvent
+
+
+@dataclass(frozen=True, slots=True)
+class Elapsed:
+    """`elapsed(<duration>)`; the duration is in seconds, or a range from which one is drawn."""
+
+    duration: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class OnEvent:
+    """`@<event> [as <name>] [if <condition>]`."""
+
+    event: EventReference
+    name: str | None
+    condition: Expression | None
+    span: Span
+
+
+EventSpecification: TypeAlias = OnEvent | Elapsed
+
+# ---------------------------------------------------------------- behaviors
+
+
+@dataclass(frozen=True, slots=True)
+class Serial:
+    """Members one after another (7.3.13.1)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel:
+    """Members that start together; it ends when all have ended (7.3.13.2, overlap: start)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """Exactly one of the members (7.3.13.3)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """`wait <event specification>`."""
+
+    label: str | None
+    event: EventSpecification
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Emit:
+    """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it."""
+
+    label: str | None
+    event: EventReference
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class InvokeAction:
+    """An action, carried out by Python.
+
+    `arguments` has a value for every parameter of the declaration, defaults included, in its order.
+    """
+
+    label: str | None
+    action: str  # qualified by its actor type: `differential_drive_robot.nav_to_pose`
+    actor: Expression | None
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class InvokeScenario:
+    """Another scenario, by its name in `Plan.scenarios`; arguments as for actions."""
+
+    label: str | None
+    scenario: str
+    actor: Expression | None
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | InvokeAction | InvokeScenario
+
+# ---------------------------------------------------------------- declarations
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a scenario; without a value it has to be given by each invocation."""
+
+    name: str
+    type: ValueType
+    value: Expression | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event of a scenario, with the names of its parameters."""
+
+    name: str
+    parameters: tuple[str, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A scenario with everything it inherits."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    events: tuple[Event, ...]
+    body: Behavior | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ActionParameter:
+    """A parameter of an action's declaration."""
+
+    name: str
+    type: ValueType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """The declaration of an action; `library` is what was imported to get it, such as `osc.nav2`."""
+
+    name: str
+    actor: ActorType | None
+    parameters: tuple[ActionParameter, ...]
+    library: str | None
+    span: Span
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scenario with all it reaches, ready to run.
+
+    Args:
+        entry: The scenario to run, a key of `scenarios`.
+        scenarios: The entry scenario and every scenario that can be invoked from it.
+        actions: Every action that can be invoked.
+        file: The entry file, as the user named it.
+    """
+
+    entry: str
+    scenarios: Mapping[str, Scenario]
+    actions: Mapping[str, Action]
+    file: str
