@@ -1,1 +1,59 @@
-"""seoro runs OpenSCENARIO DSL scenarios against simulated and real robots."""
+"""seoro runs OpenSCENARIO DSL scenarios against simulated and real robots.
+
+The names below are its public interface. They are loaded when they are first used, so that `import seoro` costs
+next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from seoro.embed import Run, Scenario, Simulator, load, start
+    from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
+    from seoro.runtime.actions import action
+    from seoro.runtime.context import ActionContext
+    from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D
+    from seoro.runtime.values import Actor
+    from seoro.runtime.verdict import RunStatus, Verdict
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "ActionContext",
+    "ActionFailed",
+    "Actor",
+    "BackendError",
+    "InvalidScenario",
+    "InvalidUse",
+    "Orientation3D",
+    "Pose3D",
+    "Position3D",
+    "Run",
+    "RunStatus",
+    "Scenario",
+    "SeoroError",
+    "Simulator",
+    "Verdict",
+    "action",
+    "load",
+    "start",
+]
+
+_MODULES = {
+    "seoro.embed": ("Run", "Scenario", "Simulator", "load", "start"),
+    "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
+    "seoro.runtime.actions": ("action",),
+    "seoro.runtime.context": ("ActionContext",),
+    "seoro.runtime.contracts": ("Orientation3D", "Pose3D", "Position3D"),
+    "seoro.runtime.values": ("Actor",),
+    "seoro.runtime.verdict": ("RunStatus", "Verdict"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module 'seoro' has no attribute {name!r}")

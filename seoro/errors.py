@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from seoro.lang.diagnostic import Diagnostic
+    from seoro.lang.source import Span
 
 
 class SeoroError(Exception):
@@ -38,7 +39,18 @@ class InvalidScenario(SeoroError):
 
 
 class InvalidUse(SeoroError):
-    """What the caller asked for cannot be done; the message says what would work."""
+    """What the caller asked for cannot be done.
+
+    Args:
+        message: What is wrong.
+        span: The text of the scenario that asks for it, if any does.
+        help: What would work.
+    """
+
+    def __init__(self, message: str, span: Span | None = None, help: str = "") -> None:  # noqa: A002
+        super().__init__(message)
+        self.span = span
+        self.help = help
 
 
 class ActionFailed(SeoroError):

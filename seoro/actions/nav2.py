@@ -1,0 +1,102 @@
+"""Actions of `osc.nav2`: a robot that drives by itself.
+
+In a simulator the node's own navigation carries them out. The parameters that name topics and frames of Nav2 have
+a meaning only there; elsewhere a value other than the default is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Coroutine, Sequence
+from typing import Any
+
+from seoro.actions.reports import finish
+from seoro.actions.ros_only import refuse_unless
+from seoro.errors import ActionFailed
+from seoro.runtime.actions import action
+from seoro.runtime.context import ActionContext
+from seoro.runtime.contracts import MobileRobots, Pose3D, Reporter
+from seoro.runtime.values import Actor
+
+
+@action("differential_drive_robot.init_nav2", home=MobileRobots)
+async def init_nav2(
+    ctx: ActionContext,
+    robot: Actor,
+    initial_pose: Pose3D,
+    base_frame_id: str,
+    use_initial_pose: bool,
+    namespace_override: str,
+    wait_for_initial_pose: bool,
+    wait_for_amcl: bool,
+) -> None:
+    """Make navigation ready, and tell the robot where it is."""
+    # `wait_for_amcl` is met at once: the localisation of a simulated robot answers when it is ready.
+    refuse_unless(base_frame_id=(base_frame_id, "base_link"), namespace_override=(namespace_override, ""))
+    refuse_unless(wait_for_initial_pose=(wait_for_initial_pose, False))
+    if use_initial_pose:
+        robots, name = ctx.home(robot, MobileRobots)
+        await ctx.ask(robots.set_initial_pose(name, initial_pose))
+
+
+@action("differential_drive_robot.nav_to_pose", home=MobileRobots)
+async def nav_to_pose(
+    ctx: ActionContext,
+    robot: Actor,
+    goal_pose: Pose3D,
+    namespace_override: str,
+    action_topic: str,
+    success_on_acceptance: bool,
+) -> None:
+    """Drive to a pose."""
+    refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_to_pose"))
+    await _drive(ctx, robot, (goal_pose,), stop_at_each=False, success_on_acceptance=success_on_acceptance)
+
+
+@action("differential_drive_robot.nav_through_poses", home=MobileRobots)
+async def nav_through_poses(
+    ctx: ActionContext,
+    robot: Actor,
+    goal_poses: Sequence[Pose3D],
+    namespace_override: str,
+    action_topic: str,
+    success_on_acceptance: bool,
+) -> None:
+    """Drive through poses without stopping at each."""
+    refuse_unless(
+        namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_through_poses")
+    )
+    await _drive(ctx, robot, goal_poses, stop_at_each=False, success_on_acceptance=success_on_acceptance)
+
+
+@action("differential_drive_robot.follow_waypoints", home=MobileRobots)
+async def follow_waypoints(
+    ctx: ActionContext,
+    robot: Actor,
+    goal_poses: Sequence[Pose3D],
+    loop_count: int,
+    namespace_override: str,
+    action_topic: str,
+    success_on_acceptance: bool,
+) -> None:
+    """Drive to each of the poses, and all of them again `loop_count` times."""
+    refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "follow_waypoints"))
+    if loop_count < 0:
+        raise ActionFailed(f"`loop_count` cannot be negative, it is {loop_count}")
+    poses = list(goal_poses) * (loop_count + 1)
+    await _drive(ctx, robot, poses, stop_at_each=True, success_on_acceptance=success_on_acceptance)
+
+
+async def _drive(
+    ctx: ActionContext, robot: Actor, poses: Sequence[Pose3D], *, stop_at_each: bool, success_on_acceptance: bool
+) -> None:
+    if not poses:
+        raise ActionFailed("there is no pose to drive to")
+    robots, name = ctx.home(robot, MobileRobots)
+
+    def start(report: Reporter) -> Coroutine[Any, Any, str]:
+        return robots.navigate(name, poses, stop_at_each=stop_at_each, report=report)
+
+    if success_on_acceptance:
+        await ctx.ask(start(lambda report: None))
+    else:
+        await finish(ctx, start, robots.cancel_goal)

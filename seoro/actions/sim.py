@@ -1,0 +1,61 @@
+"""Actions of `osc.sim`: the simulator by the terms of ROS `simulation_interfaces`."""
+
+from __future__ import annotations
+
+from seoro.errors import ActionFailed
+from seoro.lang.plan import EnumValue
+from seoro.runtime.actions import action
+from seoro.runtime.context import ActionContext
+from seoro.runtime.contracts import Pose3D, Simulation, SimulationState, Velocity6D
+from seoro.runtime.values import Struct
+
+
+@action("spawn_entity", anywhere=Simulation)
+async def spawn_entity(
+    ctx: ActionContext,
+    entity_name: str,
+    uri: str,
+    initial_pose: Pose3D,
+    allow_renaming: bool,
+    entity_namespace: str,
+) -> None:
+    """Spawn an entity."""
+    if entity_namespace:
+        raise ActionFailed("`entity_namespace` is for models with ROS 2 topics of their own; leave it out here")
+    simulation = ctx.anywhere(Simulation)
+    await ctx.ask(simulation.spawn_entity(entity_name, uri, initial_pose, allow_renaming=allow_renaming))
+
+
+@action("delete_entity", anywhere=Simulation)
+async def delete_entity(ctx: ActionContext, entity: str) -> None:
+    """Delete an entity."""
+    await ctx.ask(ctx.anywhere(Simulation).delete_entity(entity))
+
+
+@action("set_entity_state", anywhere=Simulation)
+async def set_entity_state(
+    ctx: ActionContext, entity: str, pose: Pose3D, twist: Velocity6D, acceleration: Struct
+) -> None:
+    """Put an entity somewhere, with a velocity."""
+    parts = [part for part in acceleration.fields.values() if isinstance(part, Struct)]
+    if any(value for part in parts for value in part.fields.values()):
+        raise ActionFailed("an acceleration cannot be set here; leave it out")
+    await ctx.ask(ctx.anywhere(Simulation).set_entity_state(entity, pose, twist))
+
+
+@action("reset_simulation", anywhere=Simulation)
+async def reset_simulation(ctx: ActionContext) -> None:
+    """Put the world back to its initial state; the time of the run goes on."""
+    await ctx.ask(ctx.anywhere(Simulation).reset_simulation())
+
+
+@action("set_simulation_state", anywhere=Simulation)
+async def set_simulation_state(ctx: ActionContext, state: EnumValue) -> None:
+    """Stop, play or pause."""
+    await ctx.ask(ctx.anywhere(Simulation).set_simulation_state(SimulationState(state.member)))
+
+
+@action("step_simulation", anywhere=Simulation)
+async def step_simulation(ctx: ActionContext, steps: int) -> None:
+    """Make physics steps while paused."""
+    await ctx.ask(ctx.anywhere(Simulation).step_simulation(steps))

@@ -1,0 +1,232 @@
+"""Getting at simulator nodes: one started for a run and stopped after it, or one that is running already.
+
+A node that is started here is reached over a socket file in a folder of its own, which nobody else can open. It
+is told to die with its parent, so that no path leaves it behind, and its death is noticed by the end of the
+process and of its liveliness token, whichever comes first.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import subprocess
+import sys
+import tempfile
+from collections import deque
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import anyio
+from anyio.abc import Process
+from anyio.streams.text import TextReceiveStream
+
+from seoro.bridges import wire
+from seoro.bridges.models import ModelPath
+from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bridges.sim import NodeAddress, SimulatorNode, ask
+from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
+
+NAMESPACE = "default"
+SIMULATORS = {"mujoco": "mujoco"}  # name, and the module its engine needs
+START_TIMEOUT = 30.0  # [s]
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"  # of nodes that are started by hand
+FIND_TIMEOUT = 3.0  # [s]
+STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
+STDERR_LINES = 20  # kept for messages
+
+
+@dataclass(frozen=True)
+class SimulatorOptions:
+    """What a run wants of its simulator.
+
+    Args:
+        world: Name of the world, or path of a world file; None for the node's own choice.
+        seed: For everything the node draws.
+        models: Where models to spawn are looked up.
+    """
+
+    world: str | None
+    seed: int
+    models: ModelPath
+
+
+@asynccontextmanager
+async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
+    """Start a simulator node, and stop it when the block ends.
+
+    Raises:
+        InvalidUse: There is no such simulator, it is not installed, or it does not know the world.
+        BackendError: It did not start.
+    """
+    check_installed(name)
+    with tempfile.TemporaryDirectory(prefix="seoro-") as folder:
+        endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
+        async with open_session(listen=endpoint) as session:
+            command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
+            async with (
+                _process([*command, "--namespace", NAMESPACE, "--die-with-parent"]) as (process, errors),
+                anyio.create_task_group() as group,
+            ):
+                address = NodeAddress(session, NAMESPACE, name)
+                await _await_start(address, process, errors)
+                node = await _open(address, options)
+                group.start_soon(_watch_process, process, node, errors)
+                group.start_soon(_watch_token, address, node)
+                try:
+                    yield node
+                finally:
+                    group.cancel_scope.cancel()
+
+
+@asynccontextmanager
+async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
+    """Use a simulator node that is running; it goes on when the block ends.
+
+    Raises:
+        InvalidUse: There is none at the endpoint, or it does not know the world.
+    """
+    try:
+        async with open_session(connect=endpoint) as session:
+            node_name = await _find_node(session, endpoint)
+            address = NodeAddress(session, NAMESPACE, node_name)
+            node = await _open(address, options)
+            async with anyio.create_task_group() as group:
+                group.start_soon(_watch_token, address, node)
+                try:
+                    yield node
+                finally:
+                    group.cancel_scope.cancel()
+    except SessionError as error:
+        raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
+
+
+def check_installed(name: str) -> None:
+    """Check that a simulator can be started.
+
+    Raises:
+        InvalidUse: There is none of that name, or its engine is not installed.
+    """
+    if name not in SIMULATORS:
+        raise InvalidUse(f"there is no simulator '{name}'", help=f"simulators: {', '.join(SIMULATORS)}")
+    if find_spec(SIMULATORS[name]) is None:
+        raise InvalidUse(f"the simulator '{name}' is not installed", help=f"pip install 'seoro[{name}]'")
+
+
+async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNode:
+    """Load the world, so that every run begins at the same state."""
+    features = await ask(address, wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    node = SimulatorNode(address, options.models, features)
+    world = options.world or features.world
+    try:
+        await node.load_world(world, options.seed)
+    except BackendRefused as error:
+        raise InvalidUse(
+            f"the world '{world}' cannot be loaded: {error}",
+            help=f"worlds of {node.name}: {', '.join(features.available_worlds)}",
+        ) from error
+    return node
+
+
+# ---------------------------------------------------------------- processes
+
+
+@asynccontextmanager
+async def _process(command: list[str]) -> AsyncIterator[tuple[Process, deque[str]]]:
+    """A process in a session of its own, so that a Ctrl-C in the terminal is for the parent alone."""
+    errors: deque[str] = deque(maxlen=STDERR_LINES)
+    process = await anyio.open_process(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+    )
+    async with anyio.create_task_group() as group:
+        group.start_soon(_keep_last_lines, process, errors)
+        try:
+            yield process, errors
+        finally:
+            with anyio.CancelScope(shield=True):
+                await _stop(process)
+            group.cancel_scope.cancel()
+
+
+async def _keep_last_lines(process: Process, lines: deque[str]) -> None:
+    assert process.stderr is not None
+    rest = ""
+    async for text in TextReceiveStream(process.stderr, errors="replace"):
+        *whole, rest = (rest + text).split("\n")
+        lines.extend(line for line in whole if line.strip())
+
+
+async def _stop(process: Process) -> None:
+    """Close its input, which ends it; then the hard way."""
+    assert process.stdin is not None
+    if process.returncode is None:
+        await process.stdin.aclose()
+        with anyio.move_on_after(STOP_TIMEOUT):
+            await process.wait()
+    if process.returncode is None:
+        process.kill()
+        await process.wait()
+    await process.aclose()
+
+
+def _last_words(process: Process, errors: deque[str]) -> str:
+    """How a process ended, for people."""
+    code = process.returncode
+    how = f"killed by {signal.Signals(-code).name}" if code is not None and code < 0 else f"exit status {code}"
+    return f"{how}: {errors[-1]}" if errors else how
+
+
+# ---------------------------------------------------------------- life and death
+
+
+async def _await_start(address: NodeAddress, process: Process, errors: deque[str]) -> None:
+    """Wait until the node serves.
+
+    Raises:
+        BackendError: It ended before, or takes too long.
+    """
+    async with (
+        address.session.tokens(wire.node_tokens(address.namespace)) as tokens,
+        anyio.create_task_group() as group,
+    ):
+
+        async def ended() -> None:
+            await process.wait()
+            group.cancel_scope.cancel()
+
+        group.start_soon(ended)
+        with anyio.move_on_after(START_TIMEOUT):
+            async for _token, alive in tokens:
+                if alive:
+                    group.cancel_scope.cancel()
+                    return
+        group.cancel_scope.cancel()
+    if process.returncode is not None:
+        await asyncio.sleep(0)  # let the last lines of its stderr arrive
+        raise BackendLost(f"the simulator node '{address.node}' did not start ({_last_words(process, errors)})")
+    raise BackendError(f"the simulator node '{address.node}' did not start within {START_TIMEOUT:g} s")
+
+
+async def _find_node(session: AsyncSession, endpoint: str) -> str:
+    with anyio.move_on_after(FIND_TIMEOUT):
+        async with session.tokens(wire.node_tokens(NAMESPACE)) as tokens:
+            async for token, alive in tokens:
+                if alive:
+                    return wire.token_node(token)[0]
+    raise InvalidUse(f"there is no simulator node at {endpoint}", help="start one with `seoro sim mujoco`")
+
+
+async def _watch_process(process: Process, node: SimulatorNode, errors: deque[str]) -> None:
+    await process.wait()
+    node.report_loss(f"{node.name} died in the middle of the run ({_last_words(process, errors)})")
+
+
+async def _watch_token(address: NodeAddress, node: SimulatorNode) -> None:
+    async with address.session.tokens(wire.node_tokens(address.namespace)) as tokens:
+        async for token, alive in tokens:
+            if not alive and wire.token_node(token)[0] == address.node:
+                # The end of a process that was started here tells more; let it be first.
+                await anyio.sleep(0.2)
+                node.report_loss(f"{node.name} is gone: the connection to it was lost")

@@ -1,0 +1,292 @@
+"""`seoro exec`: run a scenario here."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import signal
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import anyio
+
+from seoro.bridges.wire import Artifact
+from seoro.cli.exits import OF_STATUS, Exit
+from seoro.cli.output import Progress, print_reason
+from seoro.embed import Options, Run, Scenario, Simulator, load, prepare
+from seoro.errors import InvalidUse
+from seoro.runtime.contracts import Observer
+from seoro.runtime.junit import junit
+from seoro.runtime.trace import JsonLines
+from seoro.runtime.verdict import Verdict
+
+NAME = "exec"
+HELP = "run a scenario here, in this process"
+EXAMPLES = """examples:
+  seoro exec hello.osc
+  seoro exec obstacle.osc --sim mujoco --rate max -o out/
+  seoro exec obstacle.osc --connect tcp/127.0.0.1:7450 --seed 7
+
+exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
+reached, 4 cancelled (130 by Ctrl-C)"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("file", metavar="FILE", help="the scenario file (.osc)")
+    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, if the file has several")
+    parser.add_argument(
+        "--set",
+        metavar="PATH=VALUE",
+        action="append",
+        default=[],
+        help="give a parameter a value, an expression of the language: --set robot.goal.x=3m (repeatable)",
+    )
+    parser.add_argument(
+        "--seed", type=_seed, metavar="N", help="seed of everything that is drawn (default: drawn)"
+    )
+    parser.add_argument(
+        "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
+    )
+    _add_simulator_arguments(parser)
+    parser.add_argument(
+        "-o", "--output-dir", type=Path, metavar="DIR", help="write trace, test.xml and pictures there"
+    )
+    parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
+    parser.add_argument(
+        "-n", "--dry-run", action="store_true", help="check and print the chosen values, do not run"
+    )
+    parser.add_argument("--timeout", type=_positive, metavar="SECONDS", help="give up after this wall time")
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object on stdout")
+
+
+def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument("--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco")
+    place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
+    parser.add_argument(
+        "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
+    )
+    parser.add_argument(
+        "--rate", type=_rate, default=1.0, metavar="R", help="simulated seconds per second, or max (default: 1)"
+    )
+    parser.add_argument(
+        "--model-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="look up models `name://path` in DIR/name first (repeatable)",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    scenario = load(options.file)
+    return anyio.run(_Exec(options, scenario).main)
+
+
+class _Exec:
+    """One run of the command."""
+
+    def __init__(self, options: argparse.Namespace, scenario: Scenario) -> None:
+        self._options = options
+        self._scenario = scenario
+        self._interrupted = False
+        self._run: Run | None = None
+        # Where stdout is for a program, people are told on stderr.
+        self._progress = Progress(sys.stderr if options.json or options.trace == "-" else sys.stdout)
+
+    async def main(self) -> int:
+        """Run, and see to Ctrl-C from the first moment to the last."""
+        status = Exit.INTERRUPTED  # unless something else comes of it
+        async with anyio.create_task_group() as group:
+            group.start_soon(self._watch_signals, group.cancel_scope)
+            status = await self._prepare_and_run()
+            group.cancel_scope.cancel()
+        return status
+
+    async def _watch_signals(self, scope: anyio.CancelScope) -> None:
+        """The first signal stops the run in order; the second, or one before there is a run, drops everything."""
+        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
+            async for number in signals:
+                name = "Ctrl-C" if number == signal.SIGINT else number.name
+                if self._run is None or self._interrupted:
+                    scope.cancel()
+                    return
+                self._interrupted = True
+                self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
+                self._run.stop(f"interrupted by {name}")
+
+    async def _prepare_and_run(self) -> Exit:
+        options = self._options
+        with self._observers() as observers:
+            settings = Options(
+                name=options.scenario,
+                seed=options.seed,
+                overrides=_overrides(options.set),
+                clock=options.clock,
+                simulator=_simulator(options),
+                observers=observers,
+            )
+            async with prepare(self._scenario, settings) as run:
+                if options.dry_run:
+                    self._print_parameters(run)
+                    return Exit.PASSED
+                self._announce(run)
+                self._run = run
+                async with run.running():
+                    verdict = await self._await_verdict(run)
+                artifacts = await run.artifacts() if options.output_dir else ()
+        files = self._write_results(verdict, run, artifacts)
+        self._print_end(verdict, run, files)
+        return Exit.INTERRUPTED if self._interrupted else OF_STATUS[verdict.status]
+
+    async def _await_verdict(self, run: Run) -> Verdict:
+        limit = self._options.timeout
+        with anyio.move_on_after(limit if limit is not None else math.inf):
+            return await run.result()
+        run.give_up(f"no verdict within {limit:g} s of wall time (`--timeout`)")
+        return await run.result()
+
+    # -------------------------------------------------------- results
+
+    @contextmanager
+    def _observers(self) -> Iterator[Sequence[Observer]]:
+        """Who sees the trace: the terminal, and the files that were asked for."""
+        options = self._options
+        with ExitStack() as stack:
+            observers: list[Observer] = [self._progress]
+            if options.trace == "-":
+                observers.append(JsonLines(sys.stdout))
+            elif options.trace:
+                observers.append(JsonLines(stack.enter_context(_create(Path(options.trace)))))
+            if options.output_dir:
+                observers.append(JsonLines(stack.enter_context(_create(options.output_dir / "trace.jsonl"))))
+            yield observers
+
+    def _write_results(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> list[tuple[Path, str]]:
+        """Write what the run leaves; returns the files, and what they are."""
+        options = self._options
+        written: list[tuple[Path, str]] = []
+        if options.junit:
+            _write(options.junit, junit([(verdict, run.parameters)]).encode())
+            written.append((options.junit, "result as JUnit XML"))
+        if options.output_dir:
+            written.append((options.output_dir / "trace.jsonl", "every step of the run"))
+            _write(options.output_dir / "test.xml", junit([(verdict, run.parameters)]).encode())
+            written.append((options.output_dir / "test.xml", "result as JUnit XML"))
+            for artifact in artifacts:
+                path = options.output_dir / Path(artifact.name).name
+                _write(path, artifact.data)
+                written.append((path, artifact.description))
+        return written
+
+    def _announce(self, run: Run) -> None:
+        simulator = run.simulator
+        where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
+        self._progress.say(f"{self._options.file}: seed {run.seed}{where}\n")
+
+    def _print_parameters(self, run: Run) -> None:
+        if self._options.json:
+            print(json.dumps({"seed": run.seed, "parameters": run.parameters}))
+            return
+        self._progress.say(f"{self._options.file} can be run: seed {run.seed}")
+        for name, value in run.parameters.items():
+            self._progress.say(f"  {name} = {json.dumps(value, ensure_ascii=False)}")
+
+    def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
+        self._progress.verdict(verdict)
+        width = max((len(str(path)) for path, _ in files), default=0)
+        for path, what in files:
+            self._progress.say(f"  {path!s:{width}}  {what}")
+        print_reason(verdict)
+        if run.fault is not None and self._options.debug:
+            traceback.print_exception(run.fault)
+        if self._options.json:
+            print(json.dumps(_result(verdict, run, files)))
+
+
+def _result(verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> dict[str, Any]:
+    return {
+        "status": verdict.status.value,
+        "reason": verdict.reason,
+        "source": str(verdict.span) if verdict.span else "",
+        "scenario": verdict.scenario,
+        "file": verdict.file,
+        "seed": verdict.seed,
+        "duration": verdict.duration,
+        "wall_duration": verdict.wall_duration,
+        "parameters": run.parameters,
+        "files": [str(path) for path, _ in files],
+    }
+
+
+def _create(path: Path) -> IO[str]:
+    """Open a file for writing, in a folder that is made for it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path.open("w", encoding="utf-8")
+    except OSError as error:
+        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    except OSError as error:
+        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+
+
+# ---------------------------------------------------------------- option values
+
+
+def _simulator(options: argparse.Namespace) -> Simulator | None:
+    if options.sim is None and options.connect is None:
+        if options.world is not None:
+            raise InvalidUse("`--world` is a simulator's, and there is none", help="add `--sim mujoco`")
+        return None
+    return Simulator(
+        name=options.sim,
+        endpoint=options.connect,
+        world=options.world,
+        rate=options.rate,
+        model_path=options.model_path,
+    )
+
+
+def _overrides(settings: Sequence[str]) -> dict[str, str]:
+    overrides = {}
+    for setting in settings:
+        path, equals, value = setting.partition("=")
+        if not equals or not path.strip():
+            raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
+        overrides[path.strip()] = value.strip()
+    return overrides
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
+    return int(text)
+
+
+def _rate(text: str) -> float:
+    return math.inf if text == "max" else _positive(text)
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (value > 0 and math.isfinite(value)):
+        raise argparse.ArgumentTypeError(f"expected a positive number, not {text!r}")
+    return value

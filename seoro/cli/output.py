@@ -1,0 +1,112 @@
+"""What people see: errors with their place in the scenario, the progress of a run, its end."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import IO, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.render import render_text
+from seoro.lang.source import Span
+from seoro.runtime.verdict import RunStatus, Verdict
+
+_QUIET = {"serial", "parallel", "one_of", "scenario", "emit"}  # structure; what people follow are the leaves
+
+_MARKS = {"succeeded": ("+", "green"), "failed": ("x", "red"), "cancelled": ("-", "yellow")}
+
+_STATUS_STYLES = {
+    RunStatus.PASSED: "bold green",
+    RunStatus.FAILED: "bold red",
+    RunStatus.ERROR: "bold magenta",
+    RunStatus.CANCELLED: "bold yellow",
+}
+
+
+def use_colour(file: IO[str]) -> bool:
+    """Whether a file is a terminal of someone who has not refused colours."""
+    return file.isatty() and not os.environ.get("NO_COLOR")
+
+
+def print_error(error: Exception) -> None:
+    """Print an error on stderr; with the text of the scenario, where there is one."""
+    colour = use_colour(sys.stderr)
+    match error:
+        case InvalidScenario(diagnostics=diagnostics):
+            print("\n\n".join(render_text(found, colour=colour) for found in diagnostics), file=sys.stderr)
+        case InvalidUse(span=Span() as span, help=hint):
+            print(render_text(_at_run(str(error), span, hint), colour=colour), file=sys.stderr)
+        case InvalidUse(help=hint) if hint:
+            print(f"error: {error}\n  = help: {hint}", file=sys.stderr)
+        case _:
+            print(f"error: {error}", file=sys.stderr)
+
+
+def print_reason(verdict: Verdict) -> None:
+    """Print on stderr why a run did not pass, with the text of the scenario that decided, if any did."""
+    if verdict.span is not None:
+        found = _at_run(verdict.reason, verdict.span)
+        print(render_text(found, colour=use_colour(sys.stderr)), file=sys.stderr)
+    elif verdict.reason:
+        print(f"{verdict.status.value}: {verdict.reason}", file=sys.stderr)
+
+
+def _at_run(message: str, span: Span, hint: str = "") -> Diagnostic:
+    """What was found when a scenario was to be run, or ran, as a diagnostic."""
+    return Diagnostic(Severity.ERROR, "E0500", message, Label(span, ""), help=hint)
+
+
+class Progress:
+    """Prints what happens in a run, as it happens.
+
+    Args:
+        file: Where to.
+    """
+
+    def __init__(self, file: IO[str]) -> None:
+        self._console = Console(file=file, no_color=not use_colour(file), highlight=False, soft_wrap=True)
+        self._running: dict[int, tuple[str, float]] = {}
+
+    def record(self, record: dict[str, Any]) -> None:
+        """An observer of the trace."""
+        match record["kind"]:
+            case "behavior.start" if record["type"] not in _QUIET:
+                self._running[record["id"]] = (record["name"], record["t"])
+                if record["type"] == "action" and record["name"] != "log":
+                    self._line(record["t"], "", ">", record["name"])
+            case "behavior.end" if record["id"] in self._running:
+                self._end(record)
+            case "log":
+                style = {"warning": "yellow", "error": "red"}.get(record["level"], "")
+                self._line(record["t"], style, " ", record["message"])
+            case "event" if record["name"] == "contact":
+                arguments = record["arguments"]
+                self._line(record["t"], "red", "!", f"{arguments['first']} touches {arguments['second']}")
+
+    def _end(self, record: dict[str, Any]) -> None:
+        name, started = self._running.pop(record["id"])
+        if name == "log":
+            return
+        mark, style = _MARKS[record["status"]]
+        took = record["t"] - started
+        self._line(record["t"], style, mark, f"{name}  {record['status']} after {took:.2f} s")
+
+    def _line(self, time: float, style: str, mark: str, text: str) -> None:
+        self._console.print(Text.assemble((f"{time:9.3f} s  ", "dim"), (f"{mark} {text}", style)))
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        self._console.print(Text(text))
+
+    def verdict(self, verdict: Verdict) -> None:
+        """Print the end of a run."""
+        line = Text.assemble(
+            (verdict.status.value, _STATUS_STYLES[verdict.status]),
+            f"  {verdict.scenario} in {verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real",
+        )
+        self._console.print()
+        self._console.print(line)

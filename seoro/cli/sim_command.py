@@ -1,0 +1,36 @@
+"""`seoro sim`: start a simulator node by hand."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+
+from seoro.bridges.launch import DEFAULT_ENDPOINT, check_installed
+
+NAME = "sim"
+HELP = "start a simulator node, for runs that connect to it"
+EXAMPLES = """examples:
+  seoro sim mujoco --world maze
+  seoro exec obstacle.osc --connect tcp/127.0.0.1:7450      (in another terminal)
+
+It ends on Ctrl-C."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("name", metavar="NAME", help="the simulator: mujoco")
+    parser.add_argument(
+        "--world", default="maze", metavar="WORLD", help="name or file of the world (default: maze)"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all it draws (default: 0)")
+    parser.add_argument(
+        "--listen", default=DEFAULT_ENDPOINT, metavar="ENDPOINT", help="where to listen (default: %(default)s)"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command: the node takes the place of this process."""
+    check_installed(options.name)
+    arguments = ["--listen", options.listen, "--world", options.world, "--seed", str(options.seed)]
+    os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", options.name, *arguments])  # noqa: S606

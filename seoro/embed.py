@@ -1,0 +1,295 @@
+"""Loading and running scenarios from Python.
+
+    scenario = seoro.load("maze.osc")
+    async with seoro.start(scenario, seed=7) as run:
+        async for record in run.trace():
+            ...
+    result = await run.result()
+
+A run lives inside of the caller's event loop, in a task group of its own. It installs no signal handlers, touches
+no global logging, and when the caller is cancelled it cleans up and leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import anyio
+
+from seoro import __version__
+from seoro.actions import modules_of
+from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
+from seoro.bridges.models import ModelPath
+from seoro.bridges.sim import SimulatorNode
+from seoro.bridges.wire import Artifact
+from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.lang.frontend import Checked, ParameterTrait, check, lower
+from seoro.lang.frontend import load as load_sources
+from seoro.runtime.actions import Implementation, implementations, takes_anything
+from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
+from seoro.runtime.contracts import Clock, Observer
+from seoro.runtime.run import Execution, Settings
+from seoro.runtime.verdict import Verdict
+
+SEED_BITS = 32  # of a seed that is drawn
+
+ClockName = Literal["real", "virtual", "sim"]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario file that has been checked.
+
+    Args:
+        checked: The file with all that it imports.
+        implementations: The Python functions of its libraries, by the names of actions.
+    """
+
+    checked: Checked
+    implementations: Mapping[str, Implementation]
+
+
+def check_file(path: str | Path, *, strict: bool = False) -> Scenario:
+    """Parse and check a file; errors in its text stand in `.checked.diagnostics`.
+
+    Args:
+        path: The file.
+        strict: Report the use of extensions to the standard, too.
+    """
+    sources = load_sources(Path(path), str(path))
+    found = implementations(modules_of(sources.libraries))
+    traits = {
+        name: dict.fromkeys(takes_anything(implementation.function), ParameterTrait.ANY)
+        for name, implementation in found.items()
+    }
+    return Scenario(check(sources, traits, strict), found)
+
+
+def load(path: str | Path) -> Scenario:
+    """Load a scenario file.
+
+    Raises:
+        InvalidScenario: Its text has errors; the exception prints them with their places.
+    """
+    scenario = check_file(path)
+    errors = [found for found in scenario.checked.diagnostics if found.severity.value == "error"]
+    if errors:
+        raise InvalidScenario(errors)
+    return scenario
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The simulator of a run.
+
+    Args:
+        name: Of the simulator to start for the run, such as `mujoco`; None to connect to one that is running.
+        endpoint: Zenoh endpoint of the one that is running, such as `tcp/127.0.0.1:7450`.
+        world: Name or file of the world; None for the simulator's own choice.
+        rate: Simulated seconds per second; infinite for as fast as possible.
+        model_path: Folders in which models are looked up first.
+    """
+
+    name: str | None = None
+    endpoint: str | None = None
+    world: str | None = None
+    rate: float = math.inf
+    model_path: Sequence[Path] = ()
+
+
+class Run:
+    """A run that has been started with `start`."""
+
+    def __init__(
+        self, execution: Execution, seed: int, simulator: SimulatorNode | None, recorder: _Recorder
+    ) -> None:
+        self._execution = execution
+        self._simulator = simulator
+        self._recorder = recorder
+        self._verdict: Verdict | None = None
+        self._done = anyio.Event()
+        self.seed = seed
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """The chosen value of every parameter of the scenario."""
+        return self._execution.parameters
+
+    @property
+    def fault(self) -> Exception | None:
+        """The exception of an action's own code that ended the run, if one did."""
+        return self._execution.fault
+
+    @property
+    def simulator(self) -> SimulatorNode | None:
+        """The simulator of the run, if it has one."""
+        return self._simulator
+
+    async def trace(self) -> AsyncIterator[dict[str, Any]]:
+        """The records of the trace, from the first to `run.end`, as they come."""
+        position = 0
+        while True:
+            while position < len(self._recorder.records):
+                yield self._recorder.records[position]
+                position += 1
+            if self._done.is_set():
+                return
+            await self._recorder.wait_for_more()
+
+    async def result(self) -> Verdict:
+        """The verdict, once there is one. Does not raise when the scenario fails."""
+        await self._done.wait()
+        assert self._verdict is not None
+        return self._verdict
+
+    def stop(self, reason: str = "stopped by the program") -> None:
+        """Cancel the run; what it started is cleaned up first."""
+        self._execution.stop(reason)
+
+    def give_up(self, reason: str) -> None:
+        """End the run as an error, without a verdict on the system under test."""
+        self._execution.fail_backend(reason)
+
+    async def artifacts(self) -> tuple[Artifact, ...]:
+        """What the simulator has to show of the run, such as a picture; empty when it is gone."""
+        if self._simulator is None:
+            return ()
+        try:
+            return await self._simulator.artifacts()
+        except BackendError:
+            return ()
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Run while the block lasts: when it ends, the run is stopped, if it is not over, and has cleaned up."""
+        async with anyio.create_task_group() as group:
+            group.start_soon(self._carry)
+            try:
+                yield
+            finally:
+                self.stop("the block that started it has ended")  # of no effect when the run is over
+
+    async def _carry(self) -> None:
+        try:
+            self._verdict = await self._execution.run()
+        finally:
+            self._done.set()
+            self._recorder.notify()
+
+
+@dataclass(eq=False)
+class _Recorder:
+    """Keeps the trace for `Run.trace`."""
+
+    records: list[dict[str, Any]] = field(default_factory=list)
+    _more: anyio.Event = field(default_factory=anyio.Event)
+
+    def record(self, record: dict[str, Any]) -> None:
+        self.records.append(record)
+        self.notify()
+
+    def notify(self) -> None:
+        self._more.set()
+        self._more = anyio.Event()
+
+    async def wait_for_more(self) -> None:
+        await self._more.wait()
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run a scenario.
+
+    Args:
+        name: Of the scenario to run, if the file has several.
+        seed: Of everything that is drawn; drawn itself if it is None.
+        overrides: Values of parameters, by path, as expressions of the language: `{"robot.goal.x": "3m"}`.
+        clock: `real` if it is not given, `sim` if there is a simulator.
+        simulator: To start or to connect to.
+        observers: Called with every record of the trace.
+        grace: Time for the clean-up of a cancelled action [s].
+    """
+
+    name: str | None = None
+    seed: int | None = None
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    clock: ClockName | None = None
+    simulator: Simulator | None = None
+    observers: Sequence[Observer] = ()
+    grace: float = 5.0
+
+
+@asynccontextmanager
+async def start(scenario: Scenario, **options: Any) -> AsyncIterator[Run]:
+    """Start a run; it is stopped, and has cleaned up, when the block ends.
+
+    Args:
+        scenario: What `load` returned.
+        options: The fields of `Options`, by name.
+
+    Raises:
+        InvalidScenario, InvalidUse: It cannot be run like this; nothing has happened then.
+        BackendError: The simulator did not start.
+    """
+    async with prepare(scenario, Options(**options)) as run, run.running():
+        yield run
+
+
+@asynccontextmanager
+async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
+    """Instantiate a run without starting it; what it needs is open while the block lasts.
+
+    Raises:
+        InvalidScenario, InvalidUse, BackendError: As `start`.
+    """
+    plan = lower(scenario.checked, options.name, options.overrides)
+    seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
+    recorder = _Recorder()
+    async with AsyncExitStack() as stack:
+        simulator = options.simulator
+        node = await stack.enter_async_context(_open(simulator, seed)) if simulator is not None else None
+        settings = Settings(
+            seed=seed,
+            clock=_clock(options.clock, node, simulator),
+            backends=(node,) if node is not None else (),
+            observers=(recorder, *options.observers),
+            implementations=scenario.implementations,
+            grace=options.grace,
+            version=__version__,
+        )
+        yield Run(Execution(plan, settings), seed, node, recorder)
+
+
+@asynccontextmanager
+async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]:
+    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path))
+    if (simulator.name is None) == (simulator.endpoint is None):
+        raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
+    if simulator.name is not None:
+        async with start_simulator(simulator.name, options) as node:
+            yield node
+    elif simulator.endpoint is not None:
+        async with connect_simulator(simulator.endpoint, options) as node:
+            yield node
+
+
+def _clock(name: ClockName | None, node: SimulatorNode | None, simulator: Simulator | None) -> Clock:
+    if node is not None and simulator is not None:
+        if name not in (None, "sim"):
+            raise InvalidUse(f"the clock '{name}' does not go with a simulator", help="leave out `--clock`")
+        return SimulatorClock(node, simulator.rate)
+    match name:
+        case None | "real":
+            return RealClock()
+        case "virtual":
+            return VirtualClock()
+        case "sim":
+            raise InvalidUse(
+                "the clock 'sim' is that of a simulator, and there is none", help="add `--sim mujoco`"
+            )

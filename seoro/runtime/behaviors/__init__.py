@@ -1,0 +1,1 @@
+"""The behaviors of the language: one construct, one file."""

@@ -1,0 +1,55 @@
+"""Invocation of an action: Python carries it out.
+
+Its arguments are evaluated when the invocation starts. It succeeds when its function returns and fails when that
+raises `ActionFailed` or its backend refuses a request. Any other exception is a fault of the test and ends the run
+as an error, as does a backend that is lost.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import NoReturn
+
+from seoro.errors import ActionFailed, BackendLost, BackendRefused
+from seoro.lang.plan import InvokeAction
+from seoro.runtime.context import ActionContext
+from seoro.runtime.drive import Drive
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.invocation import Place
+from seoro.runtime.values import Actor
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
+
+
+async def run_action(plan: InvokeAction, place: Place) -> Outcome:
+    """Carry it out."""
+    services = place.services
+    environment = place.environment()
+    actor = evaluate(plan.actor, environment) if plan.actor is not None else None
+    assert actor is None or isinstance(actor, Actor)
+    arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
+    coroutine = services.actions[plan.action].call(ActionContext(place, plan), actor, arguments)
+
+    def overrun() -> None:
+        reason = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"
+        services.decide(RunStatus.ERROR, reason, plan.span)
+
+    try:
+        await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
+    except (ActionFailed, BackendRefused) as error:
+        return failure(f"`{plan.action}` failed: {error}", plan.span)
+    except BackendLost as error:
+        await _give_up(plan, place, str(error))
+    except Exception as error:
+        services.fault = error
+        await _give_up(plan, place, f"`{plan.action}` raised {type(error).__name__}: {error}")
+    if place.flow.ended is not None:  # it was cancelled, and returned as if nothing had been
+        raise asyncio.CancelledError
+    return SUCCEEDED
+
+
+async def _give_up(plan: InvokeAction, place: Place, reason: str) -> NoReturn:
+    """End the run as an error, and wait to be cancelled by that, unless that has happened before."""
+    place.services.decide(RunStatus.ERROR, reason, plan.span)
+    if place.flow.ended is None:
+        await place.agenda.step(place.flow)
+    raise asyncio.CancelledError

@@ -1,0 +1,28 @@
+"""`emit` (7.3.10.2): an event occurs. Of the enclosing scenario's own `end` and `fail`, this ends the scenario.
+
+It takes no time, and takes hold between this round and the next.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from seoro.lang.plan import Emit, Phase, PhaseEvent
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.invocation import Place
+from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
+
+
+def run_emit(plan: Emit, place: Place) -> Outcome:
+    """Carry it out."""
+    event = plan.event
+    if isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START:
+        scope = place.instance.scope
+        assert scope is not None, "its scenario is running"
+        outcome = SUCCEEDED if event.phase is Phase.END else failure("`emit fail`", plan.span)
+        place.agenda.after_round(place.position, partial(place.agenda.end, scope, outcome))
+        return SUCCEEDED
+    environment = place.environment()
+    arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
+    place.services.events.emit(place.instance.event(event), arguments, place.flow)
+    return SUCCEEDED

@@ -1,0 +1,100 @@
+"""`one_of` (7.3.13.3, 7.6.2.1): exactly one of the members.
+
+Members that begin with a `wait` are guarded. Of the unguarded ones, one is drawn from the seed and invoked; beside
+it the guards of all guarded members are armed. The first of these to happen decides, and everything else is
+cancelled: the invoked member ends, or a guard is over and its member goes on. Of guards that are over in one
+round the first in the text wins; a member that ends in that round has ended first. When the invoked member
+fails, the guarded ones stay armed; if there are none, the next unguarded member is drawn.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+import anyio
+
+from seoro.lang.plan import Behavior, OneOf, Serial, Wait
+from seoro.runtime.agenda import Flow
+from seoro.runtime.behaviors.members import Members, Perform
+from seoro.runtime.invocation import Place
+from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
+
+
+async def run_one_of(plan: OneOf, place: Place, perform: Perform) -> Outcome:
+    """Carry it out."""
+    choice = _Choice(plan, place)
+    cancelled: asyncio.CancelledError | None = None
+    async with anyio.create_task_group() as group:
+        members = choice.members = Members(place, group, perform, choice.member_ended)
+        for index, member in enumerate(plan.members):
+            if _is_guarded(member):
+                members.start(index, member, guard=choice.decide)
+        try:
+            await choice.run()
+        except asyncio.CancelledError as error:
+            cancelled = error  # passed on outside of the task group, which would take it for its own
+    if cancelled is not None:
+        raise cancelled
+    members.inherit_pasts()
+    await place.agenda.step(place.flow)
+    return choice.outcome()
+
+
+class _Choice:
+    """Which member it is going to be."""
+
+    members: Members
+
+    def __init__(self, plan: OneOf, place: Place) -> None:
+        self._plan = plan
+        self._place = place
+        self._decided: Flow | None = None
+        self._failures: list[Outcome] = []
+        unguarded = [(i, member) for i, member in enumerate(plan.members) if not _is_guarded(member)]
+        place.services.random(f"{place.path} {place.parent}").shuffle(unguarded)
+        self._untried = unguarded
+
+    async def run(self) -> None:
+        """Start members as they are drawn, and wait for the ends of all that run."""
+        while self._untried and self._decided is None and not self.members.alive:
+            self._start_next()
+            await self.members.gather()
+        if self._untried and self._decided is None:
+            self._start_next()
+        await self.members.gather()
+
+    def _start_next(self) -> None:
+        self.members.start(*self._untried.pop())
+
+    def decide(self, flow: Flow) -> None:
+        """This member it is: cancel the others."""
+        self._decided = flow
+        for other in self.members.alive:
+            if other is not flow:
+                self._place.agenda.end_flow(other, Outcome(Status.CANCELLED, "another member was chosen"))
+
+    def member_ended(self, flow: Flow) -> None:
+        """The invoked member has ended, or one that was chosen by its guard."""
+        assert flow.outcome is not None
+        if flow.outcome.failed:
+            self._failures.append(flow.outcome)
+        elif self._decided is None and flow.outcome.status is Status.SUCCEEDED:
+            self.decide(flow)
+
+    def outcome(self) -> Outcome:
+        """That of the member that was chosen; a failure when every member has failed."""
+        if self._decided is not None:
+            assert self._decided.outcome is not None
+            return self._decided.outcome
+        if self._failures:
+            return failure(
+                f"every member has failed, the last because: {self._failures[-1].reason}", self._plan.span
+            )
+        return SUCCEEDED
+
+
+def _is_guarded(member: Behavior) -> bool:
+    """Whether a member begins with a `wait`, possibly inside of `serial`."""
+    while isinstance(member, Serial) and member.members:
+        member = member.members[0]
+    return isinstance(member, Wait)

@@ -1,0 +1,98 @@
+"""Carrying out any behavior: its start and end in the trace, its predefined events, and the choice of its kind."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from functools import partial
+from typing import TypeAlias, assert_never
+
+from seoro.lang.plan import Behavior, Emit, InvokeAction, InvokeScenario, OneOf, Parallel, Phase, Serial, Wait
+from seoro.runtime.behaviors.action import run_action
+from seoro.runtime.behaviors.emit import run_emit
+from seoro.runtime.behaviors.one_of import run_one_of
+from seoro.runtime.behaviors.parallel import run_parallel
+from seoro.runtime.behaviors.scenario import run_scenario
+from seoro.runtime.behaviors.serial import run_serial
+from seoro.runtime.behaviors.wait import run_wait
+from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.invocation import Place, name_of, type_of
+from seoro.runtime.verdict import Outcome, RunStatus, Status
+
+Carry: TypeAlias = Callable[[Place], Awaitable[Outcome]]
+
+
+async def perform(behavior: Behavior, place: Place) -> Outcome:
+    """Carry out a behavior, from its start, which is a step, to its end.
+
+    Raises:
+        asyncio.CancelledError: Something around it was ended.
+    """
+    return await recorded(behavior, place, partial(_carry_out, behavior))
+
+
+async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
+    """Carry out a behavior in a given way, with its records and events."""
+    services = place.services
+    await services.agenda.step(place.flow)
+    number = _record_start(behavior, place)
+    try:
+        outcome = await _evaluating(behavior, replace(place, parent=number), carry)
+    except asyncio.CancelledError:
+        services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+        services.cancelled.append(place.path)
+        raise
+    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    if behavior.label is not None:
+        phase = Phase.FAIL if outcome.failed else Phase.END
+        services.events.emit(place.instance.phase(behavior.label, phase), {}, place.flow)
+    return outcome
+
+
+async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
+    """Carry out; an expression without a value ends the run as an error."""
+    try:
+        place.services.count_start(behavior.span)
+        return await carry(place)
+    except EvaluationError as error:
+        place.services.decide(RunStatus.ERROR, str(error), error.span)
+    await place.agenda.step(place.flow)
+    raise AssertionError("the run has ended, and this flow with it")
+
+
+def _record_start(behavior: Behavior, place: Place) -> int:
+    services = place.services
+    number = services.new_id()
+    services.trace.record(
+        "behavior.start",
+        id=number,
+        parent=place.parent,
+        type=type_of(behavior),
+        name=name_of(behavior),
+        path=place.path,
+        source=str(behavior.span),
+    )
+    if behavior.label is not None:
+        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow)
+    return number
+
+
+async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
+    match behavior:
+        case Serial():
+            return await run_serial(behavior, place, perform)
+        case Parallel():
+            return await run_parallel(behavior, place, perform)
+        case OneOf():
+            return await run_one_of(behavior, place, perform)
+        case Wait():
+            return await run_wait(behavior, place)
+        case Emit():
+            return run_emit(behavior, place)
+        case InvokeAction():
+            return await run_action(behavior, place)
+        case InvokeScenario():
+            return await run_scenario(behavior, place, perform)
+        case _:
+            assert_never(behavior)

@@ -1,0 +1,22 @@
+"""`serial` (7.3.13.1, 7.6.2.1): members one after another.
+
+Each member starts in the instant in which its predecessor ended. It fails with its first failing member.
+"""
+
+from __future__ import annotations
+
+from seoro.lang.plan import Serial
+from seoro.runtime.behaviors.members import Perform
+from seoro.runtime.invocation import Place
+from seoro.runtime.verdict import SUCCEEDED, Outcome
+
+
+async def run_serial(plan: Serial, place: Place, perform: Perform) -> Outcome:
+    """Carry it out."""
+    outcome = SUCCEEDED
+    for index, member in enumerate(plan.members):
+        outcome = await perform(member, place.member(index, member))
+        if outcome.failed:
+            break
+    await place.agenda.step(place.flow)
+    return outcome

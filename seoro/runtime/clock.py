@@ -1,0 +1,100 @@
+"""The clocks of runs: the machine's, virtual, and a simulator's."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import anyio
+import anyio.lowlevel
+
+from seoro.runtime.contracts import TimeServer
+
+HORIZON = 1.0  # [s]; longest grant when nothing is due, so that a stop from outside is noticed
+PACED_GRANT = 0.05  # [s]; grants of a simulation that is slowed to a rate
+
+
+class RealClock:
+    """The machine's monotonic clock."""
+
+    name = "real"
+    deterministic = False
+
+    def __init__(self) -> None:
+        self._start = 0.0
+
+    def start(self) -> None:
+        """Time zero is now."""
+        self._start = time.monotonic()
+
+    def now(self) -> float:
+        """Seconds since the start."""
+        return time.monotonic() - self._start
+
+    async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
+        """Sleep until due or interrupted."""
+        delay = math.inf if due is None else max(0.0, due - self.now())
+        with anyio.move_on_after(delay):
+            await interrupt.wait()
+
+
+class VirtualClock:
+    """Time that jumps to what is due next."""
+
+    name = "virtual"
+    deterministic = True
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def start(self) -> None:
+        """Time zero is where it stands."""
+
+    def now(self) -> float:
+        """The time it jumped to last."""
+        return self._now
+
+    async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
+        """Jump; without anything due, wait to be interrupted."""
+        if due is None:
+            await interrupt.wait()
+        else:
+            # One turn of the event loop, so that other tasks of the program live on beside a long run.
+            await anyio.lowlevel.checkpoint()
+            self._now = max(self._now, due)
+
+
+class SimulatorClock:
+    """A simulator's time in lock-step: it is granted up to what is due next, and never runs on by itself.
+
+    Args:
+        server: The simulator.
+        rate: Simulated seconds per second of the machine's clock; infinite for as fast as possible.
+    """
+
+    name = "sim"
+    deterministic = True
+
+    def __init__(self, server: TimeServer, rate: float) -> None:
+        self._server = server
+        self._rate = rate
+        self._now = 0.0
+        self._wall_start = 0.0
+
+    def start(self) -> None:
+        """The wall time from which a rate is counted."""
+        self._wall_start = time.monotonic()
+
+    def now(self) -> float:
+        """The time that the simulator reached last."""
+        return self._now
+
+    async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
+        """Grant time up to `due`; return early when something happened."""
+        horizon = HORIZON if math.isinf(self._rate) else PACED_GRANT
+        until = self._now + horizon if due is None else min(due, self._now + horizon)
+        self._now = await self._server.advance(until)
+        behind = self._now / self._rate - (time.monotonic() - self._wall_start)
+        if behind > 0:
+            with anyio.move_on_after(behind):
+                await interrupt.wait()

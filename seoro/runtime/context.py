@@ -1,0 +1,101 @@
+"""What an action sees of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from typing import TypeVar
+
+from seoro.errors import ActionFailed
+from seoro.lang.plan import InvokeAction
+from seoro.runtime.agenda import Waiter
+from seoro.runtime.contracts import Report
+from seoro.runtime.invocation import Place
+from seoro.runtime.values import Actor
+
+T = TypeVar("T")
+C = TypeVar("C")
+
+
+class Pending:
+    """A report that a backend will give later."""
+
+    def __init__(self) -> None:
+        self._report: Report | None = None
+        self._waiter: tuple[Place, Waiter] | None = None
+
+    @property
+    def settled(self) -> bool:
+        """Whether the report is there."""
+        return self._report is not None
+
+    def settle(self, report: Report) -> None:
+        """Give the report; for backends."""
+        self._report = report
+        if self._waiter is not None:
+            place, waiter = self._waiter
+            place.agenda.fire(waiter)
+
+
+class ActionContext:
+    """The run, as one invocation of an action sees it.
+
+    Time is the run's clock: use `sleep` and `now`, not those of asyncio or `time`.
+    """
+
+    def __init__(self, place: Place, invocation: InvokeAction) -> None:
+        self._place = place
+        self._invocation = invocation
+
+    @property
+    def now(self) -> float:
+        """Time since the start of the run [s]."""
+        return self._place.agenda.now
+
+    def log(self, message: str, level: str = "info") -> None:
+        """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
+        self._place.services.trace.record("log", level=level, message=message, source=str(self._invocation.span))
+
+    async def sleep(self, duration: float) -> None:
+        """Wait for a duration [s] of the run's clock."""
+        waiter = Waiter(self._place.flow)
+        self._place.agenda.fire_at(self.now + duration, waiter)
+        await self._place.agenda.wait(waiter)
+
+    async def ask(self, request: Awaitable[T]) -> T:
+        """Await a request to a backend, which takes no time of the run's clock."""
+        flow = self._place.flow
+        flow.asking = True
+        try:
+            return await request
+        finally:
+            flow.asking = False
+
+    async def report(self, pending: Pending) -> Report:
+        """Wait for a report of a backend."""
+        if pending._report is None:
+            waiter = Waiter(self._place.flow)
+            pending._waiter = (self._place, waiter)
+            with self._place.agenda.expecting():
+                await self._place.agenda.wait(waiter)
+        assert pending._report is not None
+        return pending._report
+
+    def home(self, actor: Actor, contract: type[C]) -> tuple[C, str]:
+        """The backend in which an actor lives, and what the actor is called there.
+
+        Raises:
+            ActionFailed: It lives nowhere, or its home does not serve the contract. For actions that said at
+                `@action` what they need, and actors of the entry scenario, this was checked before the run.
+        """
+        home = self._place.services.homes.of(actor)
+        if home is None:
+            raise ActionFailed(f"`{actor.name}` lives nowhere")
+        if not isinstance(home.backend, contract):
+            raise ActionFailed(f"{home.backend.name}, where `{actor.name}` lives, cannot do this")
+        return home.backend, home.name
+
+    def anywhere(self, contract: type[C]) -> C:
+        """A backend of the run that serves a contract; for actions that said so at `@action`."""
+        backend = self._place.services.homes.anywhere(contract)
+        assert backend is not None, "checked when the run was instantiated"
+        return backend

@@ -1,0 +1,264 @@
+"""The seams of the runtime: what it needs from clocks, observers and backends, and who calls what when.
+
+Implementations live elsewhere: clocks in `clock.py`, observers in `trace.py` and with users, backends in
+`seoro.bridges`. Units are SI, angles radians; poses are in the frame `map` unless a parameter says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol, runtime_checkable
+
+import anyio
+
+# ---------------------------------------------------------------- time
+
+
+class Clock(Protocol):
+    """The time of a run, in seconds since its start. Called by the agenda only."""
+
+    @property
+    def deterministic(self) -> bool:
+        """Whether the runtime decides when time moves; then it stands still while anything is at work."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """`real`, `virtual` or `sim`; stands in the trace."""
+        ...
+
+    def start(self) -> None:
+        """Called once, when the run starts: this is time zero."""
+        ...
+
+    def now(self) -> float:
+        """Read when an instant begins. Never goes back."""
+        ...
+
+    async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
+        """Called when an instant has settled: let time pass until `due`, or until something happens.
+
+        Args:
+            due: When the next timer is due [s]; None if there is none.
+            interrupt: Set when something arrives from outside; return soon then.
+        """
+        ...
+
+
+class TimeServer(Protocol):
+    """A simulator that is granted time."""
+
+    async def advance(self, until: float) -> float:
+        """Simulate to `until` [s since the run's start], or to the first thing worth telling before it.
+
+        Everything that happened is reported before this returns the time that was reached.
+
+        Raises:
+            BackendLost: The simulator is gone.
+        """
+        ...
+
+
+# ---------------------------------------------------------------- observation
+
+
+class Observer(Protocol):
+    """Sees every record of a run, in order. Must not block, and must not raise."""
+
+    def record(self, record: dict[str, Any]) -> None:
+        """Called with each record; it is not to be changed."""
+        ...
+
+
+# ---------------------------------------------------------------- geometry
+
+
+@dataclass(frozen=True, slots=True)
+class Position3D:
+    """Position [m]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Orientation3D:
+    """Roll, pitch, yaw [rad], yaw first (ISO 8855)."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pose3D:
+    """Position and orientation."""
+
+    position: Position3D = Position3D()
+    orientation: Orientation3D = Orientation3D()
+
+
+@dataclass(frozen=True, slots=True)
+class TranslationalVelocity3D:
+    """Velocity [m/s]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationRate3D:
+    """Rates of roll, pitch, yaw [rad/s]."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity6D:
+    """Translational and angular velocity."""
+
+    translational: TranslationalVelocity3D = TranslationalVelocity3D()
+    angular: OrientationRate3D = OrientationRate3D()
+
+
+# ---------------------------------------------------------------- backends
+
+
+class GoalStatus(Enum):
+    """How something that a backend works on ended."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    CANCELED = "canceled"
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A backend's word that a goal has ended, or that what was watched for has happened."""
+
+    status: GoalStatus
+    message: str = ""
+
+
+Reporter = Callable[[Report], None]
+"""Called by a backend at most once, on the event loop, between instants."""
+
+
+Happened = Callable[[str, Mapping[str, Any]], None]
+"""Called by a backend with the name and arguments of what happens unasked, such as a contact."""
+
+Lost = Callable[[str], None]
+"""Called by a backend, on the event loop, when it is gone, with the reason."""
+
+
+class Backend(Protocol):
+    """Where actors live: a simulator node, or a bridge to robots. Opened and closed by who starts the run.
+
+    A backend also implements those of the protocols below that it can serve. Their requests take no time of the
+    run's clock; what lasts is reported later. Each raises `BackendRefused` when the backend says no, with its
+    reason, and `BackendLost` when it is gone.
+    """
+
+    @property
+    def name(self) -> str:
+        """How messages call it."""
+        ...
+
+    def home_of(self, actor: str, types: Sequence[str]) -> str | None:
+        """Called once for each actor at instantiation: the backend's own name for it, or None.
+
+        Args:
+            actor: Name of the actor in the scenario.
+            types: Its type and what that inherits, nearest first.
+        """
+        ...
+
+    async def start_run(self, happened: Happened, lost: Lost) -> None:
+        """Called once, before the first instant, when the run has been instantiated."""
+        ...
+
+    async def end_run(self) -> None:
+        """Called once, after the last instant and on every path: leave every robot standing still."""
+        ...
+
+
+@runtime_checkable
+class MobileRobots(Protocol):
+    """Robots that drive. `robot` is what `home_of` returned."""
+
+    async def set_initial_pose(self, robot: str, pose: Pose3D) -> None:
+        """Tell the robot's localisation where it is."""
+        ...
+
+    async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
+        """Drive through poses; returns the goal's id when the robot has accepted it."""
+        ...
+
+    async def cancel_goal(self, goal: str) -> None:
+        """Cancel a goal and stop; a goal that has ended by itself is left alone."""
+        ...
+
+    async def watch_proximity(
+        self, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
+    ) -> str:
+        """Report when a frame is within `threshold` [m] of a point, in the plane; returns the watch's id."""
+        ...
+
+    async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
+        """Report when the robot's odometry has counted `distance` [m] from now on; returns the watch's id."""
+        ...
+
+    async def cancel_watch(self, watch: str) -> None:
+        """Forget a watch; one that has fired is left alone."""
+        ...
+
+    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
+        """The pose `distance` [m] ahead of a frame, in the parent frame."""
+        ...
+
+
+class SimulationState(Enum):
+    """States of `simulation_interfaces`."""
+
+    STOPPED = "stopped"
+    PLAYING = "playing"
+    PAUSED = "paused"
+
+
+@runtime_checkable
+class Simulation(Protocol):
+    """A simulated world; terms of ROS `simulation_interfaces`."""
+
+    async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
+        """Spawn a model, found along the model path; returns the name it got."""
+        ...
+
+    async def delete_entity(self, name: str) -> None:
+        """Delete an entity."""
+        ...
+
+    async def entities(self) -> tuple[str, ...]:
+        """Names of all entities."""
+        ...
+
+    async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
+        """Put an entity somewhere, with a velocity."""
+        ...
+
+    async def set_simulation_state(self, state: SimulationState) -> None:
+        """Stop, play or pause."""
+        ...
+
+    async def step_simulation(self, steps: int) -> None:
+        """Make physics steps while paused."""
+        ...
+
+    async def reset_simulation(self) -> None:
+        """Put every entity back to its initial state, and delete what was spawned; time goes on."""
+        ...

@@ -1,0 +1,99 @@
+"""Driving an action's coroutine, so that the agenda knows when it waits for the outside world.
+
+An action is ordinary asyncio code. Whatever it awaits surfaces here as the future that its task would wait on:
+if it is the agenda's own, the flow is parked already; any other means that the flow is outside until it is done.
+
+A cancellation is thrown into the action once. What it awaits after that, in `finally` blocks and on the way out of
+`async with`, is its clean-up: it is driven on like before, within a grace period of the machine's clock.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Generator
+from contextlib import suppress
+from typing import Any
+
+from seoro.runtime.agenda import Agenda, Flow
+
+
+class Drive:
+    """Awaitable that carries a coroutine through to its end.
+
+    Args:
+        coroutine: Of the action.
+        flow: In which it runs.
+        agenda: Of the run.
+        grace: Time for its clean-up when it is cancelled [s].
+        overrun: Called when the clean-up takes longer; it is then cancelled once more, and after another
+            grace period it is left where it stands.
+    """
+
+    def __init__(
+        self,
+        coroutine: Coroutine[Any, Any, None],
+        flow: Flow,
+        agenda: Agenda,
+        grace: float,
+        overrun: Callable[[], None],
+    ) -> None:
+        self._coroutine = coroutine
+        self._flow = flow
+        self._agenda = agenda
+        self._grace = grace
+        self._overrun = overrun
+        self._deadline: asyncio.TimerHandle | None = None
+        self._overruns = 0
+
+    def __await__(self) -> Generator[Any, None, None]:
+        error: BaseException | None = None
+        try:
+            while True:
+                try:
+                    awaited = self._resume(error)
+                except StopIteration:
+                    return
+                error = yield from self._await(awaited)
+        finally:
+            with suppress(RuntimeError):  # a coroutine that was given up may ignore this, too
+                self._coroutine.close()
+            if self._deadline is not None:
+                self._deadline.cancel()
+
+    def _resume(self, error: BaseException | None) -> Any:
+        if error is None:
+            return self._coroutine.send(None)
+        if self._overruns > 1:
+            raise error
+        if isinstance(error, asyncio.CancelledError) and self._deadline is None:
+            self._deadline = asyncio.get_running_loop().call_later(self._grace, self._give_up)
+        return self._coroutine.throw(error)
+
+    def _await(self, awaited: Any) -> Generator[Any, None, BaseException | None]:
+        """Wait for what the action awaits; returns what is to be raised in it."""
+        flow = self._flow
+        if awaited is not None and awaited is flow.parked:
+            return (yield from _passing(awaited))
+        self._agenda.leave(flow, awaited)
+        error = yield from _passing(awaited)
+        if not flow.outside:  # cancelled while it was out there
+            return error or asyncio.CancelledError()
+        try:
+            yield from self._agenda.come_back(flow).__await__()
+        except asyncio.CancelledError as cancelled:
+            return cancelled
+        return error
+
+    def _give_up(self) -> None:
+        self._overruns += 1
+        self._overrun()
+        self._agenda.cancel_again(self._flow)
+        self._deadline = asyncio.get_running_loop().call_later(self._grace, self._give_up)
+
+
+def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:
+    try:
+        yield awaited
+    except asyncio.CancelledError as cancelled:
+        return cancelled
+    return None

@@ -1,0 +1,208 @@
+"""What a behavior has around it while it is carried out: the run's services, its scenario, its place."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from itertools import count
+from typing import TYPE_CHECKING
+
+from seoro.lang.plan import (
+    Behavior,
+    Emit,
+    EventReference,
+    InvokeAction,
+    InvokeScenario,
+    OneOf,
+    Parallel,
+    Phase,
+    PhaseEvent,
+    Plan,
+    Scenario,
+    Serial,
+    Wait,
+)
+from seoro.lang.source import Span
+from seoro.runtime.agenda import Agenda, Flow, Scope
+from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
+from seoro.runtime.events import Event, Events
+from seoro.runtime.trace import Trace
+from seoro.runtime.values import Actor, Value
+from seoro.runtime.verdict import Outcome, RunStatus, Status
+
+if TYPE_CHECKING:
+    from seoro.runtime.actions import BoundAction
+    from seoro.runtime.homes import Homes
+
+STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What ended the run, where the entry scenario's own end did not."""
+
+    status: RunStatus
+    reason: str
+    span: Span | None
+
+
+@dataclass(eq=False)
+class Services:
+    """What all behaviors of a run share."""
+
+    plan: Plan
+    seed: int
+    agenda: Agenda
+    events: Events
+    trace: Trace
+    actions: Mapping[str, BoundAction]
+    homes: Homes
+    grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
+    decision: Decision | None = None
+    root: Flow | None = None
+    fault: Exception | None = None  # what an action raised that ended the run
+    cancelled: list[str] = field(default_factory=list)
+    waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
+    _ids: count[int] = field(default_factory=count)
+    _starts: int = 0
+    _starts_instant: int = -1
+
+    def new_id(self) -> int:
+        """A number for a behavior in the trace."""
+        return next(self._ids)
+
+    def random(self, purpose: str) -> random.Random:
+        """A stream of random numbers of its own for each purpose, the same on any machine."""
+        return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
+
+    def count_start(self, span: Span) -> None:
+        """Count a start of a behavior.
+
+        Raises:
+            EvaluationError: There are so many in this instant that it will never settle.
+        """
+        if self._starts_instant != self.agenda.instant:
+            self._starts_instant, self._starts = self.agenda.instant, 0
+        self._starts += 1
+        if self._starts > STARTS_PER_INSTANT:
+            raise EvaluationError(
+                f"instantaneous loop: more than {STARTS_PER_INSTANT:,} behaviors started without time passing",
+                span,
+            )
+
+    def decide(self, status: RunStatus, reason: str, span: Span | None) -> None:
+        """End the run, between this round and the next; the first to say so decides."""
+        if self.decision is None:
+            self.decision = Decision(status, reason, span)
+            outcome = Outcome(Status.FAILED if status is RunStatus.FAILED else Status.CANCELLED, reason, span)
+            self.agenda.after_round((), partial(self._end_run, outcome))
+
+    def _end_run(self, outcome: Outcome) -> None:
+        if self.root is not None:
+            self.agenda.end_flow(self.root, outcome)
+
+
+@dataclass(eq=False)
+class Instance:
+    """A running scenario.
+
+    Args:
+        scenario: What runs.
+        path: Its position, for people.
+        fields: Values of its parameters.
+        actor: The actor it was invoked on, if it belongs to one.
+    """
+
+    scenario: Scenario
+    path: str
+    fields: Mapping[str, Value]
+    actor: Actor | None
+    scope: Scope | None = None  # from the start of its execution
+
+    @cached_property
+    def _declared(self) -> dict[str, Event]:
+        return {event.name: Event(f"{self.path}.{event.name}") for event in self.scenario.events}
+
+    @cached_property
+    def _phases(self) -> dict[tuple[str | None, Phase], Event]:
+        return {}
+
+    def event(self, reference: EventReference) -> Event:
+        """The channel of an event of this scenario."""
+        if isinstance(reference, PhaseEvent):
+            return self.phase(reference.label, reference.phase)
+        return self._declared[reference.name]
+
+    def phase(self, label: str | None, phase: Phase) -> Event:
+        """The channel of a predefined event: of a labelled member, or of the scenario itself."""
+        holder = f"{self.path}.{label}" if label else self.path
+        return self._phases.setdefault((label, phase), Event(f"{holder}.{phase.value}"))
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a behavior is carried out.
+
+    Args:
+        services: Of the run.
+        flow: The flow of control.
+        instance: The scenario that contains it.
+        parent: Number, in the trace, of the behavior around it.
+        position: Its position in the tree of invocations.
+        path: The same, for people.
+    """
+
+    services: Services
+    flow: Flow
+    instance: Instance
+    parent: int | None
+    position: tuple[int, ...]
+    path: str
+
+    @property
+    def agenda(self) -> Agenda:
+        """The agenda of the run."""
+        return self.services.agenda
+
+    def member(self, index: int, behavior: Behavior) -> Place:
+        """The place of a member of what stands here."""
+        return replace(self, position=(*self.position, index), path=f"{self.path}/{name_of(behavior)}[{index}]")
+
+    def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
+        """What names stand for here."""
+        all_bindings: dict[str, Value | HasFields] = dict(bindings or {})
+        if self.instance.actor is not None:
+            all_bindings["actor"] = self.instance.actor
+        return Environment(self.instance, all_bindings, self.path)
+
+
+def type_of(behavior: Behavior) -> str:
+    """The kind of a behavior, as the trace calls it."""
+    match behavior:
+        case Serial():
+            return "serial"
+        case Parallel():
+            return "parallel"
+        case OneOf():
+            return "one_of"
+        case Wait():
+            return "wait"
+        case Emit():
+            return "emit"
+        case InvokeAction():
+            return "action"
+        case InvokeScenario():
+            return "scenario"
+
+
+def name_of(behavior: Behavior) -> str:
+    """What people call a behavior: its label, else what it invokes, else its kind."""
+    if behavior.label:
+        return behavior.label
+    match behavior:
+        case InvokeAction(action=name) | InvokeScenario(scenario=name):
+            return name
+        case _:
+            return type_of(behavior)

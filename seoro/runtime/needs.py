@@ -1,0 +1,81 @@
+"""Whether every action of a plan can be carried out, checked when a run is instantiated, before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from seoro.errors import InvalidUse
+from seoro.lang.plan import Behavior, Field, InvokeAction, InvokeScenario, OneOf, Parallel, Plan, Serial
+from seoro.runtime.actions import BoundAction
+from seoro.runtime.homes import Homes
+from seoro.runtime.invocation import Instance
+from seoro.runtime.values import Actor
+
+
+def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction], homes: Homes) -> None:
+    """Check every invocation of an action.
+
+    Raises:
+        InvalidUse: The home of an actor cannot carry out an action, or nothing can.
+    """
+    for scenario in plan.scenarios.values():
+        for invocation in _invocations(scenario.body):
+            mark = actions[invocation.action].mark
+            if mark.anywhere is not None and homes.anywhere(mark.anywhere) is None:
+                raise _nobody(invocation, homes)
+            if mark.home is None:
+                continue
+            actor = _known_actor(invocation, entry) if scenario is entry.scenario else None
+            if actor is None:  # only known when it is invoked
+                if homes.anywhere(mark.home) is None:
+                    raise _nobody(invocation, homes)
+                continue
+            home = homes.of(actor)
+            if home is None:
+                raise _homeless(invocation, actor, homes)
+            if not isinstance(home.backend, mark.home):
+                raise InvalidUse(
+                    f"`{actor.name}` lives in {home.backend.name}, which cannot carry out `{invocation.action}`",
+                    invocation.span,
+                )
+
+
+def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
+    if isinstance(invocation.actor, Field):
+        value = entry.fields[invocation.actor.name]
+        return value if isinstance(value, Actor) else None
+    return None
+
+
+def _nobody(invocation: InvokeAction, homes: Homes) -> InvalidUse:
+    names = ", ".join(backend.name for backend in homes.backends)
+    why = f"{names} cannot carry it out" if names else "there is neither a simulator nor a robot"
+    return InvalidUse(
+        f"`{invocation.action}` cannot be carried out: {why}",
+        invocation.span,
+        "start a simulator for the run with `--sim mujoco`, or connect to one with `--connect`",
+    )
+
+
+def _homeless(invocation: InvokeAction, actor: Actor, homes: Homes) -> InvalidUse:
+    if not homes.backends:
+        return _nobody(invocation, homes)
+    names = ", ".join(backend.name for backend in homes.backends)
+    return InvalidUse(
+        f"`{actor.name}` ({actor.type.name}) lives nowhere: no robot of {names} is left that can stand for it",
+        invocation.span,
+        "choose a world with such a robot with `--world`",
+    )
+
+
+def _invocations(behavior: Behavior | None) -> Iterator[InvokeAction]:
+    match behavior:
+        case InvokeAction():
+            yield behavior
+        case Serial(members=members) | Parallel(members=members) | OneOf(members=members):
+            for member in members:
+                yield from _invocations(member)
+        case InvokeScenario() | None:
+            return
+        case _:
+            return

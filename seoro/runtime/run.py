@@ -1,0 +1,227 @@
+"""A run: from plan to trace and verdict.
+
+`Execution` instantiates a plan, runs it on a clock, and ends with a `Verdict` on every path. It is cancelled from
+outside in three ways: `stop`, the loss of a backend, or a cancellation of the task that runs it; in each, what was
+started is cleaned up first.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import anyio
+
+from seoro.errors import BackendError, InvalidUse
+from seoro.lang.plan import InvokeScenario, Plan
+from seoro.runtime.actions import BoundAction, Implementation, bind
+from seoro.runtime.agenda import Agenda
+from seoro.runtime.behaviors.members import carry_flow
+from seoro.runtime.behaviors.perform import perform, recorded
+from seoro.runtime.behaviors.scenario import instantiate, run_instance
+from seoro.runtime.contracts import Backend, Clock, Observer
+from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.events import Events
+from seoro.runtime.homes import Homes
+from seoro.runtime.invocation import Decision, Instance, Place, Services
+from seoro.runtime.needs import check_needs
+from seoro.runtime.trace import Trace
+from seoro.runtime.values import Actor, plain
+from seoro.runtime.verdict import Outcome, RunStatus, Verdict
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to run a plan.
+
+    Args:
+        seed: Of everything that is drawn.
+        clock: The run's clock.
+        backends: Where actors may live; opened, and closed after the run, by the caller.
+        observers: Who sees the trace.
+        implementations: The Python functions of actions, by qualified name.
+        grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
+        version: Of seoro; stands in the trace.
+    """
+
+    seed: int
+    clock: Clock
+    backends: Sequence[Backend] = ()
+    observers: Sequence[Observer] = ()
+    implementations: Mapping[str, Implementation] | None = None
+    grace: float = 5.0
+    version: str = ""
+
+
+class Execution:
+    """One run of a plan. Make it inside of the event loop.
+
+    Raises:
+        InvalidUse: The plan cannot be run with these settings; nothing has happened yet.
+    """
+
+    def __init__(self, plan: Plan, settings: Settings) -> None:
+        self._plan = plan
+        self._settings = settings
+        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed)
+        self._trace = Trace(settings.observers, lambda: self._agenda.now)
+        self._homes = Homes(settings.backends)
+        self._actions = _bind_all(plan, settings.implementations or {})
+        self._entry = self._instantiate()
+        self._services = Services(
+            plan=plan,
+            seed=settings.seed,
+            agenda=self._agenda,
+            events=Events(self._agenda, self._trace.event),
+            trace=self._trace,
+            actions=self._actions,
+            homes=self._homes,
+            grace=settings.grace,
+        )
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """The chosen value of every parameter of the entry scenario."""
+        return {name: plain(value) for name, value in self._entry.fields.items()}
+
+    @property
+    def fault(self) -> Exception | None:
+        """The exception of an action's own code that ended the run, if one did."""
+        return self._services.fault
+
+    def _instantiate(self) -> Instance:
+        scenario = self._plan.scenarios[self._plan.entry]
+        try:
+            entry = instantiate(scenario, scenario.name, {}, None)
+        except EvaluationError as error:
+            raise InvalidUse(str(error), error.span) from error
+        for value in entry.fields.values():
+            if isinstance(value, Actor):
+                self._homes.settle(value)
+        check_needs(self._plan, entry, self._actions, self._homes)
+        return entry
+
+    # -------------------------------------------------------- ending from outside
+
+    def stop(self, reason: str) -> None:
+        """Cancel the run; it cleans up, and ends as cancelled. For any task of the same event loop."""
+        self._services.decide(RunStatus.CANCELLED, reason, None)
+
+    def fail_backend(self, reason: str) -> None:
+        """End the run as an error because a backend is gone."""
+        self._services.decide(RunStatus.ERROR, reason, None)
+
+    def _stuck(self) -> None:
+        waits = list(self._services.waits.values())
+        what = ", ".join(f"`{span.text.strip()}` ({span})" for span in waits) or "an answer that nobody will give"
+        reason = f"nothing can happen any more; this still waits: {what}"
+        self._services.decide(RunStatus.FAILED, reason, waits[0] if waits else None)
+
+    def _clock_failed(self, error: Exception) -> None:
+        self.fail_backend(str(error))
+
+    # -------------------------------------------------------- the run
+
+    async def run(self) -> Verdict:
+        """Run to the end.
+
+        Raises:
+            asyncio.CancelledError: The caller's task was cancelled; the run has been stopped and cleaned up.
+        """
+        wall_start = time.monotonic()
+        self._record_start()
+        agenda = self._agenda
+        root = self._services.root = agenda.fork((), None)
+        done = anyio.Event()
+        root.on_end = lambda flow: done.set()
+        cancelled = False
+        async with anyio.create_task_group() as watch:
+            watch.start_soon(self._stop_when_cancelled)
+            with anyio.CancelScope(shield=True):
+                for backend in self._settings.backends:
+                    await backend.start_run(self._trace.event, self.fail_backend)
+                self._settings.clock.start()
+                async with anyio.create_task_group() as group:
+                    group.start_soon(agenda.drive)
+                    group.start_soon(carry_flow, agenda, root, self._perform_entry)
+                    while not done.is_set() and not group.cancel_scope.cancel_called:
+                        try:
+                            await done.wait()
+                        except asyncio.CancelledError:
+                            cancelled = True
+                            self.stop("its task was cancelled")
+                    agenda.finish()
+                await self._end_backends()
+            verdict = self._verdict(time.monotonic() - wall_start)
+            watch.cancel_scope.cancel()
+        self._record_end(verdict)
+        if cancelled:
+            raise asyncio.CancelledError
+        return verdict
+
+    async def _stop_when_cancelled(self) -> None:
+        try:
+            await anyio.sleep_forever()
+        finally:
+            self.stop("its task was cancelled")  # of no effect when the run is over
+
+    async def _end_backends(self) -> None:
+        """Make the robots safe; what is lost cannot be asked to."""
+        for backend in reversed(self._settings.backends):
+            with anyio.move_on_after(self._settings.grace), suppress(BackendError):
+                await backend.end_run()
+
+    async def _perform_entry(self) -> Outcome:
+        services, entry = self._services, self._entry
+        assert services.root is not None
+        place = Place(services, services.root, entry, None, (), entry.scenario.name)
+        invocation = InvokeScenario(None, self._plan.entry, None, (), entry.scenario.span)
+        return await recorded(invocation, place, lambda inside: run_instance(entry, inside, perform))
+
+    # -------------------------------------------------------- results
+
+    def _record_start(self) -> None:
+        self._trace.record(
+            "run.start",
+            scenario=self._plan.entry,
+            file=self._plan.file,
+            seed=self._settings.seed,
+            parameters=self.parameters,
+            clock=self._settings.clock.name,
+            version=self._settings.version,
+        )
+
+    def _verdict(self, wall_duration: float) -> Verdict:
+        services = self._services
+        assert services.root is not None and services.root.outcome is not None
+        outcome = services.root.outcome
+        decision = services.decision or Decision(
+            RunStatus.FAILED if outcome.failed else RunStatus.PASSED, outcome.reason, outcome.span
+        )
+        return Verdict(
+            status=decision.status,
+            reason=decision.reason,
+            span=decision.span,
+            duration=self._agenda.now,
+            wall_duration=wall_duration,
+            seed=self._settings.seed,
+            scenario=self._plan.entry,
+            file=self._plan.file,
+            cancelled=tuple(services.cancelled),
+        )
+
+    def _record_end(self, verdict: Verdict) -> None:
+        self._trace.record(
+            "run.end",
+            status=verdict.status.value,
+            reason=verdict.reason,
+            source=str(verdict.span) if verdict.span else "",
+            duration=verdict.duration,
+        )
+
+
+def _bind_all(plan: Plan, found: Mapping[str, Implementation]) -> dict[str, BoundAction]:
+    return {name: bind(action, found) for name, action in plan.actions.items()}

@@ -1,0 +1,76 @@
+"""Values of scenarios at run time: instances of structs and actors, ranges, 64-bit integers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from seoro.lang.plan import ActorType, EnumValue, StructType
+
+Value: TypeAlias = "bool | int | float | str | EnumValue | Struct | Actor | Range | tuple[Value, ...]"
+
+
+@dataclass(eq=False)
+class Struct:
+    """An instance of a struct; equal to nothing but itself (7.4.2.4.2)."""
+
+    type: StructType
+    fields: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class Actor:
+    """An instance of an actor.
+
+    Args:
+        type: Its type.
+        name: Path of the field that holds it, such as `robot`.
+        fields: Its fields by name.
+    """
+
+    type: ActorType
+    name: str
+    fields: dict[str, Value] = field(default_factory=dict)
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """Names of its type and of what that inherits, nearest first."""
+        return (self.type.name, *self.type.bases)
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """All values from low to high, both included."""
+
+    low: float
+    high: float
+
+    def __contains__(self, value: object) -> bool:
+        return isinstance(value, int | float) and self.low <= value <= self.high
+
+
+def wrap_int(value: int) -> int:
+    """The value in two's complement of 64 bits."""
+    return (value + (1 << 63)) % (1 << 64) - (1 << 63)
+
+
+def wrap_uint(value: int) -> int:
+    """The value modulo 2 to the 64."""
+    return value % (1 << 64)
+
+
+def plain(value: Value) -> object:
+    """The value as JSON knows it, for traces and results."""
+    match value:
+        case EnumValue():
+            return f"{value.type_name}!{value.member}"
+        case Struct():
+            return {name: plain(part) for name, part in value.fields.items()}
+        case Actor():
+            return value.name
+        case Range():
+            return {"low": value.low, "high": value.high}
+        case tuple():
+            return [plain(item) for item in value]
+        case _:
+            return value

@@ -1,0 +1,79 @@
+"""How behaviors and runs end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from seoro.lang.source import Span
+
+
+class Status(Enum):
+    """How a behavior ended."""
+
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The end of a behavior: for a failure the reason, and the text that failed."""
+
+    status: Status
+    reason: str = ""
+    span: Span | None = None
+
+    @property
+    def failed(self) -> bool:
+        """Whether the behavior failed; being cancelled is no failure."""
+        return self.status is Status.FAILED
+
+
+SUCCEEDED = Outcome(Status.SUCCEEDED)
+
+
+def failure(reason: str, span: Span) -> Outcome:
+    """The outcome of a behavior that failed here."""
+    return Outcome(Status.FAILED, reason, span)
+
+
+class RunStatus(Enum):
+    """How a run ended; `error` is no verdict on the system under test."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    ERROR = "error"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The result of a run.
+
+    Args:
+        status: How it ended.
+        reason: Why, in a sentence; empty for a run that passed.
+        span: Which text of the scenario decided, if any did.
+        duration: Length of the run [s], on the run's clock.
+        wall_duration: Length of the run [s], on the machine's clock.
+        seed: The seed that it was run with.
+        scenario: Name of the scenario.
+        file: Its file, as the user named it.
+        cancelled: Paths of the behaviors that the end of the run cancelled.
+    """
+
+    status: RunStatus
+    reason: str
+    span: Span | None
+    duration: float
+    wall_duration: float
+    seed: int
+    scenario: str
+    file: str
+    cancelled: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the scenario passed."""
+        return self.status is RunStatus.PASSED
