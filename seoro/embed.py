@@ -18,16 +18,12 @@ from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import anyio
 
 from seoro import __version__
 from seoro.actions import modules_of
-from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
-from seoro.bridges.models import ModelPath
-from seoro.bridges.sim import SimulatorNode
-from seoro.bridges.wire import Artifact
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, ParameterTrait, check, lower
 from seoro.lang.frontend import load as load_sources
@@ -36,6 +32,10 @@ from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
 from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
+
+if TYPE_CHECKING:
+    from seoro.bridges.sim import SimulatorNode
+    from seoro.bridges.wire import Artifact
 
 SEED_BITS = 32  # of a seed that is drawn
 
@@ -268,6 +268,10 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
 
 @asynccontextmanager
 async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]:
+    # Zenoh and the message models are loaded for runs that have a simulator only.
+    from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
+    from seoro.bridges.models import ModelPath  # noqa: PLC0415
+
     options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path))
     if (simulator.name is None) == (simulator.endpoint is None):
         raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")

@@ -23,6 +23,7 @@ import anyio
 from anyio.abc import Process
 from anyio.streams.text import TextReceiveStream
 
+from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.session import AsyncSession, SessionError, open_session
@@ -32,7 +33,6 @@ from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 NAMESPACE = "default"
 SIMULATORS = {"mujoco": "mujoco"}  # name, and the module its engine needs
 START_TIMEOUT = 30.0  # [s]
-DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"  # of nodes that are started by hand
 FIND_TIMEOUT = 3.0  # [s]
 STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
 STDERR_LINES = 20  # kept for messages
@@ -68,17 +68,14 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
             command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
             async with (
                 _process([*command, "--namespace", NAMESPACE, "--die-with-parent"]) as (process, errors),
-                anyio.create_task_group() as group,
+                background() as group,
             ):
                 address = NodeAddress(session, NAMESPACE, name)
                 await _await_start(address, process, errors)
                 node = await _open(address, options)
                 group.start_soon(_watch_process, process, node, errors)
                 group.start_soon(_watch_token, address, node)
-                try:
-                    yield node
-                finally:
-                    group.cancel_scope.cancel()
+                yield node
 
 
 @asynccontextmanager
@@ -93,12 +90,9 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
             node_name = await _find_node(session, endpoint)
             address = NodeAddress(session, NAMESPACE, node_name)
             node = await _open(address, options)
-            async with anyio.create_task_group() as group:
+            async with background() as group:
                 group.start_soon(_watch_token, address, node)
-                try:
-                    yield node
-                finally:
-                    group.cancel_scope.cancel()
+                yield node
     except SessionError as error:
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
 
@@ -140,14 +134,13 @@ async def _process(command: list[str]) -> AsyncIterator[tuple[Process, deque[str
     process = await anyio.open_process(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
     )
-    async with anyio.create_task_group() as group:
+    async with background() as group:
         group.start_soon(_keep_last_lines, process, errors)
         try:
             yield process, errors
         finally:
             with anyio.CancelScope(shield=True):
                 await _stop(process)
-            group.cancel_scope.cancel()
 
 
 async def _keep_last_lines(process: Process, lines: deque[str]) -> None:

@@ -90,7 +90,8 @@ class Session:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(_settings(listen, connect))))
         except zenoh.ZError as error:
             endpoint = listen or connect
-            raise SessionError(f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {error}") from error
+            reason = str(error).partition(" at /")[0]  # where in Zenoh's sources it was raised helps nobody
+            raise SessionError(f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {reason}") from error
 
     def serve(self, key: str, busy: bytes) -> queue.Queue[Request]:
         """Serve a key expression: requests arrive in the queue in the order they were sent.
@@ -185,6 +186,12 @@ class AsyncSession:
 
     def __init__(self, session: Session) -> None:
         self._session = session
+        self._pending: set[Callable[[], None]] = set()
+
+    def abandon(self) -> None:
+        """Give up all requests that wait for an answer, because there will be none; they end with `NoServer`."""
+        for cancel in list(self._pending):
+            cancel()
 
     async def query(self, key: str, payload: bytes, timeout: float) -> bytes:
         """Ask one server and wait for its answer.
@@ -210,11 +217,14 @@ class AsyncSession:
                 loop.call_soon_threadsafe(settle, reply)
 
         cancel = self._session.get(key, payload, timeout, done)
+        self._pending.add(cancel)
         try:
             reply = await future
         except asyncio.CancelledError:
             cancel()
             raise
+        finally:
+            self._pending.discard(cancel)
         return reply.value(key)
 
     @asynccontextmanager
@@ -257,7 +267,7 @@ def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
         "listen": {"endpoints": [listen] if listen else []},
         "connect": {
             "endpoints": [connect] if connect else [],
-            "timeout_ms": 5000,
+            "timeout_ms": 1000,
             "exit_on_failure": True,
             "retry": {"period_init_ms": 100, "period_max_ms": 500},
         },

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
 
+import anyio
+
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused
@@ -24,6 +26,7 @@ from seoro.runtime.contracts import (
 )
 
 REQUEST_TIMEOUT = 10.0  # [s] of the machine's clock
+LOSS_NOTICE = 0.5  # [s] after a request has failed
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
@@ -55,6 +58,7 @@ class SimulatorNode:
         self._happened: Happened = _ignore
         self._lost: Lost = _ignore_loss
         self._lost_reason: str | None = None
+        self._gone = anyio.Event()
 
     @property
     def name(self) -> str:
@@ -88,6 +92,8 @@ class SimulatorNode:
         """Say that the node is gone; for whoever watches it."""
         if self._lost_reason is None:
             self._lost_reason = reason
+            self._gone.set()
+            self._address.session.abandon()
             self._lost(reason)
 
     async def advance(self, until: float) -> float:
@@ -216,7 +222,13 @@ class SimulatorNode:
     ) -> wire.A:
         if self._lost_reason is not None:
             raise BackendLost(self._lost_reason)
-        return await ask(self._address, verb, request, timeout)
+        try:
+            return await ask(self._address, verb, request, timeout)
+        except BackendLost as error:
+            # Whoever watches the node knows better why, and is about to say so.
+            with anyio.move_on_after(LOSS_NOTICE):
+                await self._gone.wait()
+            raise BackendLost(self._lost_reason or str(error)) from error
 
     async def _ask_reported(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> str:
         try:

@@ -11,11 +11,11 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import anyio
 
-from seoro.bridges.wire import Artifact
+from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.output import Progress, print_reason
 from seoro.embed import Options, Run, Scenario, Simulator, load, prepare
@@ -24,6 +24,9 @@ from seoro.runtime.contracts import Observer
 from seoro.runtime.junit import junit
 from seoro.runtime.trace import JsonLines
 from seoro.runtime.verdict import Verdict
+
+if TYPE_CHECKING:
+    from seoro.bridges.wire import Artifact
 
 NAME = "exec"
 HELP = "run a scenario here, in this process"
@@ -105,12 +108,10 @@ class _Exec:
 
     async def main(self) -> int:
         """Run, and see to Ctrl-C from the first moment to the last."""
-        status = Exit.INTERRUPTED  # unless something else comes of it
-        async with anyio.create_task_group() as group:
+        async with background() as group:
             group.start_soon(self._watch_signals, group.cancel_scope)
-            status = await self._prepare_and_run()
-            group.cancel_scope.cancel()
-        return status
+            return await self._prepare_and_run()
+        return Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _watch_signals(self, scope: anyio.CancelScope) -> None:
         """The first signal stops the run in order; the second, or one before there is a run, drops everything."""

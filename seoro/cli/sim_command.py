@@ -6,8 +6,7 @@ import argparse
 import os
 import sys
 
-from seoro.bridges.launch import DEFAULT_ENDPOINT, check_installed
-
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
 NAME = "sim"
 HELP = "start a simulator node, for runs that connect to it"
 EXAMPLES = """examples:
@@ -31,6 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command: the node takes the place of this process."""
+    from seoro.bridges.launch import check_installed  # noqa: PLC0415 - Zenoh, for this command only
+
     check_installed(options.name)
     arguments = ["--listen", options.listen, "--world", options.world, "--seed", str(options.seed)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", options.name, *arguments])  # noqa: S606

@@ -70,6 +70,7 @@ class Flow:
     ended: Scope | None = None  # the outermost scope that was ended and has not been left yet
     fresh: bool = False  # freed for the first time: its first step is this one
     delivered: bool = False  # whether the flow has been told so
+    told: bool = False  # whether the cancellation that it sees next comes from the agenda
     asking: bool = False
     parked: asyncio.Future[Any] | None = None  # what it waits on here
     foreign: asyncio.Future[Any] | None = None  # what it waits on outside
@@ -149,6 +150,9 @@ class Agenda:
         assert flow.parked is not None
         try:
             await flow.parked
+        except asyncio.CancelledError:
+            flow.told = False
+            raise
         finally:
             flow.parked = None
         flow.fresh = True
@@ -190,6 +194,9 @@ class Agenda:
         try:
             # A flow that was freed by its own parking goes on without a switch.
             return future.result() if future.done() else await future
+        except asyncio.CancelledError:
+            flow.told = False
+            raise
         finally:
             flow.parked = None
 
@@ -301,12 +308,15 @@ class Agenda:
     def _cancel(self, flow: Flow) -> None:
         if flow.outside:
             # It is taken back at once, so that the round waits for its clean-up.
+            foreign = flow.foreign
             self._return(flow)
             self._busy += 1
-            if flow.foreign is not None:
-                flow.foreign.cancel()
+            flow.told = True
+            if foreign is not None:
+                foreign.cancel()
         elif flow.parked is not None and not flow.parked.done():
             self._busy += 1
+            flow.told = True
             flow.parked.cancel()
 
     # -------------------------------------------------------- the outside world
@@ -318,18 +328,25 @@ class Agenda:
         self._asking += flow.asking
         self._release()
 
-    async def come_back(self, flow: Flow) -> None:
-        """The flow has what it awaited outside, and waits for the next round."""
-        if not flow.outside:
-            return  # it was cancelled out there, and has been taken back
-        self._return(flow)
+    def readmit(self, flow: Flow) -> asyncio.Future[Any]:
+        """The flow has come back from outside, or was woken by something that is not the agenda.
+
+        Returns:
+            What it has to wait for: it goes on in the next round.
+        """
+        if flow.outside:
+            self._return(flow)
         self._free_next(flow)
-        self._busy += 1
-        self._poke()
-        await self._park(flow)
+        assert flow.parked is not None
+        future = flow.parked
+        if self._open:
+            self._advance()
+        else:
+            self._interrupt.set()
+        return future
 
     def _return(self, flow: Flow) -> None:
-        flow.outside = False
+        flow.outside, flow.foreign = False, None
         self._outside -= 1
         self._asking -= flow.asking
 

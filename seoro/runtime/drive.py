@@ -72,16 +72,25 @@ class Drive:
     def _await(self, awaited: Any) -> Generator[Any, None, BaseException | None]:
         """Wait for what the action awaits; returns what is to be raised in it."""
         flow = self._flow
-        if awaited is not None and awaited is flow.parked:
-            return (yield from _passing(awaited))
-        self._agenda.leave(flow, awaited)
+        parked = awaited is not None and awaited is flow.parked
+        if not parked:
+            self._agenda.leave(flow, awaited)
         error = yield from _passing(awaited)
-        if not flow.outside:  # cancelled while it was out there
+        if flow.told:
+            flow.told = False
             return error or asyncio.CancelledError()
-        try:
-            yield from self._agenda.come_back(flow).__await__()
-        except asyncio.CancelledError as cancelled:
-            return cancelled
+        if parked and error is None:
+            return None
+        # A cancel scope within the action may cancel it here, too: that reaches the action in its turn, and is
+        # not lost when it comes again while the flow waits for that.
+        turn = self._agenda.readmit(flow)
+        while not turn.done():
+            again = yield from _shielded(turn)
+            error = error or again
+        flow.parked = None
+        if flow.told:
+            flow.told = False
+            return error or asyncio.CancelledError()
         return error
 
     def _give_up(self) -> None:
@@ -92,8 +101,18 @@ class Drive:
 
 
 def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:
+    """Wait for what a task would wait for; returns the cancellation, if there is one."""
     try:
         yield awaited
+    except asyncio.CancelledError as cancelled:
+        return cancelled
+    return None
+
+
+def _shielded(future: asyncio.Future[Any]) -> Generator[Any, None, BaseException | None]:
+    """Wait for a future, which itself is not cancelled when the wait is."""
+    try:
+        yield from asyncio.shield(future)
     except asyncio.CancelledError as cancelled:
         return cancelled
     return None

@@ -95,7 +95,7 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
         case Index():
             return _index(expression, environment)
         case Convert(operand):
-            return float(_number(operand, environment))
+            return _to_float(evaluate(operand, environment))
         case Construct():
             return _construct(expression, environment)
         case _:
@@ -131,6 +131,18 @@ def _number(expression: Expression, environment: Environment) -> int | float:
     value = evaluate(expression, environment)
     assert isinstance(value, int | float)
     return value
+
+
+def _to_float(value: Value) -> Value:
+    """A number as a float; of a list or a range, each element."""
+    match value:
+        case tuple():
+            return tuple(map(_to_float, value))
+        case Range(low, high):
+            return Range(float(low), float(high))
+        case _:
+            assert isinstance(value, int | float)
+            return float(value)
 
 
 def _finish(value: int | float, number: Number) -> int | float:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from seoro.runtime.homes import Homes
 
 STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
+NESTING = 150  # of behaviors; beyond this, a scenario that invokes itself, or the stack is in danger
 
 
 @dataclass(frozen=True)
@@ -77,12 +78,15 @@ class Services:
         """A stream of random numbers of its own for each purpose, the same on any machine."""
         return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
 
-    def count_start(self, span: Span) -> None:
+    def count_start(self, span: Span, depth: int) -> None:
         """Count a start of a behavior.
 
         Raises:
-            EvaluationError: There are so many in this instant that it will never settle.
+            EvaluationError: There are so many in this instant that it will never settle, or so many nested in
+                one another that a scenario must invoke itself without end.
         """
+        if depth > NESTING:
+            raise EvaluationError(f"more than {NESTING} behaviors are nested in one another", span)
         if self._starts_instant != self.agenda.instant:
             self._starts_instant, self._starts = self.agenda.instant, 0
         self._starts += 1
@@ -198,11 +202,11 @@ def type_of(behavior: Behavior) -> str:
 
 
 def name_of(behavior: Behavior) -> str:
-    """What people call a behavior: its label, else what it invokes, else its kind."""
+    """What people call a behavior: its label, else what it invokes as the scenario writes it, else its kind."""
     if behavior.label:
         return behavior.label
     match behavior:
-        case InvokeAction(action=name) | InvokeScenario(scenario=name):
-            return name
+        case InvokeAction(action=name, actor=actor) | InvokeScenario(scenario=name, actor=actor):
+            return name if actor is None else f"{actor.span.text}.{name.rpartition('.')[2]}"
         case _:
             return type_of(behavior)

@@ -53,7 +53,7 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
 async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     """Carry out; an expression without a value ends the run as an error."""
     try:
-        place.services.count_start(behavior.span)
+        place.services.count_start(behavior.span, len(place.position))
         return await carry(place)
     except EvaluationError as error:
         place.services.decide(RunStatus.ERROR, str(error), error.span)

@@ -1,0 +1,58 @@
+# `make help` lists the targets. Everything is installed into .venv; nothing outside of this folder is changed.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo test test-all lint format goldens bench clean
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "seoro needs Python 3.11 or newer; choose one with: make PYTHON=python3.x ..." >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) \
+		|| { echo "Python's venv module is missing; on Debian: apt-get install python3-venv" >&2; rm -rf $(VENV); exit 1; }
+
+$(VENV)/.user: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "installing seoro with the MuJoCo simulator into $(VENV)"
+	@$(INSTALL) --editable '.[mujoco]'
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "installing seoro with what its tests need into $(VENV)"
+	@$(INSTALL) --editable '.[mujoco,dev]'
+	@touch $@ $(VENV)/.user
+
+install: $(VENV)/.user  ## set up .venv with seoro and the MuJoCo simulator
+
+demo: $(VENV)/.user  ## run the obstacle scenario in MuJoCo; pictures and results go to out/
+	@$(BIN)/seoro exec scenarios/navigation/obstacle.osc --sim mujoco --rate max -o out/
+
+test: lint  ## check the code and run the tests
+	@$(BIN)/pytest
+
+test-all: lint  ## the same, with the long tests
+	@$(BIN)/pytest -m ""
+
+lint: $(VENV)/.dev  ## ruff, mypy and the direction of imports
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-cache
+
+format: $(VENV)/.dev  ## format the code
+	@$(BIN)/ruff format .
+	@$(BIN)/ruff check --fix .
+
+goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
+	@$(BIN)/pytest --update-goldens tests/lang
+
+bench: $(VENV)/.user  ## measure what the documentation quotes
+	@$(BIN)/python benchmarks/obstacle.py
+
+clean:  ## remove .venv, caches and results
+	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,100 @@
+"""Zenoh sessions: real ones, between processes, over socket files."""
+
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.session import (
+    AsyncSession,
+    NoAnswer,
+    NoServer,
+    Refused,
+    Session,
+    SessionError,
+    open_session,
+)
+
+SERVER = Path(__file__).with_name("echo_server.py")
+KEY = "seoro/1/default/node/echo/cmd/echo"
+TOKENS = "seoro/1/default/alive/node/*/*"
+TOKEN = "seoro/1/default/alive/node/echo/b1"
+
+
+@contextmanager
+def server(endpoint: str) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen([sys.executable, str(SERVER), endpoint])
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+async def served(tmp_path: Path) -> AsyncIterator[AsyncSession]:
+    """A session with a server at its other end."""
+    endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
+    async with open_session(listen=endpoint) as session:
+        with server(endpoint):
+            with anyio.fail_after(10):
+                async with session.tokens(TOKENS) as tokens:
+                    assert await anext(tokens) == (TOKEN, True)
+            yield session
+
+
+async def test_requests_are_answered(served: AsyncSession) -> None:
+    assert await served.query(KEY, b"hello", 5) == b"hello"
+    assert await served.query(KEY, b"", 5) == b""
+
+
+async def test_a_large_payload_arrives_whole(served: AsyncSession) -> None:
+    payload = bytes(range(256)) * 8192
+    assert await served.query(KEY, payload, 5) == payload
+
+
+async def test_a_refusal_carries_its_payload(served: AsyncSession) -> None:
+    with pytest.raises(Refused) as caught:
+        await served.query(KEY, b"refuse", 5)
+    assert caught.value.payload == b"no"
+
+
+async def test_a_key_that_nobody_serves_is_told_apart_at_once(served: AsyncSession) -> None:
+    with anyio.fail_after(1), pytest.raises(NoServer):
+        await served.query("seoro/1/default/node/other/cmd/echo", b"", 30)
+
+
+async def test_a_server_that_keeps_a_request_times_out(served: AsyncSession) -> None:
+    with pytest.raises(NoAnswer):
+        await served.query(KEY, b"hold", 0.05)
+
+
+async def test_a_request_can_be_cancelled(served: AsyncSession) -> None:
+    with anyio.move_on_after(0.02) as scope:
+        await served.query(KEY, b"hold", 30)
+    assert scope.cancelled_caught
+    assert await served.query(KEY, b"still there", 5) == b"still there"
+
+
+async def test_the_death_of_a_server_is_noticed(served: AsyncSession) -> None:
+    with anyio.fail_after(2):
+        async with served.tokens(TOKENS) as tokens:
+            assert await anext(tokens) == (TOKEN, True)
+            with pytest.raises((NoServer, NoAnswer)):
+                await served.query(KEY, b"die", 1)
+            assert await anext(tokens) == (TOKEN, False)
+
+
+async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> None:
+    with anyio.fail_after(10), pytest.raises(SessionError, match="cannot connect to unixsock-stream"):
+        async with open_session(connect=f"unixsock-stream/{tmp_path}/nobody.sock"):
+            pass
+
+
+def test_a_session_either_listens_or_connects() -> None:
+    with pytest.raises(SessionError, match="either listens or connects"):
+        Session()

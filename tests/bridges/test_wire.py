@@ -1,0 +1,65 @@
+"""Messages: their form on the wire, and what is refused."""
+
+import msgpack
+import pytest
+
+from seoro.bridges import wire
+
+
+def test_a_message_survives_the_wire() -> None:
+    sent = wire.Advanced(
+        time=1.5,
+        occurrences=(wire.Occurrence(id="goal-1", time=1.4, outcome=wire.Outcome.ABORTED, message="no way"),),
+        contacts=(wire.Contact(time=1.5, first="robot", second="box"),),
+    )
+    assert wire.decode(wire.Advanced, wire.encode(sent)) == sent
+
+
+def test_the_form_on_the_wire_is_a_plain_map() -> None:
+    assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == {"until": 2.5}
+
+
+def test_binary_data_stays_binary() -> None:
+    artifact = wire.Artifact(name="a.png", media_type="image/png", description="", data=b"\x89PNG\x00")
+    assert (
+        wire.decode(wire.Artifacts, wire.encode(wire.Artifacts(artifacts=(artifact,)))).artifacts[0].data
+        == artifact.data
+    )
+
+
+def test_readers_ignore_what_a_newer_writer_adds() -> None:
+    payload = msgpack.packb({"until": 2.5, "added_later": [1, 2]})
+    assert wire.decode(wire.Advance, payload) == wire.Advance(until=2.5)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [b"", b"\xc1", b"not msgpack", msgpack.packb([1, 2]), msgpack.packb({"until": "soon"}), msgpack.packb({})],
+)
+def test_anything_else_is_a_wire_error(payload: bytes) -> None:
+    with pytest.raises(wire.WireError, match="not a valid Advance"):
+        wire.decode(wire.Advance, payload)
+
+
+def test_too_large_a_payload_is_refused_unread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wire, "MAX_MESSAGE", 10)
+    with pytest.raises(wire.WireError, match="exceeds the limit"):
+        wire.decode(wire.Advance, b"\x00" * 11)
+
+
+def test_every_verb_is_listed_once() -> None:
+    names = [verb.name for verb in wire.VERBS]
+    assert len(names) == len(set(names)) > 15
+
+
+def test_keys_have_a_fixed_form() -> None:
+    assert wire.node_command("default", "mujoco", "advance") == "seoro/1/default/node/mujoco/cmd/advance"
+    token = wire.node_token("default", "mujoco", "b1")
+    assert token == "seoro/1/default/alive/node/mujoco/b1"
+    assert wire.token_node(token) == ("mujoco", "b1")
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "*", "@admin", "Ünï", "a b"])
+def test_names_that_would_need_escaping_are_refused(name: str) -> None:
+    with pytest.raises(ValueError, match="cannot name a node"):
+        wire.node_command("default", name, "advance")

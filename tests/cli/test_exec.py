@@ -1,0 +1,177 @@
+"""`seoro exec`: what it prints and writes, and its exit status."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+import pytest
+
+from seoro.cli.main import main
+
+Write = Callable[[str], str]
+
+GREETING = """import osc.types
+import osc.helpers
+
+scenario greet:
+    name: string = "world"
+    pause: time = 0s
+    do serial:
+        wait elapsed(pause)
+        log("hello " + name)
+"""
+
+FAILING = """import osc.helpers
+
+scenario broken:
+    do serial:
+        log("so far")
+        emit fail
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    monkeypatch.chdir(tmp_path)
+
+    def write_file(text: str) -> str:
+        (tmp_path / "test.osc").write_text(text)
+        return "test.osc"
+
+    return write_file
+
+
+def records(path: str) -> list[dict[str, object]]:
+    return [json.loads(line) for line in Path(path).read_text().splitlines()]
+
+
+def test_a_passing_scenario(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(GREETING), "--seed", "3"]) == 0
+    out, err = capsys.readouterr()
+    assert "seed 3" in out
+    assert "hello world" in out
+    assert "passed  greet" in out
+    assert err == ""
+
+
+def test_a_failing_scenario_shows_what_failed(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(FAILING)]) == 1
+    out, err = capsys.readouterr()
+    assert "failed  broken" in out
+    assert " --> test.osc:6:9" in err
+    assert "emit fail" in err
+
+
+def test_the_trace_has_the_promised_records(write: Write) -> None:
+    assert main(["exec", write(GREETING), "--trace", "trace.jsonl", "--seed", "7", "--clock", "virtual"]) == 0
+    trace = records("trace.jsonl")
+    assert [record["seq"] for record in trace] == list(range(len(trace)))
+    start, end = trace[0], trace[-1]
+    assert start | {"wall": "", "version": ""} == {
+        "seq": 0,
+        "t": 0.0,
+        "wall": "",
+        "kind": "run.start",
+        "scenario": "greet",
+        "file": "test.osc",
+        "seed": 7,
+        "parameters": {"name": "world", "pause": 0.0},
+        "clock": "virtual",
+        "version": "",
+    }
+    assert end["kind"] == "run.end"
+    assert (end["status"], end["reason"], end["duration"]) == ("passed", "", 0.0)
+    behavior = next(record for record in trace if record["kind"] == "behavior.start" and record["type"] == "wait")
+    assert behavior["source"] == "test.osc:8:9"
+    assert set(behavior) == {"seq", "t", "wall", "kind", "id", "parent", "type", "name", "path", "source"}
+    assert all(re.fullmatch(r"\d{4}-\d\d-\d\dT[\d:.]+\+00:00", str(record["wall"])) for record in trace)
+
+
+def test_the_trace_can_go_to_stdout_alone(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(GREETING), "--trace", "-"]) == 0
+    out, err = capsys.readouterr()
+    assert [json.loads(line)["seq"] for line in out.splitlines()] == list(range(len(out.splitlines())))
+    assert "passed  greet" in err
+
+
+def test_the_result_as_json(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(FAILING), "--json", "--seed", "1"]) == 1
+    result = json.loads(capsys.readouterr().out)
+    assert result["status"] == "failed"
+    assert result["source"] == "test.osc:6:9"
+    assert result["seed"] == 1
+
+
+def test_the_output_folder(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(FAILING), "-o", "out/deep"]) == 1
+    assert records("out/deep/trace.jsonl")[-1]["status"] == "failed"
+    assert Xml.parse("out/deep/test.xml").find(".//failure") is not None
+    assert "out/deep/trace.jsonl" in capsys.readouterr().out
+
+
+def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(GREETING)
+    assert main(["exec", file, "--set", 'name="robot"', "--set", "pause=1500ms", "--clock", "virtual", "-n"]) == 0
+    out = capsys.readouterr().out
+    assert 'name = "robot"' in out
+    assert "pause = 1.5" in out
+
+
+def test_a_dry_run_runs_nothing(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(GREETING), "--dry-run", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"] == {"name": "world", "pause": 0.0}
+
+
+def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"
+    assert main(["exec", write(text), "--timeout", "0.05"]) == 3
+    assert "no verdict within 0.05 s of wall time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--set", "nonsense"], "not of the form PATH=VALUE"),
+        (["--set", "missing=1"], "there is no `missing`"),
+        (["--scenario", "other"], "declares no scenario `other`"),
+        (["--sim", "gazebo"], "there is no simulator 'gazebo'"),
+        (["--world", "maze"], "`--world` is a simulator's"),
+        (["--clock", "sim"], "the clock 'sim' is that of a simulator"),
+        (["-o", "/proc/nowhere"], "cannot write /proc/nowhere"),
+        (["--connect", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
+    ],
+)
+def test_what_cannot_be_done_is_said(
+    write: Write, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    assert main(["exec", write(GREETING), *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert message in err
+    assert "Traceback" not in err
+    assert out == ""
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--dryrun"], ["--seed", "-1"], ["--rate", "0"], ["--rate", "fast"], ["--timeout", "nan"]]
+)
+def test_a_wrong_option_is_refused(write: Write, arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["exec", write(GREETING), *arguments])
+    assert caught.value.code == 2
+
+
+def test_a_missing_file_is_one_clear_error(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    write("")
+    assert main(["exec", "nope.osc"]) == 2
+    err = capsys.readouterr().err
+    assert "cannot read `nope.osc`: No such file or directory" in err
+
+
+def test_all_errors_of_a_file_are_reported_at_once(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "import osc.helpers\nscenario main:\n    do serial:\n        shout()\n        wait elapsed(3m)\n"
+    assert main(["exec", write(text)]) == 2
+    err = capsys.readouterr().err
+    assert "test.osc:4:" in err
+    assert "test.osc:5:" in err

@@ -1,0 +1,40 @@
+"""The command itself."""
+
+import subprocess
+import sys
+
+import pytest
+
+import seoro
+from seoro.cli.main import main
+
+
+def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    out = capsys.readouterr().out
+    for command in ("exec", "check", "sim"):
+        assert f"\n    {command} " in out
+
+
+@pytest.mark.parametrize("command", ["exec", "check", "sim"])
+def test_each_command_has_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert f"  seoro {command} " in capsys.readouterr().out
+
+
+def test_the_public_names_exist() -> None:
+    for name in seoro.__all__:
+        assert getattr(seoro, name).__doc__, name
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        seoro.nonsense  # noqa: B018 - the access is the test
+
+
+def test_importing_seoro_is_light() -> None:
+    """A node that imports a wire schema must not pull in the parser, nor a program that embeds seoro Zenoh."""
+    heavy = "{'lark', 'zenoh', 'pydantic', 'anyio', 'numpy', 'rich'}"
+    code = f"import sys, seoro; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,1 @@
+"""The command, the runtime and a simulator node together, as users have them."""

@@ -1,0 +1,89 @@
+"""Real processes: the command line and simulator nodes."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+OBSTACLE = str(SCENARIOS / "navigation" / "obstacle.osc")
+GO_TO_POSE = str(SCENARIOS / "navigation" / "go_to_pose.osc")
+
+StartSeoro = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def start_seoro() -> Iterator[StartSeoro]:
+    """Starts `seoro` with arguments; whatever is left of it is killed after the test."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "seoro.cli.main", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def read_trace(path: Path) -> list[dict[str, Any]]:
+    """The records of a trace file."""
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def wait_until(condition: Callable[[], object], timeout: float) -> bool:
+    """Wait for something that another process does, which no clock of a run knows of."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def children(pid: int) -> list[int]:
+    """Process ids of the children of a process that runs simulator nodes."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal():
+            try:
+                stat = (entry / "stat").read_text().rpartition(")")[2].split()
+                command = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if int(stat[1]) == pid and b"sim_nodes" in command:
+                found.append(int(entry.name))
+    return found
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        os.kill(pid, 0)
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_for_driving(process: subprocess.Popen[str]) -> int:
+    """Wait until a run drives its robot; returns the process id of its simulator node."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "> robot.nav_to_pose" in line:
+            break
+    [node] = children(process.pid)
+    return node

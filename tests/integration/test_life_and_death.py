@@ -1,0 +1,122 @@
+"""What happens when processes are killed or interrupted: nothing hangs, and nothing is left."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.session import open_session
+from seoro.bridges.sim import NodeAddress, ask
+from tests.integration.conftest import (
+    OBSTACLE,
+    StartSeoro,
+    is_alive,
+    read_trace,
+    wait_for_driving,
+    wait_until,
+)
+
+
+def test_the_death_of_the_simulator_ends_the_run_as_an_error(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco", "-o", str(tmp_path))
+    node = wait_for_driving(process)
+    killed = time.monotonic()
+    os.kill(node, signal.SIGKILL)
+    _, err = process.communicate(timeout=10)
+    assert time.monotonic() - killed < 2.0
+    assert process.returncode == 3
+    assert "simulator 'mujoco' died in the middle of the run (killed by SIGKILL)" in err
+    assert "Traceback" not in err
+    assert not is_alive(node)
+    assert read_trace(tmp_path / "trace.jsonl")[-1]["status"] == "error"
+
+
+def test_a_simulator_that_hangs_is_given_up(start_seoro: StartSeoro) -> None:
+    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
+    node = wait_for_driving(process)
+    os.kill(node, signal.SIGSTOP)
+    try:
+        _, err = process.communicate(timeout=20)
+    finally:
+        if is_alive(node):
+            os.kill(node, signal.SIGCONT)
+    assert process.returncode == 3
+    assert "simulator 'mujoco' is gone" in err
+    assert wait_until(lambda: not is_alive(node), 5)
+
+
+def test_ctrl_c_cancels_cleans_up_and_leaves_no_node(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco", "-o", str(tmp_path))
+    node = wait_for_driving(process)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert "interrupted by Ctrl-C" in err
+    assert not is_alive(node)
+    ended = read_trace(tmp_path / "trace.jsonl")[-1]
+    assert (ended["status"], ended["reason"]) == ("cancelled", "interrupted by Ctrl-C")
+
+
+def test_ctrl_c_while_the_simulator_starts(start_seoro: StartSeoro) -> None:
+    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
+    assert wait_until(lambda: Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(), 10)
+    node = int(Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()[0])
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert wait_until(lambda: not is_alive(node), 3)
+
+
+def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> None:
+    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
+    node = wait_for_driving(process)
+    process.kill()
+    assert wait_until(lambda: not is_alive(node), 2)
+
+
+def test_a_simulator_started_by_hand_serves_runs_and_lives_on(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/node.sock"
+    node = start_seoro("sim", "mujoco", "--listen", endpoint)
+    assert node.stdout is not None
+    assert endpoint in node.stdout.readline()
+    for _ in range(2):
+        run = start_seoro("exec", OBSTACLE, "--connect", endpoint, "--rate", "max", "--seed", "1")
+        _, err = run.communicate(timeout=60)
+        assert run.returncode == 0, err
+    assert node.poll() is None
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == 0
+
+
+def test_an_interrupted_run_leaves_the_robot_standing(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/node.sock"
+    node = start_seoro("sim", "mujoco", "--listen", endpoint)
+    assert node.stdout is not None
+    node.stdout.readline()
+    run = start_seoro("exec", OBSTACLE, "--connect", endpoint, "--rate", "8")
+    assert run.stdout is not None
+    for line in run.stdout:
+        if "> robot.nav_to_pose" in line:
+            break
+    time.sleep(0.8)  # about 6 s of driving, which only the simulator's clock knows of
+    run.send_signal(signal.SIGINT)
+    run.communicate(timeout=10)
+    assert run.returncode == 130
+
+    async def displacement() -> tuple[float, float]:
+        async with open_session(connect=endpoint) as session:
+            address = NodeAddress(session, "default", "mujoco")
+            robot = wire.EntityName(name="turtlebot4")
+            features = await ask(address, wire.GET_SIMULATOR_FEATURES, wire.Empty())
+            before = (await ask(address, wire.GET_ENTITY_STATE, robot)).pose.position
+            await ask(address, wire.ADVANCE, wire.Advance(until=features.time + 2.0))
+            after = (await ask(address, wire.GET_ENTITY_STATE, robot)).pose.position
+            return before.x + before.y, abs(after.x - before.x) + abs(after.y - before.y)
+
+    driven, slid = anyio.run(displacement)
+    assert driven > 0.3
+    assert slid < 0.1

@@ -1,0 +1,111 @@
+"""The published navigation scenarios in MuJoCo."""
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+import pytest
+
+from seoro.cli.main import main
+from tests.integration.conftest import GO_TO_POSE, OBSTACLE, read_trace
+
+
+def run(scenario: str, folder: Path, seed: int, *arguments: str) -> list[dict[str, Any]]:
+    status = main([
+        "exec", scenario, "--sim", "mujoco", "--rate", "max", "--seed", str(seed), "-o", str(folder), *arguments
+    ])  # fmt: skip
+    records = read_trace(folder / "trace.jsonl")
+    assert status == 0, records[-1]
+    return records
+
+
+def test_the_robot_goes_around_the_box(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    records = run(OBSTACLE, tmp_path, 0)
+    assert records[-1]["duration"] < 60.0
+    assert [r for r in records if r["kind"] == "event" and r["name"] == "contact"] == []
+    names = {r["id"]: r["name"] for r in records if r["kind"] == "behavior.start"}
+    ended = {names[r["id"]]: r["t"] for r in records if r["kind"] == "behavior.end" and r["status"] == "succeeded"}
+    assert 0.0 < ended["box.spawn"] < ended["robot.nav_to_pose"]
+    assert (tmp_path / "top_down.png").read_bytes().startswith(b"\x89PNG")
+    assert Xml.parse(tmp_path / "test.xml").find(".//testcase") is not None
+    out = capsys.readouterr().out
+    for name in ("trace.jsonl", "test.xml", "top_down.png"):
+        assert str(tmp_path / name) in out
+
+
+def test_its_simpler_sister(tmp_path: Path) -> None:
+    assert run(GO_TO_POSE, tmp_path, 3)[-1]["duration"] < 60.0
+
+
+def test_the_same_seed_gives_the_same_trace(tmp_path: Path) -> None:
+    first, second = (
+        [{key: value for key, value in record.items() if key != "wall"} for record in records]
+        for records in (run(OBSTACLE, tmp_path / name, 5) for name in ("first", "second"))
+    )
+    assert first == second
+
+
+def test_another_seed_gives_another_run(tmp_path: Path) -> None:
+    assert run(OBSTACLE, tmp_path / "a", 5)[-1]["t"] != run(OBSTACLE, tmp_path / "b", 8)[-1]["t"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_every_seed_passes_without_touching_anything(tmp_path: Path, seed: int) -> None:
+    records = run(OBSTACLE, tmp_path, seed)
+    assert records[-1]["duration"] < 60.0
+    assert [r for r in records if r["kind"] == "event" and r["name"] == "contact"] == []
+
+
+def test_a_goal_inside_a_wall_fails_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(OBSTACLE).read_text().replace("x: 3.0m, y: -3.0m", "x: 0.75m, y: 0.0m")
+    file = tmp_path / "wall.osc"
+    file.write_text(text)
+    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    err = capsys.readouterr().err
+    assert "goal (0.75, 0.00)" in err
+    assert f"{file}:11:17" in err
+
+
+def test_an_unknown_model_fails_and_says_where_was_looked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "model.osc"
+    file.write_text(
+        "import osc.gazebo\n"
+        "scenario main:\n"
+        "    box: sim_object\n"
+        "    do box.spawn(pose_3d(position_3d(x: 1m, z: 0.2m)), 'shop://box.sdf')\n"
+    )
+    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max", "--model-path", str(tmp_path)]) == 1
+    err = capsys.readouterr().err
+    assert f"looked at {tmp_path}/shop/box.sdf" in err
+
+
+def test_an_action_without_a_simulator_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", OBSTACLE]) == 2
+    err = capsys.readouterr().err
+    assert f"{OBSTACLE}:9:13" in err
+    assert "--sim mujoco" in err
+
+
+def test_an_unknown_world_is_told_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", OBSTACLE, "--sim", "mujoco", "--world", "castle"]) == 2
+    assert "maze" in capsys.readouterr().err
+
+
+def test_contacts_stand_in_the_trace(tmp_path: Path) -> None:
+    """The same eyes that see nothing in the runs above do see a robot that is dropped on."""
+    file = tmp_path / "drop.osc"
+    file.write_text(
+        "import osc.ros\n"
+        "import osc.sim\n"
+        "scenario main:\n"
+        "    do serial:\n"
+        "        spawn_entity('box', 'example_simulation://models/box.sdf',"
+        " pose_3d(position_3d(x: 0.0m, y: 0.0m, z: 1.5m)))\n"
+        "        wait elapsed(3s)\n"
+    )
+    records = run(str(file), tmp_path, 0, "--world", "empty")
+    contacts = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
+    assert {"box", "turtlebot4"} == {contacts[0]["first"], contacts[0]["second"]}

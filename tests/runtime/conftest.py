@@ -1,0 +1,76 @@
+"""Running a scenario from its text, in virtual time."""
+
+from collections.abc import Sequence
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol
+
+import pytest
+
+from seoro.embed import Options, Run, Scenario, load, prepare
+from seoro.runtime.actions import ActionFunction, implementations
+from seoro.runtime.verdict import Verdict
+
+VIRTUAL = Options(clock="virtual")
+HEADER = "import osc.types\nimport osc.helpers\n\n"
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What became of a run."""
+
+    verdict: Verdict
+    records: Sequence[dict[str, Any]]
+
+    @property
+    def logs(self) -> list[tuple[float, str]]:
+        """Time and text of every log."""
+        return [(record["t"], record["message"]) for record in self.records if record["kind"] == "log"]
+
+    @property
+    def ends(self) -> dict[str, str]:
+        """Status of every behavior by its name; of several with one name, the last."""
+        names = {record["id"]: record["name"] for record in self.records if record["kind"] == "behavior.start"}
+        return {names[r["id"]]: r["status"] for r in self.records if r["kind"] == "behavior.end"}
+
+
+class Prepare(Protocol):
+    def __call__(
+        self, text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction] = ()
+    ) -> AbstractAsyncContextManager[Run]: ...
+
+
+class RunText(Protocol):
+    async def __call__(self, text: str, seed: int = 0, actions: Sequence[ActionFunction] = ()) -> Ran: ...
+
+
+@pytest.fixture
+def prepare_text(tmp_path: Path) -> Prepare:
+    """Prepares a run of the text of a scenario; actions are found beside those of the libraries."""
+
+    def prepare_run(
+        text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction] = ()
+    ) -> AbstractAsyncContextManager[Run]:
+        path = tmp_path / "test.osc"
+        path.write_text(HEADER + text)
+        module = ModuleType("actions_of_a_test")
+        vars(module).update({function.__name__: function for function in actions})
+        scenario = load(path)
+        found = {**scenario.implementations, **implementations([module])}
+        return prepare(Scenario(scenario.checked, found), options)
+
+    return prepare_run
+
+
+@pytest.fixture
+def run_text(prepare_text: Prepare) -> RunText:
+    """Runs the text of a scenario on the virtual clock."""
+
+    async def run(text: str, seed: int = 0, actions: Sequence[ActionFunction] = ()) -> Ran:
+        async with prepare_text(text, Options(seed=seed, clock="virtual"), actions) as started, started.running():
+            records = [record async for record in started.trace()]
+            return Ran(await started.result(), records)
+
+    return run

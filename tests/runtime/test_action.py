@@ -1,0 +1,236 @@
+"""Actions: ordinary coroutines, their outcomes, and their clean-up."""
+
+import asyncio
+
+import anyio
+import pytest
+
+from seoro import ActionContext, ActionFailed, InvalidUse, action
+from seoro.embed import Options
+from seoro.runtime.verdict import RunStatus
+from tests.runtime.conftest import Prepare, RunText
+
+DECLARATIONS = """
+action work:
+    name: string
+    seconds: float = 0.0
+
+action break_down
+action give_up
+action ignore_cancelling
+"""
+
+
+@action("work")
+async def work(ctx: ActionContext, name: str, seconds: float) -> None:
+    """Lasts for a time of the run's clock, then waits for the outside world; cleans up out there, too."""
+    try:
+        await ctx.sleep(seconds)
+        await asyncio.sleep(0)
+        ctx.log(f"{name} worked")
+        await asyncio.sleep(0.02)
+    except asyncio.CancelledError:
+        await asyncio.sleep(0.01)
+        ctx.log(f"{name} cleaned up")
+        raise
+
+
+@action("give_up")
+async def give_up(ctx: ActionContext) -> None:
+    raise ActionFailed("no use")
+
+
+@action("break_down")
+async def break_down(ctx: ActionContext) -> None:
+    raise KeyError("bug")
+
+
+@action("ignore_cancelling")
+async def ignore_cancelling(ctx: ActionContext) -> None:
+    while True:
+        try:
+            await asyncio.sleep(3600)
+        except asyncio.CancelledError:
+            ctx.log("ignored")
+
+
+ACTIONS = (work, give_up, break_down, ignore_cancelling)
+
+
+async def test_virtual_time_waits_for_real_work(run_text: RunText) -> None:
+    ran = await run_text(
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        work("a", 1.0)
+        serial:
+            wait elapsed(1.5s)
+            log("later")
+""",
+        actions=ACTIONS,
+    )
+    assert ran.logs == [(1.0, "a worked"), (1.5, "later")]
+    assert ran.verdict.passed
+
+
+async def test_a_failing_action_fails_with_its_reason_and_place(run_text: RunText) -> None:
+    ran = await run_text(DECLARATIONS + "scenario main:\n    do give_up()\n", actions=ACTIONS)
+    assert ran.verdict.status is RunStatus.FAILED
+    assert ran.verdict.reason == "`give_up` failed: no use"
+    assert ran.verdict.span is not None
+    assert ran.verdict.span.text.strip() == "give_up()"
+
+
+async def test_an_exception_in_an_action_is_an_error_not_a_failure(run_text: RunText) -> None:
+    ran = await run_text(
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        work("a", 5.0)
+        break_down()
+""",
+        actions=ACTIONS,
+    )
+    assert ran.verdict.status is RunStatus.ERROR
+    assert ran.verdict.reason == "`break_down` raised KeyError: 'bug'"
+    assert ran.logs == [(0.0, "a cleaned up")]
+
+
+async def test_cancelled_actions_clean_up_the_last_started_first(run_text: RunText) -> None:
+    ran = await run_text(
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        work("a", 9.0)
+        work("b", 9.0)
+        serial:
+            wait elapsed(1s)
+            work("c", 9.0)
+        serial:
+            wait elapsed(2s)
+            emit end
+""",
+        actions=ACTIONS,
+    )
+    assert ran.logs == [(2.0, "c cleaned up"), (2.0, "b cleaned up"), (2.0, "a cleaned up")]
+    assert ran.verdict.passed
+    assert len(ran.verdict.cancelled) == 6
+
+
+async def test_an_action_that_will_not_end_is_reported_and_left(prepare_text: Prepare) -> None:
+    text = (
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        ignore_cancelling()
+        emit end
+"""
+    )
+    with anyio.fail_after(5):
+        async with (
+            prepare_text(text, Options(clock="virtual", grace=0.02), ACTIONS) as run,
+            run.running(),
+        ):
+            verdict = await run.result()
+    assert verdict.status is RunStatus.ERROR
+    assert "clean-up of `ignore_cancelling` took longer than 0.02 s" in verdict.reason
+
+
+async def test_on_the_real_clock_an_action_does_not_hold_up_others(prepare_text: Prepare) -> None:
+    text = (
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        ignore_cancelling()
+        serial:
+            wait elapsed(0.01s)
+            log("went on")
+            emit fail
+"""
+    )
+    with anyio.fail_after(5):
+        async with prepare_text(text, Options(grace=0.02), ACTIONS) as run, run.running():
+            messages = [record["message"] async for record in run.trace() if record["kind"] == "log"]
+    assert messages[0] == "went on"
+
+
+async def test_a_run_is_stopped_in_order_when_its_task_is_cancelled(prepare_text: Prepare) -> None:
+    text = DECLARATIONS + 'scenario main:\n    do work("a", 9.0)\n'
+    records = []
+    with anyio.move_on_after(0.05) as scope:
+        async with prepare_text(text, Options(clock="real"), ACTIONS) as run, run.running():
+            async for record in run.trace():
+                records.append(record)
+            scope.cancel()
+    assert scope.cancelled_caught
+    rest = [record async for record in run.trace()]
+    assert [record["message"] for record in rest if record["kind"] == "log"] == ["a cleaned up"]
+    assert rest[-1]["status"] == "cancelled"
+
+
+async def test_leaving_the_block_stops_the_run(prepare_text: Prepare) -> None:
+    text = DECLARATIONS + 'scenario main:\n    do work("a", 9.0)\n'
+    async with prepare_text(text, Options(clock="real"), ACTIONS) as run, run.running():
+        await anyio.sleep(0.01)
+    verdict = await run.result()
+    assert verdict.status is RunStatus.CANCELLED
+
+
+async def test_a_function_that_does_not_fit_its_declaration_is_refused(prepare_text: Prepare) -> None:
+    @action("work")
+    async def other(ctx: ActionContext, name: str) -> None: ...
+
+    with pytest.raises(InvalidUse, match=r"it takes \(name\), the declaration has \(name, seconds\)") as caught:
+        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[other]):
+            pass
+    assert caught.value.span is not None
+    assert caught.value.span.text == "work"
+
+
+async def test_a_parameter_of_another_type_is_refused(prepare_text: Prepare) -> None:
+    @action("work")
+    async def other(ctx: ActionContext, name: str, seconds: int) -> None: ...
+
+    with pytest.raises(InvalidUse, match="the type of `seconds` does not fit"):
+        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[other]):
+            pass
+
+
+async def test_a_declaration_without_a_function_is_refused(prepare_text: Prepare) -> None:
+    with pytest.raises(InvalidUse, match="nothing carries out the action `work`"):
+        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n'):
+            pass
+
+
+@action("work")
+async def work_with_timeouts(ctx: ActionContext, name: str, seconds: float) -> None:
+    """Uses cancel scopes of its own, around real time, around the run's, and nested."""
+    with anyio.move_on_after(0.005) as outside:
+        await asyncio.sleep(3600)
+    assert outside.cancelled_caught
+    with anyio.CancelScope() as inside:
+        asyncio.get_running_loop().call_later(0.005, inside.cancel)
+        await ctx.sleep(seconds)
+    ctx.log(f"{name} {'gave up' if inside.cancelled_caught else 'slept'}")
+    async with anyio.create_task_group() as group:
+        group.start_soon(anyio.sleep, 0.005)
+    await ctx.sleep(1.0)
+    ctx.log(f"{name} is done")
+
+
+@pytest.mark.parametrize("clock", ["virtual", "real"])
+async def test_actions_may_use_cancel_scopes_and_task_groups(prepare_text: Prepare, clock: str) -> None:
+    text = DECLARATIONS + 'scenario main:\n    do parallel:\n        work("a", 9.0)\n        work("b", 9.0)\n'
+    options = Options(clock="virtual" if clock == "virtual" else "real")
+    with anyio.fail_after(5):
+        async with prepare_text(text, options, [work_with_timeouts]) as run, run.running():
+            messages = [record["message"] async for record in run.trace() if record["kind"] == "log"]
+            verdict = await run.result()
+    assert verdict.passed, verdict.reason
+    slept = "gave up" if clock == "real" else "slept"  # virtual time is over before the scope is cancelled
+    assert sorted(messages) == ["a " + slept, "a is done", "b " + slept, "b is done"]

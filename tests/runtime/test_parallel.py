@@ -1,0 +1,72 @@
+"""`parallel`: all members start together."""
+
+import pytest
+
+from seoro.runtime.verdict import RunStatus
+from tests.runtime.conftest import RunText
+
+
+async def test_it_lasts_as_long_as_its_longest_member(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do serial:
+        parallel:
+            wait elapsed(2s)
+            wait elapsed(3s)
+            log("at once")
+        log("after")
+""")
+    assert ran.logs == [(0.0, "at once"), (3.0, "after")]
+
+
+async def test_the_first_failing_member_cancels_the_others(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario broken:
+    do serial:
+        wait elapsed(1s)
+        emit fail
+
+scenario main:
+    do parallel:
+        broken()
+        serial:
+            other: wait elapsed(2s)
+            log("never")
+""")
+    assert ran.verdict.status is RunStatus.FAILED
+    assert ran.verdict.duration == 1.0
+    assert ran.ends["other"] == "cancelled"
+
+
+async def test_of_members_that_fail_in_one_round_the_first_in_the_text_counts(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario first:
+    do emit fail
+
+scenario second:
+    do emit fail
+
+scenario main:
+    do parallel:
+        first()
+        second()
+""")
+    assert ran.verdict.span is not None
+    assert ran.verdict.span.line == 6
+
+
+@pytest.mark.parametrize("members", [("emit go", 'log("seen")'), ('log("seen")', "emit go")])
+async def test_no_member_sees_what_another_does_in_the_same_round(
+    run_text: RunText, members: tuple[str, str]
+) -> None:
+    """Whoever is written first, the scenario is ended only after the round."""
+    text = "\n".join(f"        {member}" for member in members).replace("emit go", "emit end")
+    ran = await run_text(f"scenario main:\n    do parallel:\n{text}\n")
+    assert ran.logs == [(0.0, "seen")]
+
+
+async def test_a_thousand_members_run_at_once(run_text: RunText) -> None:
+    members = "\n".join(f"        wait elapsed({1 + number % 7}s)" for number in range(1000))
+    ran = await run_text(f"scenario main:\n    do parallel:\n{members}\n")
+    assert ran.verdict.passed
+    assert ran.verdict.duration == 7.0
