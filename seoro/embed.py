@@ -27,6 +27,8 @@ from seoro.actions import modules_of
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, ParameterTrait, check, lower
 from seoro.lang.frontend import load as load_sources
+from seoro.lang.lower.entry import find_entry
+from seoro.parameters import read_parameters
 from seoro.runtime.actions import Implementation, implementations, takes_anything
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
@@ -210,6 +212,7 @@ class Options:
         name: Of the scenario to run, if the file has several.
         seed: Of everything that is drawn; drawn itself if it is None.
         overrides: Values of parameters, by path, as expressions of the language: `{"robot.goal.x": "3m"}`.
+        parameters: A parameter file (see `seoro.parameters`); `overrides` go before what it says.
         clock: `real` if it is not given, `sim` if there is a simulator.
         simulator: To start or to connect to.
         observers: Called with every record of the trace.
@@ -219,6 +222,7 @@ class Options:
     name: str | None = None
     seed: int | None = None
     overrides: Mapping[str, str] = field(default_factory=dict)
+    parameters: Path | None = None
     clock: ClockName | None = None
     simulator: Simulator | None = None
     observers: Sequence[Observer] = ()
@@ -248,7 +252,7 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     Raises:
         InvalidScenario, InvalidUse, BackendError: As `start`.
     """
-    plan = lower(scenario.checked, options.name, options.overrides)
+    plan = lower(scenario.checked, options.name, _overrides(scenario, options))
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     recorder = _Recorder()
     async with AsyncExitStack() as stack:
@@ -264,6 +268,13 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             version=__version__,
         )
         yield Run(Execution(plan, settings), seed, node, recorder)
+
+
+def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:
+    if options.parameters is None:
+        return options.overrides
+    entry = find_entry(scenario.checked, options.name).qualified_name
+    return {**read_parameters(options.parameters, entry), **options.overrides}
 
 
 @asynccontextmanager

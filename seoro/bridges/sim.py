@@ -27,6 +27,7 @@ from seoro.runtime.contracts import (
 
 REQUEST_TIMEOUT = 10.0  # [s] of the machine's clock
 LOSS_NOTICE = 0.5  # [s] after a request has failed
+ANYTHING = "osc_actor"
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
@@ -73,10 +74,14 @@ class SimulatorNode:
     # -------------------------------------------------------- backend
 
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
-        """The robot of the same name, else the first free one that can stand for the actor's type."""
+        """The robot of the same name, else the first free one that can stand for the actor's type.
+
+        An actor of the type that everything is (`osc_actor`) is a robot by its name only.
+        """
         free = [robot for robot in self._features.robots if robot.name not in self._taken]
-        candidates = [robot for robot in free if types[0] in robot.kinds]
-        chosen = next((robot for robot in candidates if robot.name == actor), next(iter(candidates), None))
+        fitting = [robot for robot in free if types[0] in robot.kinds]
+        named = next((robot for robot in fitting if robot.name == actor), None)
+        chosen = named or (next(iter(fitting), None) if types[0] != ANYTHING else None)
         if chosen is None:
             return None
         self._taken.add(chosen.name)

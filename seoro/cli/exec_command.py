@@ -51,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="give a parameter a value, an expression of the language: --set robot.goal.x=3m (repeatable)",
     )
     parser.add_argument(
+        "--params",
+        type=Path,
+        metavar="FILE",
+        help="values of parameters in YAML: a mapping under the scenario's name, numbers in SI base units",
+    )
+    parser.add_argument(
         "--seed", type=_seed, metavar="N", help="seed of everything that is drawn (default: drawn)"
     )
     parser.add_argument(
@@ -101,7 +107,7 @@ class _Exec:
     def __init__(self, options: argparse.Namespace, scenario: Scenario) -> None:
         self._options = options
         self._scenario = scenario
-        self._interrupted = False
+        self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         # Where stdout is for a program, people are told on stderr.
         self._progress = Progress(sys.stderr if options.json or options.trace == "-" else sys.stdout)
@@ -111,17 +117,18 @@ class _Exec:
         async with background() as group:
             group.start_soon(self._watch_signals, group.cancel_scope)
             return await self._prepare_and_run()
-        return Exit.INTERRUPTED  # a signal cancelled the group
+        return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _watch_signals(self, scope: anyio.CancelScope) -> None:
         """The first signal stops the run in order; the second, or one before there is a run, drops everything."""
         with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
             async for number in signals:
                 name = "Ctrl-C" if number == signal.SIGINT else number.name
-                if self._run is None or self._interrupted:
+                second = self._interrupted is not None
+                self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
+                if self._run is None or second:
                     scope.cancel()
                     return
-                self._interrupted = True
                 self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
                 self._run.stop(f"interrupted by {name}")
 
@@ -132,6 +139,7 @@ class _Exec:
                 name=options.scenario,
                 seed=options.seed,
                 overrides=_overrides(options.set),
+                parameters=options.params,
                 clock=options.clock,
                 simulator=_simulator(options),
                 observers=observers,
@@ -147,7 +155,7 @@ class _Exec:
                 artifacts = await run.artifacts() if options.output_dir else ()
         files = self._write_results(verdict, run, artifacts)
         self._print_end(verdict, run, files)
-        return Exit.INTERRUPTED if self._interrupted else OF_STATUS[verdict.status]
+        return self._interrupted or OF_STATUS[verdict.status]
 
     async def _await_verdict(self, run: Run) -> Verdict:
         limit = self._options.timeout

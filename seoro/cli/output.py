@@ -15,7 +15,7 @@ from seoro.lang.render import render_text
 from seoro.lang.source import Span
 from seoro.runtime.verdict import RunStatus, Verdict
 
-_QUIET = {"serial", "parallel", "one_of", "scenario", "emit"}  # structure; what people follow are the leaves
+_QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
 _MARKS = {"succeeded": ("+", "green"), "failed": ("x", "red"), "cancelled": ("-", "yellow")}
 
@@ -50,9 +50,9 @@ def print_reason(verdict: Verdict) -> None:
     """Print on stderr why a run did not pass, with the text of the scenario that decided, if any did."""
     if verdict.span is not None:
         found = _at_run(verdict.reason, verdict.span)
-        print(render_text(found, colour=use_colour(sys.stderr)), file=sys.stderr)
+        print("\n" + render_text(found, colour=use_colour(sys.stderr)), file=sys.stderr)
     elif verdict.reason:
-        print(f"{verdict.status.value}: {verdict.reason}", file=sys.stderr)
+        print(f"\n{verdict.status.value}: {verdict.reason}", file=sys.stderr)
 
 
 def _at_run(message: str, span: Span, hint: str = "") -> Diagnostic:
@@ -76,7 +76,7 @@ class Progress:
         match record["kind"]:
             case "behavior.start" if record["type"] not in _QUIET:
                 self._running[record["id"]] = (record["name"], record["t"])
-                if record["type"] == "action" and record["name"] != "log":
+                if record["name"] != "log":
                     self._line(record["t"], "", ">", record["name"])
             case "behavior.end" if record["id"] in self._running:
                 self._end(record)

@@ -252,7 +252,7 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Convert:
-    """A number converted to `float` where the language does so implicitly (7.4.2.6); of a list or range, each element."""
+    """A number as `float`, where the language converts implicitly (7.4.2.6); of a list or range, each element."""
 
     operand: Expression
     span: Span

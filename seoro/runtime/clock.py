@@ -8,6 +8,7 @@ import time
 import anyio
 import anyio.lowlevel
 
+from seoro.runtime.agenda import TIME_DIGITS
 from seoro.runtime.contracts import TimeServer
 
 HORIZON = 1.0  # [s]; longest grant when nothing is due, so that a stop from outside is noticed
@@ -92,7 +93,9 @@ class SimulatorClock:
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
         """Grant time up to `due`; return early when something happened."""
         horizon = HORIZON if math.isinf(self._rate) else PACED_GRANT
-        until = self._now + horizon if due is None else min(due, self._now + horizon)
+        until = round(self._now + horizon, TIME_DIGITS)
+        if due is not None:
+            until = min(due, until)
         self._now = await self._server.advance(until)
         behind = self._now / self._rate - (time.monotonic() - self._wall_start)
         if behind > 0:

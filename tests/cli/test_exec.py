@@ -119,6 +119,32 @@ def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str])
     assert "pause = 1.5" in out
 
 
+def test_parameters_can_come_from_a_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(GREETING)
+    Path("values.yaml").write_text('greet:\n  name: "two \\"words\\""\n  pause: 2.5\n')
+    assert main(["exec", file, "--params", "values.yaml", "--set", "pause=1s", "-n", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"] == {"name": 'two "words"', "pause": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("other:\n  name: a\n", "has no mapping under the name of the scenario, `greet`"),
+        ("- a\n", "has no mapping"),
+        ("greet: {name: 2026-01-01}\n", "a value of no type of the language"),
+        ("a: [\n", "is no YAML"),
+        ("greet: {volume: 3}\n", "there is no `volume`"),
+    ],
+)
+def test_a_wrong_parameter_file_is_refused(
+    write: Write, capsys: pytest.CaptureFixture[str], text: str, message: str
+) -> None:
+    file = write(GREETING)
+    Path("values.yaml").write_text(text)
+    assert main(["exec", file, "--params", "values.yaml"]) == 2
+    assert message in capsys.readouterr().err
+
+
 def test_a_dry_run_runs_nothing(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(GREETING), "--dry-run", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["parameters"] == {"name": "world", "pause": 0.0}

@@ -1,0 +1,75 @@
+"""Values of parameters from a file.
+
+A parameter file is YAML: under the name of the scenario, a mapping of its parameters. Numbers of physical
+parameters are in SI base units.
+
+    example_simulation:
+      robot:
+        namespace: r1
+      speed: 0.3
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from seoro.errors import InvalidUse
+
+MAX_SIZE = 1024 * 1024  # [bytes]
+
+
+def read_parameters(path: Path, scenario: str) -> dict[str, str]:
+    """The values in a parameter file, as expressions of the language by the path of the parameter.
+
+    Args:
+        path: The file.
+        scenario: Name of the scenario that is going to run.
+
+    Raises:
+        InvalidUse: The file cannot be read, or is not of the form above.
+    """
+    try:
+        if path.stat().st_size > MAX_SIZE:
+            raise InvalidUse(f"the parameter file {path} is larger than {MAX_SIZE} bytes")
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidUse(f"cannot read the parameter file {path}: {error}") from error
+    except yaml.YAMLError as error:
+        raise InvalidUse(f"the parameter file {path} is no YAML: {error}") from error
+    if not isinstance(content, dict) or not isinstance(content.get(scenario), dict):
+        found = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
+        raise InvalidUse(
+            f"the parameter file {path} has no mapping under the name of the scenario, `{scenario}`",
+            help=f"it has: {found}",
+        )
+    return dict(_expressions(content[scenario], "", path))
+
+
+def _expressions(values: dict[Any, Any], prefix: str, path: Path) -> Iterator[tuple[str, str]]:
+    for name, value in values.items():
+        where = f"{prefix}{name}"
+        if isinstance(value, dict):
+            yield from _expressions(value, f"{where}.", path)
+        else:
+            yield where, _expression(value, where, path)
+
+
+def _expression(value: object, where: str, path: Path) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return repr(value)
+        case str():
+            return json.dumps(value, ensure_ascii=False)
+        case list():
+            return f"[{', '.join(_expression(item, where, path) for item in value)}]"
+        case _:
+            raise InvalidUse(
+                f"the parameter file {path} gives `{where}` a value of no type of the language: {value!r}"
+            )

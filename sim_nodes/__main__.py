@@ -1,0 +1,89 @@
+"""`python -m sim_nodes ENGINE`: start a simulator node."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from seoro.bridges.session import SessionError
+from seoro.bridges.wire import node_command
+from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
+from sim_nodes.physics import Engine
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulator import Simulator
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
+INVALID = 2  # exit status: the command line is wrong, or what it names does not work
+
+
+def _mujoco() -> Engine:
+    from sim_nodes.mujoco.engine import MujocoEngine  # noqa: PLC0415
+
+    return MujocoEngine()
+
+
+# Engines are imported when they are asked for: each is an optional dependency.
+ENGINES: dict[str, Callable[[], Engine]] = {"mujoco": _mujoco}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a node until it is told to end; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(levelname)s: %(message)s")
+    listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
+    settings = NodeSettings(options.node or options.engine, options.namespace, listen, options.connect)
+    end_on_signals()
+    if options.die_with_parent:
+        die_with_parent()
+    make = partial(_make, options.engine, options.world, options.seed)
+    try:
+        node_command(settings.namespace, settings.node, "*")
+        serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
+    except KeyboardInterrupt:
+        return 0
+    except (SessionError, RequestRefused, ValueError) as error:
+        sys.stderr.write(f"sim_nodes: {error}\n")
+        return INVALID
+    return 0
+
+
+def _make(engine: str, world: str, seed: int) -> Simulator:
+    return Simulator(ENGINES[engine](), world, seed)
+
+
+def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> None:
+    if quiet:
+        return
+    where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
+    world = simulator.simulation.world.name
+    sys.stdout.write(f"{settings.node} {where} with the world {world}; Ctrl-C ends it\n")
+    sys.stdout.flush()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="sim_nodes", description="Start a simulator node.")
+    parser.add_argument("engine", choices=sorted(ENGINES), help="the physics engine")
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument("--connect", metavar="ENDPOINT", help="connect to the hub at this Zenoh endpoint")
+    place.add_argument(
+        "--listen",
+        metavar="ENDPOINT",
+        help=f"be the hub, and listen on this endpoint (default {DEFAULT_ENDPOINT})",
+    )
+    parser.add_argument(
+        "--namespace", default="default", help="first part of the node's name (default %(default)s)"
+    )
+    parser.add_argument("--node", help="name of the node (default: the engine's)")
+    parser.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of all randomness (default %(default)s)")
+    parser.add_argument(
+        "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,187 @@
+"""What is in a world by name: robots and walls of its file, and bodies that are spawned, moved and deleted."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from seoro.bridges.wire import Result, SpawnResult
+from sim_nodes.geometry import Array, rotation_matrix
+from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere
+from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.worlds.loader import World
+from sim_nodes.worlds.schema import NAME
+
+MAX_SPAWNED = 200
+FLOOR_TOLERANCE = 1e-3  # [m] that a body may begin below the floor
+RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
+
+
+@dataclass(frozen=True)
+class Spawned:
+    """A body that was spawned."""
+
+    model: BodyModel
+    time: float  # [s]
+
+
+class Entities:
+    """The entities of a world.
+
+    Attributes:
+        spawned: What was spawned, by name, in order.
+    """
+
+    def __init__(self, engine: Engine, world: World) -> None:
+        self._engine = engine
+        self._robots = frozenset(robot.name for robot in world.robots)
+        self._walls = frozenset(wall.name for wall in world.walls)
+        self.spawned: dict[str, Spawned] = {}
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all entities, sorted."""
+        return tuple(sorted(self._robots | self._walls | self.spawned.keys()))
+
+    def matching(self, pattern: str) -> tuple[str, ...]:
+        """Names that match a regular expression as a whole, sorted.
+
+        Raises:
+            RequestRefused: It is no regular expression.
+        """
+        if len(pattern) > 200:
+            raise RequestRefused(Result.OPERATION_FAILED, "the filter is longer than 200 characters")
+        try:
+            expression = re.compile(pattern)
+        except re.error as error:
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"the filter {pattern!r} is no regular expression: {error}"
+            ) from error
+        return tuple(name for name in self.names() if expression.fullmatch(name))
+
+    def state(self, name: str) -> BodyState:
+        """The state of an entity; walls are at the origin."""
+        self._known(name)
+        return BodyState((0.0, 0.0, 0.0)) if name in self._walls else self._engine.body_state(name)
+
+    def spawn(self, name: str, model: BodyModel, state: BodyState, time: float, *, rename: bool) -> str:
+        """Add a body; returns its name, which is another than the one asked for when that is taken and `rename`.
+
+        Raises:
+            RequestRefused: The name is taken or wrong, or there is something at that place.
+        """
+        name = self._free_name(name, rename)
+        if len(self.spawned) >= MAX_SPAWNED:
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"there are {MAX_SPAWNED} spawned entities already: delete some"
+            )
+        _check_floor(name, model, state)
+        self._engine.add_body(name, model, state)
+        in_the_way = self._engine.overlaps(name)
+        if in_the_way:
+            self._engine.remove_body(name)
+            raise RequestRefused(
+                SpawnResult.INVALID_POSE, f"{_at(name, state)} would overlap {listed(in_the_way)}"
+            )
+        self.spawned[name] = Spawned(model, time)
+        return name
+
+    def _free_name(self, name: str, rename: bool) -> str:
+        if not re.fullmatch(NAME, name) or name in RESERVED:
+            raise RequestRefused(
+                SpawnResult.NAME_INVALID,
+                f"{name!r} cannot name an entity: use letters, digits, '_' and '-', a letter first, at most 64, "
+                f"and none of {listed(RESERVED)}",
+            )
+        taken = self.names()
+        if name not in taken:
+            return name
+        if not rename:
+            raise RequestRefused(
+                SpawnResult.NAME_NOT_UNIQUE, f"there is an entity {name!r} already: taken are {listed(taken)}"
+            )
+        return next(new for i in range(1, MAX_SPAWNED + 2) if (new := f"{name[:58]}_{i}") not in taken)
+
+    def move(self, name: str, state: BodyState) -> None:
+        """Put a robot or a spawned body somewhere.
+
+        Raises:
+            RequestRefused: It is a wall, unknown, or there is something at that place.
+        """
+        self._known(name)
+        if name in self._walls:
+            raise RequestRefused(
+                Result.FEATURE_UNSUPPORTED, f"{name!r} belongs to the world: walls cannot be moved"
+            )
+        if name in self.spawned:
+            _check_floor(name, self.spawned[name].model, state)
+        before = self._engine.body_state(name)
+        self._engine.set_body_state(name, state)
+        in_the_way = self._engine.overlaps(name)
+        if in_the_way and state.position != before.position:
+            self._engine.set_body_state(name, before)
+            raise RequestRefused(Result.OPERATION_FAILED, f"{_at(name, state)} would overlap {listed(in_the_way)}")
+
+    def delete(self, name: str) -> None:
+        """Remove a spawned body.
+
+        Raises:
+            RequestRefused: It was not spawned.
+        """
+        self._known(name)
+        if name not in self.spawned:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"{name!r} belongs to the world: what was spawned can be deleted, which is {listed(self.spawned)}",
+            )
+        self._engine.remove_body(name)
+        del self.spawned[name]
+
+    def delete_all(self) -> None:
+        """Remove all spawned bodies."""
+        for name in tuple(self.spawned):
+            self.delete(name)
+
+    def _known(self, name: str) -> None:
+        if name not in self.names():
+            raise RequestRefused(
+                Result.NOT_FOUND, f"there is no entity {name!r}: known are {listed(self.names())}"
+            )
+
+
+def _at(name: str, state: BodyState) -> str:
+    x, y, _ = state.position
+    return f"{name!r} at ({x:.2f}, {y:.2f})"
+
+
+def _check_floor(name: str, model: BodyModel, state: BodyState) -> None:
+    lowest = lowest_point(model, state)
+    if lowest < -FLOOR_TOLERANCE:
+        needed = state.position[2] - lowest
+        raise RequestRefused(
+            SpawnResult.INVALID_POSE,
+            f"{_at(name, state)} would be {-lowest:.3f} m inside the floor: z has to be {needed:.3f} m or more",
+        )
+
+
+def lowest_point(model: BodyModel, state: BodyState) -> float:
+    """Height of the lowest point of a body in a state [m]."""
+    body = rotation_matrix(state.orientation)
+    return min(_lowest_of(part, body) for part in model.parts) + state.position[2]
+
+
+def _lowest_of(part: Part, body: Array) -> float:
+    """Height of the lowest point of a part above its body's origin, the body rotated by a (3, 3) matrix."""
+    centre = float((body @ part.position)[2])
+    up = (body @ rotation_matrix(part.orientation))[2]  # the world's z axis in the part's frame
+    match part.shape:
+        case Box(size=size):
+            return centre - float(np.abs(up) @ size) / 2
+        case Cylinder(radius=radius, length=length):
+            return centre - abs(float(up[2])) * length / 2 - float(np.hypot(up[0], up[1])) * radius
+        case Sphere(radius=radius):
+            return centre - radius
+        case _:
+            assert_never(part.shape)

@@ -1,0 +1,99 @@
+"""Poses in the plane and in space.
+
+Angles are radians. Orientations in space are unit quaternions (w, x, y, z), and at the edges roll, pitch, yaw
+after ISO 8855: rotation about z first, then about the new y, then about the new x.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+def wrap(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+class Pose2(NamedTuple):
+    """A pose in the plane, or the transform from the frame that it is the pose of to the frame it is given in."""
+
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float  # [rad]
+
+    def compose(self, inner: Pose2) -> Pose2:
+        """The pose `inner`, given in this frame, in this frame's parent."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(
+            self.x + cos * inner.x - sin * inner.y,
+            self.y + sin * inner.x + cos * inner.y,
+            wrap(self.yaw + inner.yaw),
+        )
+
+    def inverse(self) -> Pose2:
+        """The pose of the parent in this frame."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
+
+    def distance(self, x: float, y: float) -> float:
+        """Distance of the origin of this pose to a point in the same frame [m]."""
+        return math.hypot(self.x - x, self.y - y)
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """The orientation with these angles."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def roll_pitch_yaw(orientation: Quaternion) -> Vector:
+    """The angles of an orientation; pitch in [-pi/2, pi/2]."""
+    w, x, y, z = orientation
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    return roll, pitch, yaw_of(orientation)
+
+
+def yaw_of(orientation: Quaternion) -> float:
+    """The yaw of an orientation."""
+    w, x, y, z = orientation
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
+    """The orientation `second`, given in a frame of orientation `first`, in that frame's parent."""
+    a, b, c, d = first
+    e, f, g, h = second
+    return (
+        a * e - b * f - c * g - d * h,
+        a * f + b * e + c * h - d * g,
+        a * g - b * h + c * e + d * f,
+        a * h + b * g - c * f + d * e,
+    )
+
+
+def rotation_matrix(orientation: Quaternion) -> Array:
+    """The (3, 3) matrix that takes vectors of the rotated frame to its parent."""
+    w, x, y, z = orientation
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,1 @@
+"""The MuJoCo engine: the only folder that imports mujoco."""

@@ -1,0 +1,208 @@
+"""The `Engine` of `sim_nodes.physics` by MuJoCo.
+
+Bodies are added and removed by recompiling the specification, which keeps the state of everything else exactly.
+It gives a new model and new data, so everything that refers to either is found anew by `_bind`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sim_nodes.geometry import Array, Vector
+from sim_nodes.mujoco.model import FLOOR, SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.physics import BodyModel, BodyState, PlacedRobot, Scene, UnstablePhysics
+
+NOTHING: frozenset[tuple[str, str]] = frozenset()
+OVERLAP = 1e-3  # [m] of interpenetration that contacts at rest may have
+
+log = logging.getLogger(__name__)
+
+
+class _Robot:
+    """Addresses of a robot in the arrays of a model."""
+
+    def __init__(self, model: Any, robot: PlacedRobot) -> None:
+        prefix, declaration = f"{robot.name}/", robot.declaration
+        drive = declaration.drive
+        joints = [model.joint(prefix + name) for name in (drive.left_joint, drive.right_joint)]
+        self.base: int = model.body(prefix + declaration.base_link).id
+        self.lidar: int = model.body(prefix + declaration.lidar.link).id
+        self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
+        self.wheel_speeds = [int(joint.dofadr[0]) for joint in joints]
+        self.motors = [model.actuator(joint.name).id for joint in joints]
+
+
+class MujocoEngine:
+    """MuJoCo with one scene; see `sim_nodes.physics.Engine` for what the methods do."""
+
+    name = "mujoco"
+    version: str = mujoco.__version__
+    steps_per_second = round(1.0 / TIMESTEP)
+
+    def __init__(self) -> None:
+        # MuJoCo would write its warnings to a file in the working directory.
+        mujoco.set_mju_user_warning(log.warning)
+        self._ray_groups = np.zeros(6, dtype=np.uint8)
+        self._ray_groups[SOLID_GROUP] = 1
+
+    def build(self, scene: Scene) -> None:
+        """See `Engine.build`."""
+        self._scene = scene
+        self._added: set[str] = set()
+        self._spec = scene_spec(scene)
+        self._model = self._spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._bind()
+
+    def _bind(self) -> None:
+        model = self._model
+        mujoco.mj_forward(model, self._data)
+        self._robots = {robot.name: _Robot(model, robot) for robot in self._scene.robots}
+        self._bases = {name: robot.base for name, robot in self._robots.items()}
+        self._bases |= {name: model.body(name).id for name in self._added}
+        names = {base: name for name, base in self._bases.items()}
+        roots = model.body_rootid[model.geom_bodyid]
+        self._owners = [
+            names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)
+        ]
+        self._time: float = self._data.time
+        self._contact_key = b""
+        self._touching = NOTHING
+
+    def reset(self) -> None:
+        """See `Engine.reset`."""
+        mujoco.mj_resetData(self._model, self._data)
+        self._bind()
+
+    def step(self) -> None:
+        """See `Engine.step`."""
+        mujoco.mj_step(self._model, self._data)
+        time: float = self._data.time
+        if time <= self._time:  # MuJoCo starts over, silently, when accelerations are no numbers
+            self._time = math.inf
+            raise UnstablePhysics("MuJoCo found no accelerations: reset the simulation")
+        self._time = time
+
+    def touching(self) -> frozenset[tuple[str, str]]:
+        """See `Engine.touching`."""
+        geoms = self._data.contact.geom
+        key = geoms.tobytes()
+        if key != self._contact_key:  # wheels stand on the floor all the time: most steps end here
+            self._contact_key = key
+            self._touching = self._pairs(geoms.tolist())
+        return self._touching
+
+    def _pairs(self, contacts: list[list[int]]) -> frozenset[tuple[str, str]]:
+        pairs = set()
+        for first, second in contacts:
+            a, b = self._owners[first], self._owners[second]
+            if a != b and FLOOR not in (a, b):
+                pairs.add((min(a, b), max(a, b)))
+        return frozenset(pairs)
+
+    def overlaps(self, name: str) -> tuple[str, ...]:
+        """See `Engine.overlaps`."""
+        solid = [geom for geom in range(self._model.ngeom) if self._model.geom_contype[geom]]
+        own = [geom for geom in solid if self._owners[geom] == name]
+        others = [geom for geom in solid if self._owners[geom] not in (name, FLOOR)]
+        return tuple(
+            sorted({self._owners[other] for mine in own for other in others if self._inside(mine, other)})
+        )
+
+    def _inside(self, first: int, second: int) -> bool:
+        return bool(mujoco.mj_geomDistance(self._model, self._data, first, second, OVERLAP, None) < -OVERLAP)
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        """See `Engine.add_body`."""
+        add_body(self._spec, name, model, state)
+        self._added.add(name)
+        self._recompile()
+
+    def remove_body(self, name: str) -> None:
+        """See `Engine.remove_body`."""
+        self._spec.delete(self._spec.body(name))
+        self._added.discard(name)
+        self._recompile()
+
+    def _recompile(self) -> None:
+        self._model, self._data = self._spec.recompile(self._model, self._data)
+        self._bind()
+
+    def body_state(self, name: str) -> BodyState:
+        """See `Engine.body_state`."""
+        body, data = self._bases[name], self._data
+        if self._model.body_mocapid[body] >= 0:
+            return BodyState(_vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
+        joint = self._model.body_jntadr[body]
+        position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
+        x, y, z, *orientation = data.qpos[position : position + 7].tolist()
+        vx, vy, vz, *spin = data.qvel[speed : speed + 6].tolist()
+        # A free joint's angular velocity is in the body's frame.
+        angular = data.xmat[body].reshape(3, 3) @ spin
+        return BodyState((x, y, z), tuple(orientation), (vx, vy, vz), _vector(angular))
+
+    def set_body_state(self, name: str, state: BodyState) -> None:
+        """See `Engine.set_body_state`."""
+        body, data = self._bases[name], self._data
+        mocap = self._model.body_mocapid[body]
+        if mocap >= 0:
+            data.mocap_pos[mocap] = state.position
+            data.mocap_quat[mocap] = state.orientation
+        else:
+            joint = self._model.body_jntadr[body]
+            position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
+            data.qpos[position : position + 7] = [*state.position, *state.orientation]
+            mujoco.mj_kinematics(self._model, data)
+            data.qvel[speed : speed + 3] = state.linear
+            data.qvel[speed + 3 : speed + 6] = data.xmat[body].reshape(3, 3).T @ state.angular
+        if name in self._robots:
+            data.qvel[self._robots[name].wheel_speeds] = 0.0
+        mujoco.mj_forward(self._model, data)
+
+    def wheel_angles(self, robot: str) -> tuple[float, float]:
+        """See `Engine.wheel_angles`."""
+        left, right = self._robots[robot].wheel_positions
+        return float(self._data.qpos[left]), float(self._data.qpos[right])
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        """See `Engine.command_wheels`."""
+        self._data.ctrl[self._robots[robot].motors] = left, right
+
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        """See `Engine.cast_rays`."""
+        addresses, data = self._robots[robot], self._data
+        count = len(directions)
+        vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()
+        hit = np.zeros(count, dtype=np.int32)
+        distance = np.zeros(count)
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            data.xpos[addresses.lidar],
+            vectors,
+            self._ray_groups,
+            1,
+            addresses.base,
+            hit,
+            distance,
+            None,
+            count,
+            limit,
+        )
+        distance[(hit < 0) | (distance > limit)] = np.inf
+        return distance
+
+
+def _static_owner(geom: str) -> str:
+    """The entity of a geom of the world's own body."""
+    return geom.split("/")[1] if geom.startswith(WALL_PREFIX) else FLOOR
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = values.tolist()
+    return (x, y, z)

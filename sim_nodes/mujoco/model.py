@@ -1,0 +1,141 @@
+"""Scenes and bodies as MuJoCo specifications.
+
+What URDF cannot say is added here: the free joint, motors, friction, and which of the shapes lidar beams may hit.
+"""
+
+from __future__ import annotations
+
+from typing import Any, assert_never
+
+import mujoco
+from defusedxml import ElementTree
+
+from sim_nodes.geometry import quaternion
+from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Shape, Sphere, Wall
+from sim_nodes.robots.declaration import RobotDeclaration
+
+TIMESTEP = 0.004  # [s]; wheels with the motor gain of our robots are stable up to 5 ms
+FLOOR = "floor"
+WALL_PREFIX = "wall/"
+SOLID_GROUP = 0  # what collides and what lidar sees; shapes to look at are in group 1
+DROP = 0.001  # [m] above the floor at which robots start, so that they do not start inside it
+TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
+
+
+def scene_spec(scene: Scene) -> Any:
+    """The specification of a scene."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    left, bottom, right, top = scene.extent
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[(left + right) / 2, (bottom + top) / 2, 0.0],
+        size=[(right - left) / 2, (top - bottom) / 2, 0.1],
+        friction=[1.0, TORSIONAL, ROLLING],
+    )
+    for index, wall in enumerate(scene.walls):
+        _add_wall(spec, index, wall)
+    for robot in scene.robots:
+        _add_robot(spec, robot)
+    return spec
+
+
+def _add_wall(spec: Any, index: int, wall: Wall) -> None:
+    spec.worldbody.add_geom(
+        name=f"{WALL_PREFIX}{wall.name}/{index}",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=[wall.x, wall.y, wall.height / 2],
+        quat=quaternion(0.0, 0.0, wall.yaw),
+        size=[wall.length / 2, wall.thickness / 2, wall.height / 2],
+    )
+
+
+def _add_robot(spec: Any, robot: PlacedRobot) -> None:
+    pose = robot.pose
+    frame = spec.worldbody.add_frame(pos=[pose.x, pose.y, DROP], quat=quaternion(0.0, 0.0, pose.yaw))
+    spec.attach(robot_spec(robot.declaration), prefix=f"{robot.name}/", frame=frame)
+
+
+def robot_spec(declaration: RobotDeclaration) -> Any:
+    """The specification of a robot: its URDF, free to move, with motors at its wheels."""
+    spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf_text()))
+    base = spec.body(declaration.base_link)
+    base.add_freejoint()
+    for geom in _solids(base):
+        geom.friction = [declaration.body_friction, TORSIONAL, ROLLING]
+    for link in declaration.low_friction_links:
+        for geom in _solids(spec.body(link)):
+            # Without priority the friction of a contact is the larger of the two, and the floor would win.
+            geom.condim, geom.priority = 1, 1
+    drive = declaration.drive
+    for name in (drive.left_joint, drive.right_joint):
+        joint = spec.joint(name)
+        joint.armature = drive.armature
+        for geom in _solids(joint.parent):
+            geom.friction = [drive.wheel_friction, TORSIONAL, ROLLING]
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.set_to_velocity(kv=drive.motor_gain)
+        motor.forcelimited = True
+        motor.forcerange = [-drive.motor_torque, drive.motor_torque]
+    return spec
+
+
+def _with_compiler(urdf: str) -> str:
+    """The URDF with MuJoCo's settings in it; by default links at fixed joints lose name and mass, visuals go."""
+    root = ElementTree.fromstring(urdf)
+    extension = root.makeelement("mujoco", {})
+    extension.append(root.makeelement("compiler", {"discardvisual": "false", "fusestatic": "false"}))
+    root.insert(0, extension)
+    text: str = ElementTree.tostring(root, encoding="unicode")
+    return text
+
+
+def _solids(body: Any) -> list[Any]:
+    return [geom for geom in body.geoms if geom.contype]
+
+
+def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
+    """Add a body to a specification; a static one is a mocap body, which can be put elsewhere."""
+    body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
+    if not model.static:
+        body.add_freejoint()
+    volumes = [_volume(part.shape) for part in model.parts]
+    for part, volume in zip(model.parts, volumes, strict=True):
+        kind, size = _geom(part.shape)
+        body.add_geom(
+            type=kind,
+            size=size,
+            pos=part.position,
+            quat=part.orientation,
+            mass=model.mass * volume / sum(volumes),
+            friction=[model.friction, TORSIONAL, ROLLING],
+            group=SOLID_GROUP,
+        )
+
+
+def _geom(shape: Shape) -> tuple[Any, list[float]]:
+    match shape:
+        case Box(size=(x, y, z)):
+            return mujoco.mjtGeom.mjGEOM_BOX, [x / 2, y / 2, z / 2]
+        case Cylinder(radius=radius, length=length):
+            return mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0.0]
+        case Sphere(radius=radius):
+            return mujoco.mjtGeom.mjGEOM_SPHERE, [radius, 0.0, 0.0]
+        case _:
+            assert_never(shape)
+
+
+def _volume(shape: Shape) -> float:
+    """Volume up to the factor pi where that is common; used to share the mass among parts."""
+    pi = 3.141592653589793
+    match shape:
+        case Box(size=(x, y, z)):
+            return x * y * z
+        case Cylinder(radius=radius, length=length):
+            return pi * radius * radius * length
+        case Sphere(radius=radius):
+            return 4.0 / 3.0 * pi * radius**3
+        case _:
+            assert_never(shape)

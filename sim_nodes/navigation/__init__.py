@@ -1,0 +1,1 @@
+"""Navigation of wheeled robots in simulated time: maps, localisation, planning, control."""

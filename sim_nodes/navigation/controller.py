@@ -1,0 +1,162 @@
+"""Local control by the dynamic window approach (Fox, Burgard, Thrun 1997) over a cost-to-go.
+
+Each cycle rolls out arcs of constant velocity, drops those on which the robot could not stop before what is in
+its way, and takes the one whose safe end is best: least cost to go from there, and ahead of there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.grid import Grid
+from sim_nodes.navigation.planner import Plan
+from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.sensors.lidar import Scan
+
+HORIZON = 1.5  # [s]
+SAMPLES = 12  # points on an arc
+SPEEDS, TURN_RATES = 6, 21  # how many are tried
+WINDOW = 0.25  # [s] of acceleration that the tried speeds are apart from the present one
+TURN_RATE = 1.5  # [rad/s]; less than the robot can, localisation is better for it
+LATENCY = 0.15  # [s] from something in the way to the first braking: scan, cycle, wheels
+STRAY_BEAMS = 3  # so many of a scan have to agree on what is ahead
+STOP_MARGIN = 0.05  # [m] left when stopped before something
+LOOK_AHEAD = 0.25  # [m] beyond the end of an arc, along its heading
+LOOK_AHEAD_WEIGHT = 0.7
+WALL_AHEAD_COST = 50.0  # at most, per metre of the look-ahead, for heading towards a wall
+STEADINESS = 0.03  # cost of changing the turn rate [m / (rad/s)]
+IDLE = (0.01, 0.05)  # [m/s], [rad/s]; slower than this nothing is gained, and the robot is as good as blocked
+APPROACH_DISTANCE = 0.3  # [m] from the goal
+NO_WAY = 1e6  # cost-to-go where there is none
+
+
+class LocalController:
+    """Chooses velocities for a robot.
+
+    Attributes:
+        velocity: The last one, from which the next can differ by the accelerations only.
+    """
+
+    def __init__(self, grid: Grid, declaration: RobotDeclaration, interval: float) -> None:
+        self._grid = grid
+        self._drive = declaration.drive
+        self._radius = declaration.radius
+        self._clearance = declaration.clearance
+        self._interval = interval
+        self._times = np.linspace(HORIZON / SAMPLES, HORIZON, SAMPLES)
+        self._turn_rates = np.linspace(-TURN_RATE, TURN_RATE, TURN_RATES)
+        self._plan: Plan | None = None
+        self.velocity = AT_REST
+
+    def follow(self, plan: Plan, pose: Pose2, distance: Array, scan: Scan, speed_limit: float) -> Velocity | None:
+        """The next velocity towards the goal of a plan, or None when every arc is blocked.
+
+        Args:
+            plan: The plan.
+            pose: Of the base in the map.
+            distance: Distance of each cell to the next wall or obstacle [m].
+            scan: The last scan; what is in it counts before it becomes an obstacle.
+            speed_limit: [m/s].
+        """
+        speeds, turns = self._window(min(speed_limit, self._speed_before(scan)))
+        x, y, heading = self._rollout(pose, speeds, turns)
+        safe, admissible = self._safe_points(pose, speeds, x, y, distance)
+        score = self._score(plan, pose, x, y, heading, safe, turns)
+        score[np.logical_not(admissible)] = np.inf
+        best = int(score.argmin())
+        if score[best] >= NO_WAY:
+            return None
+        chosen = Velocity(float(speeds[best]), float(turns[best]))
+        if chosen.linear < IDLE[0] and abs(chosen.angular) < IDLE[1]:
+            return None
+        return self.steer(chosen)
+
+    def steer(self, wanted: Velocity) -> Velocity:
+        """The velocity nearest to a wanted one that the accelerations allow."""
+        dv, dw = self._drive.max_acceleration * self._interval, self._drive.max_turn_acceleration * self._interval
+        v, w = self.velocity
+        self.velocity = Velocity(
+            min(max(wanted.linear, v - dv), v + dv),
+            min(max(wanted.angular, w - dw), w + dw),
+        )
+        return self.velocity
+
+    def stop(self) -> Velocity:
+        """Zero velocity at once, whatever the accelerations."""
+        self.velocity = AT_REST
+        return AT_REST
+
+    def _window(self, limit: float) -> tuple[Array, Array]:
+        reach = self._drive.max_acceleration * WINDOW
+        now = self.velocity.linear
+        fastest = max(0.0, min(limit, self._drive.max_speed, now + reach))
+        slowest = min(fastest, max(0.0, now - reach))
+        tried = np.concatenate([[0.0], np.linspace(slowest, fastest, SPEEDS)])
+        speeds, turns = np.meshgrid(tried, self._turn_rates, indexing="ij")
+        return speeds.ravel(), turns.ravel()
+
+    def _speed_before(self, scan: Scan) -> float:
+        """The speed from which the robot stops before whatever stands in the strip ahead of it."""
+        ahead = (np.abs(scan.y) < self._radius) & (scan.x > 0.0)
+        if np.count_nonzero(ahead) < STRAY_BEAMS:
+            return self._drive.max_speed
+        # The round front of the robot touches a thing at the side later than one in the middle.
+        room = np.partition(scan.x[ahead] - np.sqrt(self._radius**2 - scan.y[ahead] ** 2), STRAY_BEAMS - 1)
+        return self._stoppable_speed(max(float(room[STRAY_BEAMS - 1]) - STOP_MARGIN, 0.0))
+
+    def _stoppable_speed(self, room: float) -> float:
+        """The v with v * latency + v^2 / 2a = room."""
+        a = self._drive.max_acceleration
+        return -a * LATENCY + math.sqrt((a * LATENCY) ** 2 + 2.0 * a * room)
+
+    def _rollout(self, pose: Pose2, speeds: Array, turns: Array) -> tuple[Array, Array, Array]:
+        """Points x, y and heading of the arcs, each of shape (arcs, SAMPLES)."""
+        heading = turns[:, None] * self._times
+        # Along a chord: 2 r sin(a/2) at half the angle; sinc is of pi times its argument.
+        chord = speeds[:, None] * self._times * np.sinc(heading / (2.0 * math.pi))
+        direction = pose.yaw + heading / 2.0
+        return pose.x + chord * np.cos(direction), pose.y + chord * np.sin(direction), pose.yaw + heading
+
+    def _safe_points(self, pose: Pose2, speeds: Array, x: Array, y: Array, distance: Array) -> tuple[Array, Array]:
+        """Index of the last safe point of each arc (-1: none), and whether the robot can stop there."""
+        room = distance[self._grid.cells(x, y)]
+        here = float(distance[self._grid.cell(pose.x, pose.y)])
+        # Who is too close already may go where it is no closer.
+        needed = min(self._clearance, here - 1e-3)
+        blocked = room < needed
+        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), SAMPLES)
+        way = speeds * first * (HORIZON / SAMPLES)
+        braking = speeds * LATENCY + speeds**2 / (2.0 * self._drive.max_acceleration) + STOP_MARGIN
+        return first - 1, (first == SAMPLES) | (way >= braking) | (speeds == 0.0)
+
+    def _score(
+        self, plan: Plan, pose: Pose2, x: Array, y: Array, heading: Array, safe: Array, turns: Array
+    ) -> Array:
+        arc, last = np.arange(len(safe)), safe.clip(0).astype(np.int64)
+        end_x, end_y, end_heading = x[arc, last], y[arc, last], heading[arc, last]
+        ahead = min(LOOK_AHEAD, pose.distance(*plan.goal) / 2.0)
+        there = self._to_go(plan, pose, end_x, end_y)
+        ahead_x, ahead_y = end_x + ahead * np.cos(end_heading), end_y + ahead * np.sin(end_heading)
+        beyond = self._to_go(plan, pose, ahead_x, ahead_y)
+        # Ahead of the end there may be a wall: it is bad to head for it, but the end is what counts.
+        beyond = np.minimum(beyond, there + WALL_AHEAD_COST * ahead)
+        score: Array = there + LOOK_AHEAD_WEIGHT * beyond + STEADINESS * np.abs(turns - self.velocity.angular)
+        return score
+
+    def _to_go(self, plan: Plan, pose: Pose2, x: Array, y: Array) -> Array:
+        """What it costs to go from points; near the goal the way there, which the cells are too coarse for."""
+        if pose.distance(*plan.goal) < APPROACH_DISTANCE:
+            way: Array = np.hypot(x - plan.goal[0], y - plan.goal[1])
+            return way
+        if plan is not self._plan:
+            self._plan = plan
+            self._open = np.isfinite(plan.cost_to_go).astype(np.float64)
+            self._finite = np.where(np.isfinite(plan.cost_to_go), plan.cost_to_go, 0.0)
+        # Closed cells have no cost to go, and must not lend any to the open ones beside them.
+        weight = self._grid.interpolate(self._open, x, y)
+        value = self._grid.interpolate(self._finite, x, y)
+        return np.where(weight > 0.0, value / np.maximum(weight, 1e-9), NO_WAY)

@@ -1,0 +1,90 @@
+"""The obstacle layer: what the lidar sees that is not on the map.
+
+Each cell counts scans that hit it against scans that looked through it, so that neither one stray beam
+makes an obstacle nor one missed beam removes it. Hits next to walls of the map are taken for the walls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.grid import FAR, NavigationMap
+from sim_nodes.sensors.lidar import Scan
+
+HITS = 3  # scans with a hit, net of those that saw through, that make an obstacle
+MOST = 8  # the count saturates, so that what goes away is forgotten in about a second
+RANGE = 3.0  # [m] up to which scans are used
+WALL_BAND = 0.15  # [m]; hits nearer to a wall of the map are the wall
+MARGIN = 0.1  # [m] before a hit where a beam does not clear any more
+STRIDE = 0.05  # [m] between the points of a beam that clear
+
+
+class ObstacleLayer:
+    """Counts of hits on the grid of a map, and the distances to what they make obstacles.
+
+    Attributes:
+        distance: Distance of each cell to the next wall or obstacle [m].
+        changes: How often the set of obstacles has changed.
+    """
+
+    def __init__(self, known: NavigationMap) -> None:
+        self._map = known
+        self._free = known.distance > WALL_BAND
+        self._steps = np.arange(0.2, RANGE, STRIDE)
+        self.changes = 0
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all obstacles."""
+        self._count = np.zeros(self._map.distance.shape, dtype=np.int8)
+        self._obstacles = np.zeros(self._map.distance.shape, dtype=np.bool_)
+        self.distance = self._map.distance
+        self.changes += 1
+
+    def update(self, pose: Pose2, scan: Scan) -> None:
+        """Take in a scan made at a pose of the base in the map."""
+        seen = np.zeros(self._count.shape, dtype=np.bool_)
+        hit = np.zeros(self._count.shape, dtype=np.bool_)
+        lidar = pose.compose(scan.mount)
+        angles = scan.angles + pose.yaw
+        cos, sin = np.cos(angles), np.sin(angles)
+        self._look_through(seen, lidar, scan, cos, sin)
+        near = scan.ranges < RANGE
+        x = lidar.x + scan.ranges[near] * cos[near]
+        y = lidar.y + scan.ranges[near] * sin[near]
+        inside = self._map.grid.inside(x, y)
+        hit[self._map.grid.cells(x[inside], y[inside])] = True
+        hit &= self._free
+        self._count[seen & ~hit & (self._count > 0)] -= 1
+        self._count[hit & (self._count < MOST)] += 1
+        obstacles = self._count >= HITS
+        if not np.array_equal(obstacles, self._obstacles):
+            self._obstacles = obstacles
+            self.changes += 1
+            self.distance = self._distances()
+
+    def _look_through(
+        self,
+        seen: NDArray[np.bool_],
+        lidar: Pose2,
+        scan: Scan,
+        cos: Array,
+        sin: Array,
+    ) -> None:
+        reach = np.minimum(scan.ranges, RANGE) - MARGIN
+        beam, step = np.nonzero(self._steps[None, :] < reach[:, None])
+        x = lidar.x + self._steps[step] * cos[beam]
+        y = lidar.y + self._steps[step] * sin[beam]
+        seen[self._map.grid.cells(x, y)] = True
+
+    def _distances(self) -> Array:
+        if not self._obstacles.any():
+            return self._map.distance
+        resolution = self._map.grid.resolution
+        # The transform counts from centre to centre; an obstacle begins at the border of its cell.
+        distance = distance_transform_edt(~self._obstacles) * resolution - resolution / 2
+        combined: Array = np.minimum(self._map.distance, distance.clip(0.0, FAR))
+        return combined

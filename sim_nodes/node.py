@@ -1,0 +1,129 @@
+"""The process: a simulator served over Zenoh, one request at a time, in the order of arrival.
+
+Requests arrive in a queue from Zenoh's threads; everything else happens on the main thread. A request that
+cannot be carried out, also because of a fault in here, is answered with a refusal, and the node lives on.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import secrets
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType
+
+from seoro.bridges.session import Request, Session
+from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_token
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulator import Simulator
+from sim_nodes.verbs import handle
+
+# Zenoh's threads and the main one take turns; with the default of 5 ms a wake-up can cost as much.
+SWITCH_INTERVAL = 5e-4  # [s]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """Where a node is reached and under which name; exactly one of `listen` and `connect` is given."""
+
+    node: str
+    namespace: str = "default"
+    listen: str | None = None
+    connect: str | None = None
+
+
+def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable[[Simulator], None]) -> None:
+    """Serve a simulator until the process is told to end.
+
+    Args:
+        settings: Where and under which name.
+        make: Makes the simulator.
+        ready: Called once requests are taken.
+
+    Raises:
+        SessionError: The endpoint does not work.
+        RequestRefused: The world cannot be loaded.
+    """
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    session = Session(listen=settings.listen, connect=settings.connect)
+    try:
+        simulator = make()
+        busy = Refusal(
+            code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later"
+        )
+        inbox = session.serve(node_command(settings.namespace, settings.node, "*"), encode(busy))
+        session.declare_token(node_token(settings.namespace, settings.node, secrets.token_hex(8)))
+        ready(simulator)
+        while True:
+            _turn(simulator, inbox)
+    finally:
+        session.close()
+
+
+def _turn(simulator: Simulator, inbox: queue.Queue[Request]) -> None:
+    """Keep pace while playing, and answer the next request."""
+    delay = keep_pace(simulator, time.monotonic())
+    try:
+        request = inbox.get(block=delay != 0.0, timeout=delay)
+    except queue.Empty:
+        return
+    answer(simulator, request)
+
+
+def keep_pace(simulator: Simulator, clock: float) -> float | None:
+    """As `Simulator.keep_pace`; a fault pauses the simulation instead of ending the node."""
+    try:
+        return simulator.keep_pace(clock)
+    except Exception:
+        log.exception("fault while playing, paused")
+        simulator.set_state(SimulationState.PAUSED)
+        return None
+
+
+def answer(simulator: Simulator, request: Request) -> None:
+    """Carry out a request and answer it, whatever happens."""
+    verb = request.key.rsplit("/", 1)[-1]
+    try:
+        request.reply(handle(simulator, verb, request.payload))
+    except RequestRefused as refused:
+        _refuse(request, refused.code, refused.message)
+    except Exception as error:
+        log.exception("fault in %s", verb)
+        _refuse(request, Result.OPERATION_FAILED, f"fault in the simulator node: {type(error).__name__}: {error}")
+
+
+def _refuse(request: Request, code: int, message: str) -> None:
+    try:
+        request.refuse(encode(Refusal(code=code, message=message)))
+    except Exception:  # whoever asked is gone, or was answered in part
+        log.exception("cannot refuse a request")
+
+
+def end_on_signals() -> None:
+    """Let SIGTERM end the process as Ctrl-C does: by an exception on the main thread, the session closes."""
+    signal.signal(signal.SIGTERM, _end)
+
+
+def _end(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def die_with_parent() -> None:
+    """End the process when stdin ends, also in the middle of a request; leave Ctrl-C to the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_wait_for_parent, daemon=True, name="parent").start()
+
+
+def _wait_for_parent() -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    # The main thread may be deep in a grant, and nobody is left to be told anything.
+    os._exit(0)

@@ -1,0 +1,259 @@
+"""A picture of a run from above: the world, the paths that robots drove, and everything where it is now."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import assert_never
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MultipleLocator
+from scipy.spatial import ConvexHull
+
+from sim_nodes.entities import Spawned
+from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
+from sim_nodes.physics import BodyState, Box, Cylinder, Part, Sphere
+from sim_nodes.record import RobotRecord
+from sim_nodes.robots.robot import Robot
+from sim_nodes.simulation import Simulation
+
+WIDTH = 1400  # [pixels]
+DPI = 140
+WALL, FLOOR, GRID, INK = "#3b4252", "#fbfaf7", "#e6e3dc", "#2b303b"
+SPAWNED, SPAWNED_EDGE, START = "#e8953a", "#a85f12", "#3a9d5d"
+ROBOTS = ("#2f6fb7", "#b7442f", "#7a4fb5", "#2f9a9a")  # one after the other, by robot
+GOAL = "#c8322b"
+FLAG = np.array([(0.0, 0.0), (0.0, 0.42), (0.3, 0.31), (0.0, 0.2), (0.0, 0.0)])  # [m], planted at the origin
+LABEL_GAP = 0.06  # [m] between a thing and its label
+
+
+def top_down(simulation: Simulation) -> bytes:
+    """The picture of a simulation as PNG, `WIDTH` pixels wide."""
+    left, bottom, right, top = simulation.world.extent
+    inches = WIDTH / DPI
+    axes_width = 0.88
+    height = inches * axes_width * (top - bottom) / (right - left) + 1.55
+    figure = Figure(figsize=(inches, height), dpi=DPI, facecolor="white")
+    axes = figure.add_axes((0.085, 0.95 / height, axes_width, (height - 1.55) / height))
+    _draw_floor(axes, simulation)
+    entries: list[Line2D | Patch] = []
+    for index, robot in enumerate(simulation.robots.values()):
+        colour = ROBOTS[index % len(ROBOTS)]
+        entries += _draw_record(axes, simulation.records[robot.name], robot, colour)
+    for name, spawned in simulation.entities.spawned.items():
+        state = simulation.engine.body_state(name)
+        _draw_spawned(axes, spawned, state)
+        for robot in simulation.robots.values():
+            _draw_moment(axes, simulation.records[robot.name], robot, spawned, state)
+        _label(axes, f"{name}\nspawned at\n{spawned.time:.2f} s", spawned, state, _taken(simulation))
+    if simulation.entities.spawned:
+        entries.append(
+            Patch(facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, label="spawned, and where the robot was then")
+        )
+    for index, robot in enumerate(simulation.robots.values()):
+        _draw_robot(axes, robot, simulation.engine.body_state(robot.name).planar, ROBOTS[index % len(ROBOTS)])
+    _draw_titles(axes, simulation)
+    if entries:
+        figure.legend(
+            handles=entries,
+            loc="lower center",
+            ncol=min(5, len(entries)),
+            frameon=False,
+            fontsize=10.5,
+            labelcolor=INK,
+        )
+    FigureCanvasAgg(figure)
+    file = io.BytesIO()
+    figure.savefig(file, format="png", metadata={"Software": None})
+    return file.getvalue()
+
+
+def _draw_floor(axes: Axes, simulation: Simulation) -> None:
+    left, bottom, right, top = simulation.world.extent
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", facecolor=FLOOR)
+    ticks = 1.0 if right - left <= 25 else 5.0
+    axes.xaxis.set_major_locator(MultipleLocator(ticks))
+    axes.yaxis.set_major_locator(MultipleLocator(ticks))
+    axes.grid(color=GRID, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=INK, labelsize=10, length=3)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.set_xlabel("x [m]", fontsize=11, color=INK)
+    axes.set_ylabel("y [m]", fontsize=11, color=INK)
+    for wall in simulation.world.walls:
+        part = Part(
+            Box((wall.length, wall.thickness, wall.height)), (wall.x, wall.y, 0.0), quaternion(0, 0, wall.yaw)
+        )
+        outline = _outline(part, BodyState((0.0, 0.0, 0.0)))
+        axes.add_patch(Polygon(outline, facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=2))
+
+
+def _draw_titles(axes: Axes, simulation: Simulation) -> None:
+    driven = ", ".join(
+        f"{robot} drove {_length(record.path):.1f} m" for robot, record in simulation.records.items()
+    )
+    axes.set_title(
+        f"World “{simulation.world.name}”", loc="left", fontsize=15, fontweight="bold", color=INK, pad=10
+    )
+    axes.set_title(
+        f"{driven} in {simulation.time:.1f} s" if driven else f"{simulation.time:.1f} s",
+        loc="right",
+        fontsize=11.5,
+        color=INK,
+        pad=10,
+    )
+
+
+def _length(path: list[tuple[float, float]]) -> float:
+    return sum(math.dist(a, b) for a, b in pairwise(path))
+
+
+def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str) -> list[Line2D | Patch]:
+    """Path, start and goals of a robot; returns their entries of the legend."""
+    entries: list[Line2D | Patch] = []
+    if len(record.path) > 1:
+        path = np.array(record.path)
+        axes.plot(*path.T, color="white", linewidth=6.0, solid_capstyle="round", zorder=3)
+        axes.plot(*path.T, color=colour, linewidth=2.8, solid_capstyle="round", zorder=4)
+        _draw_direction(axes, path, colour)
+        entries.append(Line2D([], [], color=colour, linewidth=2.8, label=f"path of {robot.name}"))
+    start = record.start
+    axes.plot(
+        start.x, start.y, "o", markersize=11, color=START, markeredgecolor="white", markeredgewidth=1.5, zorder=6
+    )
+    entries.append(Line2D([], [], marker="o", linestyle="", markersize=9, color=START, label="start"))
+    for goal in record.goals:
+        flag = FLAG + np.array([goal.x, goal.y])
+        axes.add_patch(
+            Polygon(flag, facecolor=GOAL, edgecolor="white", linewidth=4.5, joinstyle="round", zorder=9)
+        )
+        axes.add_patch(Polygon(flag, facecolor=GOAL, edgecolor=GOAL, linewidth=2.0, joinstyle="round", zorder=10))
+    if record.goals:
+        flag_marker = Path(FLAG - FLAG.mean(axis=0))
+        entries.append(Line2D([], [], marker=flag_marker, linestyle="", markersize=14, color=GOAL, label="goal"))
+    return entries
+
+
+def _draw_direction(axes: Axes, path: Array, colour: str) -> None:
+    """Small arrowheads along a path, about every 1.2 m."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    for mark in np.arange(0.8, along[-1] - 0.4, 1.2):
+        index = int(np.searchsorted(along, mark))
+        behind = max(index - 5, 0)
+        direction = path[index] - path[behind]
+        norm = float(np.hypot(*direction))
+        if norm < 1e-6:
+            continue
+        ahead = direction / norm
+        side = np.array([-ahead[1], ahead[0]])
+        tip, base = path[index] + 0.13 * ahead, path[index] - 0.07 * ahead
+        head = np.array([tip, base + 0.1 * side, base + 0.03 * ahead, base - 0.1 * side])
+        axes.add_patch(Polygon(head, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=5))
+
+
+def _draw_spawned(axes: Axes, spawned: Spawned, state: BodyState) -> None:
+    for part in spawned.model.parts:
+        axes.add_patch(
+            Polygon(_outline(part, state), facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, linewidth=1.4, zorder=7)
+        )
+
+
+def _draw_moment(axes: Axes, record: RobotRecord, robot: Robot, spawned: Spawned, state: BodyState) -> None:
+    """Where a robot was when a body was spawned: a ring of its size, tied to the body."""
+    times = np.array(record.times)
+    index = int(np.searchsorted(times, spawned.time, side="right")) - 1
+    if index < 1:
+        return
+    x, y = record.path[index]
+    style = {"edgecolor": SPAWNED_EDGE, "linewidth": 1.3, "linestyle": (0, (3, 2))}
+    axes.add_patch(Circle((x, y), robot.declaration.radius, facecolor="none", zorder=5, **style))
+    axes.plot(
+        [x, state.position[0]], [y, state.position[1]], color=SPAWNED_EDGE, linewidth=1.0, linestyle=":", zorder=3
+    )
+
+
+def _taken(simulation: Simulation) -> Array:
+    """Points that labels should not cover, shape (n, 2): of walls, paths and goals."""
+    points = [np.array(record.path).reshape(-1, 2) for record in simulation.records.values()]
+    points += [np.array([(goal.x, goal.y)]) for record in simulation.records.values() for goal in record.goals]
+    for wall in simulation.world.walls:
+        along = np.arange(-wall.length / 2, wall.length / 2, 0.05)
+        points.append(np.column_stack([wall.x + along * math.cos(wall.yaw), wall.y + along * math.sin(wall.yaw)]))
+    return np.concatenate(points) if points else np.zeros((0, 2))
+
+
+def _label(axes: Axes, text: str, spawned: Spawned, state: BodyState, taken: Array) -> None:
+    """Write a text beside a body, on the side where it covers least of what is taken."""
+    x, y, _ = state.position
+    reach = max(float(np.abs(_outline(part, state) - (x, y)).max()) for part in spawned.model.parts) + LABEL_GAP
+    label = axes.text(
+        x,
+        y,
+        text,
+        fontsize=9.5,
+        color=SPAWNED_EDGE,
+        linespacing=1.15,
+        zorder=10,
+        path_effects=[withStroke(linewidth=3, foreground=FLOOR)],
+    )
+    box = label.get_window_extent().transformed(axes.transData.inverted())
+    sides = (
+        ("left", "center", x + reach, y),
+        ("right", "center", x - reach, y),
+        ("center", "top", x, y - reach),
+        ("center", "bottom", x, y + reach),
+    )
+
+    def covered(side: tuple[str, str, float, float]) -> int:
+        horizontal, vertical, left, bottom = side
+        left -= box.width * {"left": 0.0, "center": 0.5, "right": 1.0}[horizontal]
+        bottom -= box.height * {"bottom": 0.0, "center": 0.5, "top": 1.0}[vertical]
+        inside = (taken >= (left, bottom)) & (taken <= (left + box.width, bottom + box.height))
+        return int(inside.all(axis=1).sum())
+
+    horizontal, vertical, left, bottom = min(sides, key=covered)
+    label.set(ha=horizontal, va=vertical, position=(left, bottom))
+
+
+def _draw_robot(axes: Axes, robot: Robot, pose: Pose2, colour: str) -> None:
+    """The robot to scale, with a wedge that shows where it looks."""
+    radius = robot.declaration.radius
+    axes.add_patch(Circle((pose.x, pose.y), radius, facecolor=colour, edgecolor="white", linewidth=1.2, zorder=8))
+    nose = [pose.compose(Pose2(x * radius, y * radius, 0.0)) for x, y in ((0.8, 0.0), (-0.45, 0.5), (-0.45, -0.5))]
+    axes.add_patch(Polygon([(p.x, p.y) for p in nose], facecolor="white", linewidth=0, zorder=8))
+
+
+def _outline(part: Part, state: BodyState) -> Array:
+    """The outline of a part of a body seen from above, shape (n, 2) [m]."""
+    body = rotation_matrix(state.orientation)
+    corners = np.array(list(_corners(part))) @ rotation_matrix(part.orientation).T + part.position
+    seen = (corners @ body.T + state.position)[:, :2]
+    if isinstance(part.shape, Sphere):
+        angles = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
+        circle: Array = seen[0] + part.shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        return circle
+    hull: Array = seen[ConvexHull(seen).vertices]
+    return hull
+
+
+def _corners(part: Part) -> Iterable[tuple[float, float, float]]:
+    match part.shape:
+        case Box(size=(x, y, z)):
+            return [(i * x / 2, j * y / 2, k * z / 2) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+        case Cylinder(radius=radius, length=length):
+            angles = np.linspace(0.0, 2 * math.pi, 48, endpoint=False).tolist()
+            return [(radius * math.cos(a), radius * math.sin(a), k * length / 2) for a in angles for k in (-1, 1)]
+        case Sphere():
+            return [(0.0, 0.0, 0.0)]
+        case _:
+            assert_never(part.shape)

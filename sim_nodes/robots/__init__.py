@@ -1,0 +1,1 @@
+"""Robots: what they are made of, how they move, what they feel."""

@@ -1,0 +1,88 @@
+"""What is declared of a robot besides its URDF: which joints are wheels, what it senses, how fast it may go."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+
+import yaml
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+
+
+class _Declared(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class DriveDeclaration(_Declared):
+    """A differential drive: two wheels on one axle, at the origin of the base."""
+
+    left_joint: str
+    right_joint: str
+    wheel_radius: PositiveFloat  # [m]
+    wheel_separation: PositiveFloat  # [m]
+    max_speed: PositiveFloat  # [m/s]
+    max_acceleration: PositiveFloat  # [m/s^2]
+    max_turn_rate: PositiveFloat  # [rad/s]
+    max_turn_acceleration: PositiveFloat  # [rad/s^2]
+    motor_gain: PositiveFloat  # torque per error of speed [N m s/rad]
+    motor_torque: PositiveFloat  # limit [N m]
+    armature: PositiveFloat  # inertia of rotor and gear at the wheel [kg m^2]
+    wheel_friction: PositiveFloat
+
+
+class OdometryDeclaration(_Declared):
+    """Errors of wheel odometry: standard deviations that grow with the square root of what was driven."""
+
+    distance_noise: float  # of distance, per metre driven [m / sqrt(m)]
+    turn_noise: float  # of heading, per radian turned [rad / sqrt(rad)]
+    drift_noise: float  # of heading, per metre driven [rad / sqrt(m)]
+
+
+class LidarDeclaration(_Declared):
+    """A planar lidar."""
+
+    link: str
+    x: float  # mount in the base's frame [m]
+    y: float
+    yaw: float  # [rad]
+    beams: PositiveInt  # per turn
+    rate: PositiveFloat  # turns per second [Hz]
+    min_range: PositiveFloat  # [m]
+    max_range: PositiveFloat
+    noise: float  # standard deviation of a range [m]
+
+
+class RobotDeclaration(_Declared):
+    """A kind of robot.
+
+    `kinds` are the actor types it can stand for, most specific first; `low_friction_links` slide, such as casters.
+    """
+
+    model: str
+    urdf: str
+    kinds: tuple[str, ...]
+    base_link: str
+    radius: PositiveFloat  # of the smallest circle about the base's origin that holds the robot [m]
+    clearance: PositiveFloat  # from the base's origin to walls that plans keep [m]
+    body_friction: PositiveFloat
+    low_friction_links: tuple[str, ...]
+    drive: DriveDeclaration
+    odometry: OdometryDeclaration
+    lidar: LidarDeclaration
+
+    def urdf_text(self) -> str:
+        """The URDF."""
+        return resources.files(__package__).joinpath(self.urdf).read_text(encoding="utf-8")
+
+
+def available_robots() -> tuple[str, ...]:
+    """Names of the kinds of robot that can be put into a world."""
+    files = resources.files(__package__).iterdir()
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+
+
+@cache
+def load_robot(model: str) -> RobotDeclaration:
+    """The declaration of a kind of robot by name, one of `available_robots()`."""
+    text = resources.files(__package__).joinpath(f"{model}.yaml").read_text(encoding="utf-8")
+    return RobotDeclaration.model_validate(yaml.safe_load(text))

@@ -1,0 +1,1 @@
+"""What robots sense, and the noise in it."""

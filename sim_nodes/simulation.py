@@ -1,0 +1,248 @@
+"""One simulated world: time, entities, goals, watches and contacts. It knows neither an engine nor Zenoh.
+
+Time is counted in physics steps. Everything besides physics happens in ticks of 20 ms: robots sense and act,
+watches are checked. Contacts are looked at after every step. What happens is held until it is collected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from seoro.bridges.wire import Contact, Occurrence, Outcome, ResetScope, Result
+from sim_nodes.entities import Entities
+from sim_nodes.geometry import Pose2
+from sim_nodes.navigation.grid import build_map
+from sim_nodes.navigation.navigator import Ended, Goal
+from sim_nodes.physics import Engine
+from sim_nodes.record import RobotRecord
+from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.robots.robot import TICK, Robot
+from sim_nodes.watches import DistanceWatch, FramePose, ProximityWatch, Watch
+from sim_nodes.worlds.loader import World
+
+RELEASE_TIME = 0.5  # [s] apart before a contact counts as over: things that rattle touch once
+MAX_WATCHES = 1000
+
+
+@dataclass(frozen=True)
+class Happened:
+    """What happened up to a time, in order."""
+
+    occurrences: tuple[Occurrence, ...]
+    contacts: tuple[Contact, ...]
+
+
+class Simulation:
+    """A world in an engine.
+
+    Args:
+        engine: The engine; whatever is in it is replaced.
+        world: The world.
+        seed: All randomness follows from it.
+    """
+
+    def __init__(self, engine: Engine, world: World, seed: int) -> None:
+        self.engine = engine
+        self.world = world
+        self.seed = seed
+        self._map = build_map(world.extent, world.walls)
+        self._tick_steps = round(TICK * engine.steps_per_second)
+        self._start_over()
+
+    def _start_over(self) -> None:
+        self.engine.build(self.world.scene)
+        self._steps = 0
+        self._epoch = 0  # step at which the clock shows zero
+        self._watches: dict[str, Watch] = {}
+        self._latched: dict[tuple[str, str], int] = {}  # touching pairs, and the last step in which they did
+        self.entities = Entities(self.engine, self.world)
+        self._make_robots()
+        self._occurrences: list[Occurrence] = []
+        self._contacts: list[Contact] = []
+
+    def _make_robots(self) -> None:
+        placed = self.world.robots
+        self.robots = {robot.name: Robot(robot, self.engine, self._map, self.seed) for robot in placed}
+        self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
+        self._frames = dict(self._frame_poses())
+
+    def _frame_poses(self) -> Iterator[tuple[str, FramePose]]:
+        """All frames; those without a robot's name are the first robot's."""
+        yield "map", lambda: Pose2(0.0, 0.0, 0.0)
+        for index, robot in enumerate(self.robots.values()):
+            for prefix in ("", f"{robot.name}/") if index == 0 else (f"{robot.name}/",):
+                yield f"{prefix}base_link", robot.localised_pose
+                yield f"{prefix}odom", robot.map_to_odom
+            yield robot.truth_frame, partial(self.true_pose, robot.name)
+
+    def frames_of(self, robot: str) -> tuple[str, ...]:
+        """Names of the frames that a robot has: its own, `map`, and the unprefixed ones if it is the first."""
+        common = ("map", "odom", "base_link") if robot == next(iter(self.robots)) else ("map",)
+        return (*common, *self.robot(robot).frames)
+
+    def true_pose(self, robot: str) -> Pose2:
+        """Where a robot really is."""
+        return self.engine.body_state(robot).planar
+
+    # ------------------------------------------------------------ time
+
+    @property
+    def time(self) -> float:
+        """The clock [s]; a multiple of the step's length."""
+        return (self._steps - self._epoch) / self.engine.steps_per_second
+
+    def advance(self, until: float) -> None:
+        """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
+        while not (self._occurrences or self._contacts) and self.time < until:
+            self.step()
+
+    def step(self) -> None:
+        """Make one physics step, and the tick that is due after it."""
+        self.engine.step()
+        self._steps += 1
+        self._note_contacts()
+        if self._steps % self._tick_steps == 0:
+            self._tick(self._steps // self._tick_steps)
+
+    def collect(self) -> Happened:
+        """What has happened since this was last asked."""
+        happened = Happened(tuple(self._occurrences), tuple(self._contacts))
+        self._occurrences, self._contacts = [], []
+        return happened
+
+    def _tick(self, tick: int) -> None:
+        for robot in self.robots.values():
+            ended = robot.tick(tick)
+            if ended is not None:
+                self._report(ended)
+            self.records[robot.name].passed(self.true_pose(robot.name), self.time)
+        self._check_watches()
+
+    def _note_contacts(self) -> None:
+        touching = self.engine.touching()
+        if not (touching or self._latched):
+            return
+        for first, second in sorted(touching):
+            if (first, second) not in self._latched:
+                self._contacts.append(Contact(time=self.time, first=first, second=second))
+            self._latched[first, second] = self._steps
+        oldest = self._steps - round(RELEASE_TIME * self.engine.steps_per_second)
+        self._latched = {pair: last for pair, last in self._latched.items() if last >= oldest}
+
+    # ------------------------------------------------------------ goals
+
+    def robot(self, name: str) -> Robot:
+        """A robot by name.
+
+        Raises:
+            RequestRefused: There is none.
+        """
+        if name not in self.robots:
+            raise RequestRefused(Result.NOT_FOUND, f"there is no robot {name!r}: known are {listed(self.robots)}")
+        return self.robots[name]
+
+    def set_initial_pose(self, robot: str, pose: Pose2) -> None:
+        """Tell the localisation of a robot where it is."""
+        self.robot(robot).set_initial_pose(pose, self._steps // self._tick_steps)
+
+    def navigate(self, robot: str, goal: Goal) -> None:
+        """Send a robot to a goal; its end is reported."""
+        self._claim(goal.id)
+        self.robot(robot).navigate(goal)
+        self.records[robot].goals.extend(goal.poses)
+
+    def cancel_goal(self, goal_id: str) -> None:
+        """Cancel an active goal by id."""
+        for robot in self.robots.values():
+            if robot.goal is not None and robot.goal.id == goal_id:
+                self.stop_robot(robot.name)
+                return
+        active = [robot.goal.id for robot in self.robots.values() if robot.goal is not None]
+        raise RequestRefused(Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}")
+
+    def stop_robot(self, robot: str) -> None:
+        """Stop a robot; a goal that it had ends as canceled."""
+        goal = self.robot(robot).stop()
+        if goal is not None:
+            self._report(Ended(goal, Outcome.CANCELED, ""))
+
+    def _claim(self, identifier: str) -> None:
+        """Refuse an id that is in use."""
+        active = {robot.goal.id for robot in self.robots.values() if robot.goal is not None}
+        if identifier in active | self._watches.keys():
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
+            )
+
+    def _report(self, ended: Ended) -> None:
+        self._occurrences.append(
+            Occurrence(id=ended.goal.id, time=self.time, outcome=ended.outcome, message=ended.message)
+        )
+
+    # ------------------------------------------------------------ watches
+
+    def frame(self, name: str) -> FramePose:
+        """The pose of a frame in the map, by name.
+
+        Raises:
+            RequestRefused: There is no such frame.
+        """
+        if name not in self._frames:
+            raise RequestRefused(Result.NOT_FOUND, f"there is no frame {name!r}: known are {listed(self._frames)}")
+        return self._frames[name]
+
+    def watch_proximity(
+        self, identifier: str, frame: str, parent: str, point: tuple[float, float], threshold: float
+    ) -> None:
+        """Report when a frame comes near a point; at once if it is near already."""
+        self._watch(identifier, ProximityWatch(self.frame(frame), self.frame(parent), *point, threshold))
+
+    def watch_distance(self, identifier: str, robot: str, distance: float) -> None:
+        """Report when a robot's odometry has counted a distance more."""
+        odometry = self.robot(robot).odometry
+        self._watch(identifier, DistanceWatch(lambda: odometry.travelled, odometry.travelled + distance))
+
+    def cancel_watch(self, identifier: str) -> None:
+        """Forget a watch."""
+        if identifier not in self._watches:
+            raise RequestRefused(
+                Result.NOT_FOUND, f"there is no watch {identifier!r}: waiting are {listed(self._watches)}"
+            )
+        del self._watches[identifier]
+
+    def _watch(self, identifier: str, watch: Watch) -> None:
+        self._claim(identifier)
+        if len(self._watches) >= MAX_WATCHES:
+            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_WATCHES} watches already: cancel some")
+        self._watches[identifier] = watch
+        self._check_watches()
+
+    def _check_watches(self) -> None:
+        for identifier in [name for name, watch in self._watches.items() if watch.holds()]:
+            del self._watches[identifier]
+            self._occurrences.append(Occurrence(id=identifier, time=self.time, outcome=Outcome.SUCCEEDED))
+
+    # ------------------------------------------------------------ reset
+
+    def reset(self, scope: ResetScope) -> None:
+        """Reset what a scope covers; with everything, the run starts over and is the same again.
+
+        With `STATE` goals end as canceled, robots are unlocalised again and watches wait on; with everything,
+        goals, watches and what was pending are forgotten.
+        """
+        everything = ResetScope.TIME | ResetScope.STATE | ResetScope.SPAWNED
+        if scope == ResetScope.DEFAULT or scope & everything == everything:
+            self._start_over()
+            return
+        if ResetScope.SPAWNED in scope:
+            self.entities.delete_all()
+        if ResetScope.STATE in scope:
+            for robot in self.robots:
+                self.stop_robot(robot)
+            self.engine.reset()
+            self._latched = {}
+            self._make_robots()
+        if ResetScope.TIME in scope:
+            self._epoch = self._steps

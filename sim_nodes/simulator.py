@@ -1,0 +1,163 @@
+"""A simulator: an engine, the world that is loaded in it, and whether time passes.
+
+States are those of `simulation_interfaces`. Stopped is paused at the initial state. Stopped or paused, time
+passes in grants (`advance`) and steps only, which is deterministic. Playing, it follows the machine's clock
+between requests; grants and steps are refused then, and what happens is held until the first grant after pausing.
+"""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import PackageNotFoundError, version
+
+from seoro.bridges.wire import (
+    VERBS,
+    Advanced,
+    ResetScope,
+    Result,
+    RobotInfo,
+    SimulationState,
+    SimulatorFeatures,
+    StateResult,
+    WorldResult,
+)
+from sim_nodes.physics import Engine
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulation import Simulation
+from sim_nodes.worlds.loader import WorldError, available_worlds, load_world
+
+SPAWN_FORMATS = ("sdf",)
+MAX_STEPS = 1_000_000  # of one request
+SLICE = 0.02  # [s] simulated between two looks at the inbox while playing
+LAG = 0.5  # [s] behind the machine's clock at which playing stops trying to catch up
+
+
+class Simulator:
+    """A simulator with a world in it.
+
+    Args:
+        engine: The engine.
+        world: Name or path of the first world.
+        seed: Its seed.
+
+    Raises:
+        RequestRefused: The world cannot be loaded.
+    """
+
+    def __init__(self, engine: Engine, world: str, seed: int) -> None:
+        self._engine = engine
+        self.load(world, seed)
+
+    def load(self, world: str, seed: int) -> None:
+        """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is."""
+        try:
+            loaded = load_world(world)
+        except WorldError as error:
+            code = WorldResult.NO_RESOURCE if error.missing else WorldResult.RESOURCE_PARSE_ERROR
+            raise RequestRefused(code, str(error)) from error
+        self.simulation = Simulation(self._engine, loaded, seed)
+        self._state = SimulationState.STOPPED
+
+    @property
+    def state(self) -> SimulationState:
+        """Whether time passes."""
+        return self._state
+
+    def features(self) -> SimulatorFeatures:
+        """What the simulator is and has."""
+        simulation = self.simulation
+        robots = (
+            RobotInfo(name=robot.name, kinds=robot.declaration.kinds, frames=simulation.frames_of(robot.name))
+            for robot in simulation.robots.values()
+        )
+        return SimulatorFeatures(
+            engine=self._engine.name,
+            engine_version=self._engine.version,
+            version=_version(),
+            features=tuple(verb.name for verb in VERBS),
+            spawn_formats=SPAWN_FORMATS,
+            world=simulation.world.name,
+            available_worlds=available_worlds(),
+            robots=tuple(robots),
+            time=simulation.time,
+            step=1.0 / self._engine.steps_per_second,
+            state=self._state,
+        )
+
+    # ------------------------------------------------------------ time
+
+    def advance(self, until: float) -> Advanced:
+        """Carry out a grant of time."""
+        if not math.isfinite(until):
+            raise RequestRefused(Result.OPERATION_FAILED, f"time can be granted up to a finite time, not {until}")
+        self._hold_still("advance")
+        self.simulation.advance(until)
+        happened = self.simulation.collect()
+        return Advanced(time=self.simulation.time, occurrences=happened.occurrences, contacts=happened.contacts)
+
+    def step(self, steps: int) -> float:
+        """Make physics steps, whatever happens; returns the time [s]."""
+        if not 1 <= steps <= MAX_STEPS:
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"{steps} steps were asked for: ask for 1 to {MAX_STEPS}"
+            )
+        self._hold_still("step_simulation")
+        for _ in range(steps):
+            self.simulation.step()
+        return self.simulation.time
+
+    def _hold_still(self, verb: str) -> None:
+        if self._state is SimulationState.PLAYING:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"{verb} needs a paused simulation, and this one is playing: pause it first",
+            )
+        self._state = SimulationState.PAUSED
+
+    def set_state(self, state: SimulationState) -> None:
+        """Go to a state; stopping resets everything."""
+        if state is self._state:
+            raise RequestRefused(StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is {state} already")
+        if state is SimulationState.STOPPED:
+            self.simulation.reset(ResetScope.ALL)
+        self._state = state
+        self._anchor: tuple[float, float] | None = None
+
+    def reset(self, scope: int) -> None:
+        """Reset what a scope covers."""
+        known = ResetScope.TIME | ResetScope.STATE | ResetScope.SPAWNED
+        if (scope not in (ResetScope.DEFAULT, ResetScope.ALL) and scope & ~known) or scope < 0:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"the reset scope {scope} is not known: it is 0 or 255 for everything, or a sum of "
+                "1 (time), 2 (state) and 4 (spawned)",
+            )
+        self.simulation.reset(ResetScope(scope))
+        self._anchor = None
+
+    def keep_pace(self, clock: float) -> float | None:
+        """While playing, simulate as far as a monotonic clock has come.
+
+        Args:
+            clock: The machine's monotonic clock [s].
+
+        Returns:
+            Seconds until there is more to do; None when not playing.
+        """
+        if self._state is not SimulationState.PLAYING:
+            return None
+        now = self.simulation.time
+        if self._anchor is None or clock - self._anchor[0] > now - self._anchor[1] + LAG:
+            self._anchor = (clock, now)
+        due = self._anchor[1] + clock - self._anchor[0]
+        stop = min(due, now + SLICE)
+        while self.simulation.time < stop:
+            self.simulation.step()
+        return max(0.0, self.simulation.time + SLICE - due) if self.simulation.time >= due else 0.0
+
+
+def _version() -> str:
+    try:
+        return version("seoro")
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        return "0+unknown"

@@ -1,0 +1,1 @@
+"""Worlds as YAML files, and the loader that validates them."""

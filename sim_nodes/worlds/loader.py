@@ -1,0 +1,123 @@
+"""Worlds by name or path: read, validated, and turned into the scene that an engine builds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib import resources
+from itertools import pairwise
+from pathlib import Path
+
+import yaml
+from pydantic import ValidationError
+
+from sim_nodes.geometry import Pose2
+from sim_nodes.physics import PlacedRobot, Scene, Wall
+from sim_nodes.robots.declaration import available_robots, load_robot
+from sim_nodes.worlds.schema import WallFile, WorldFile
+
+MAX_FILE = 1_000_000  # [bytes]
+
+
+class WorldError(Exception):
+    """A world that does not exist or whose file is wrong; `missing` tells the two apart."""
+
+    def __init__(self, message: str, *, missing: bool = False) -> None:
+        super().__init__(message)
+        self.missing = missing
+
+
+@dataclass(frozen=True)
+class World:
+    """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m]."""
+
+    name: str
+    extent: tuple[float, float, float, float]
+    walls: tuple[Wall, ...]
+    robots: tuple[PlacedRobot, ...]
+
+    @property
+    def scene(self) -> Scene:
+        """What an engine builds."""
+        return Scene(self.walls, self.robots, self.extent)
+
+
+def available_worlds() -> tuple[str, ...]:
+    """Names of the worlds that come with the node."""
+    files = resources.files(__package__).iterdir()
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+
+
+def load_world(world: str) -> World:
+    """The world of a name, or in a file.
+
+    Args:
+        world: One of `available_worlds()`, or the path of a `.yaml` file.
+
+    Raises:
+        WorldError: There is no such world, or its file is wrong.
+    """
+    if world in available_worlds():
+        text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
+        return parse_world(text, f"{world}.yaml")
+    path = Path(world)
+    if path.suffix != ".yaml":
+        known = ", ".join(available_worlds())
+        raise WorldError(
+            f"there is no world {world!r}: known are {known}, or give the path of a .yaml file", missing=True
+        )
+    try:
+        if path.stat().st_size > MAX_FILE:
+            raise WorldError(f"{world} is larger than the {MAX_FILE} bytes that a world file may have")
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldError(f"cannot read the world file {world}: {error}", missing=True) from error
+    return parse_world(text, world)
+
+
+def parse_world(text: str, source: str) -> World:
+    """The world that the text of a world file describes; `source` names the file in errors.
+
+    Raises:
+        WorldError: The file is wrong; the message lists everything that is.
+    """
+    try:
+        content = yaml.safe_load(text)
+        file = WorldFile.model_validate(content)
+    except yaml.YAMLError as error:
+        raise WorldError(f"{source} is no valid YAML: {error}") from error
+    except ValidationError as error:
+        problems = "; ".join(f"{_place(item['loc'])}: {item['msg']}" for item in error.errors())
+        raise WorldError(f"{source}: {problems}") from error
+    walls = tuple(part for wall in file.walls for part in _standing(wall, file))
+    return World(file.name, file.extent, walls, _robots(file, source))
+
+
+def _place(location: tuple[int | str, ...]) -> str:
+    return ".".join(str(part) for part in location) or "the file"
+
+
+def _robots(file: WorldFile, source: str) -> tuple[PlacedRobot, ...]:
+    placed = []
+    for index, robot in enumerate(file.robots):
+        if robot.robot not in available_robots():
+            known = ", ".join(available_robots())
+            raise WorldError(f"{source}: robots.{index}.robot: unknown kind {robot.robot!r}, known are {known}")
+        pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
+        placed.append(PlacedRobot(robot.name, load_robot(robot.robot), pose))
+    return tuple(placed)
+
+
+def _standing(wall: WallFile, file: WorldFile) -> list[Wall]:
+    """The boxes of a wall; segments are prolonged by half the thickness, so that corners are closed."""
+    height = wall.height or file.wall_height
+    if wall.center is not None and wall.size is not None:
+        return [Wall(wall.name, *wall.center, wall.yaw, *wall.size, height)]
+    assert wall.points is not None
+    thickness = wall.thickness or file.wall_thickness
+    boxes = []
+    for (ax, ay), (bx, by) in pairwise(wall.points):
+        length = math.hypot(bx - ax, by - ay) + thickness
+        yaw = math.atan2(by - ay, bx - ax)
+        boxes.append(Wall(wall.name, (ax + bx) / 2, (ay + by) / 2, yaw, length, thickness, height))
+    return boxes

@@ -1,0 +1,94 @@
+"""What a world file may say. Unknown keys are errors."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+MAX_WALLS = 500
+MAX_ROBOTS = 16
+NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
+
+Name = Annotated[str, Field(pattern=NAME)]
+Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
+Length = Annotated[float, Field(gt=0.0, le=200.0)]  # [m]
+Point = tuple[Coordinate, Coordinate]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class WallFile(_Part):
+    """A wall: along `points`, or a box with `center`, `size` and `yaw`.
+
+    Walls belong to the entity `walls` unless they have a name of their own.
+    """
+
+    name: Name = "walls"
+    points: Annotated[tuple[Point, ...], Field(min_length=2, max_length=200)] | None = None
+    thickness: Annotated[float, Field(ge=0.02, le=2.0)] | None = None  # of a wall along points
+    center: Point | None = None
+    size: tuple[Length, Length] | None = None
+    yaw: float = 0.0
+    height: Length | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if (self.points is None) == (self.center is None):
+            raise ValueError("a wall has either `points` or `center` and `size`")
+        if (self.center is None) != (self.size is None):
+            raise ValueError("`center` and `size` belong together")
+        if self.center is not None and self.thickness is not None:
+            raise ValueError("`thickness` belongs to a wall along `points`")
+        if self.points is not None and self.yaw:
+            raise ValueError("`yaw` belongs to a wall with `center` and `size`")
+        if self.points is not None and any(math.dist(a, b) < 1e-3 for a, b in pairwise(self.points)):
+            raise ValueError("two neighbouring `points` are the same")
+        return self
+
+
+class PoseFile(_Part):
+    """Where a robot starts [m, rad]."""
+
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
+    yaw: float = 0.0
+
+
+class RobotFile(_Part):
+    """A robot of the world."""
+
+    name: Name
+    robot: str
+    pose: PoseFile = PoseFile()
+
+
+class WorldFile(_Part):
+    """A world file."""
+
+    name: Name
+    description: str = ""
+    extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate]  # lower x, y, upper x, y
+    wall_height: Length = 0.5
+    wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
+    walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
+    robots: Annotated[tuple[RobotFile, ...], Field(max_length=MAX_ROBOTS)] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        left, bottom, right, top = self.extent
+        if right - left < 1.0 or top - bottom < 1.0:
+            raise ValueError("`extent` is [lower x, lower y, upper x, upper y] and at least 1 m wide")
+        if (right - left) * (top - bottom) > 10_000.0:
+            raise ValueError("`extent` covers more than 10000 m^2")
+        names = [robot.name for robot in self.robots]
+        if len(set(names)) < len(names):
+            raise ValueError("two robots have the same name")
+        taken = {wall.name for wall in self.walls} | {"walls", "floor"}
+        if taken & set(names):
+            raise ValueError(f"robot and wall have the same name: {', '.join(sorted(taken & set(names)))}")
+        return self

@@ -1,0 +1,72 @@
+"""Libraries and models of installed packages, found by their entry points."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.models import ModelPath
+from seoro.cli.main import main
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """An installed distribution with a library `garden` and models of the same name."""
+    package = tmp_path / "site" / "my_garden"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "garden.osc").write_text(
+        "import osc.types\n"
+        "actor gardener:\n"
+        "    tool: string = 'can'\n"
+        "action gardener.water:\n"
+        "    plant: string\n"
+        "    litres: float = 1.5\n"
+    )
+    (package / "garden.py").write_text(
+        "from seoro import ActionContext, ActionFailed, Actor, action\n"
+        "@action('gardener.water')\n"
+        "async def water(ctx: ActionContext, gardener: Actor, plant: str, litres: float) -> None:\n"
+        "    if plant == 'cactus':\n"
+        "        raise ActionFailed('it has had enough')\n"
+        "    ctx.log(f'{gardener.name} gives {litres} l to the {plant} with a {gardener.fields[\"tool\"]}')\n"
+    )
+    info = tmp_path / "site" / "my_garden-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-garden\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[seoro.libraries]\ngarden = my_garden.garden\n[seoro.models]\ngarden = my_garden.garden\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    for name in [name for name in sys.modules if name.startswith("my_garden")]:
+        del sys.modules[name]
+
+
+def test_an_installed_library_adds_to_the_language(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("test.osc").write_text("import osc.garden\nscenario main:\n    tom: gardener\n    do tom.water('rose')\n")
+    assert main(["exec", "test.osc"]) == 0
+    assert "tom gives 1.5 l to the rose with a can" in capsys.readouterr().out
+
+
+def test_its_action_may_fail(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("test.osc").write_text(
+        "import osc.garden\nscenario main:\n    tom: gardener\n    do tom.water('cactus')\n"
+    )
+    assert main(["exec", "test.osc"]) == 1
+    assert "it has had enough" in capsys.readouterr().err
+
+
+def test_an_unknown_library_lists_what_is_near(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("test.osc").write_text("import osc.gardens\nscenario main:\n    do serial:\n        emit end\n")
+    assert main(["exec", "test.osc"]) == 2
+    err = capsys.readouterr().err
+    assert "test.osc:1:" in err
+    assert "osc.garden" in err
+
+
+def test_installed_models_are_found(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (installed / "site" / "my_garden" / "rose.sdf").write_text("red")
+    assert ModelPath().read("garden://rose.sdf") == "red"

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+
+from seoro.bridges import wire
+from tests.sim_nodes.client import ROBOT, Client, pose
+
+SCRIPT = "from tests.sim_nodes.test_determinism import fingerprint; import sys; sys.stdout.write(fingerprint(5))"
+
+
+def fingerprint(seed: int) -> str:
+    """Hash of all answers and of the full state at every half second of a short run with everything in it."""
+    client = Client("maze", seed)
+    digest = hashlib.sha256()
+    client.localise()
+    client.navigate(pose(1.5, 0.0))
+    client.watch(1.0, 1.5, 0.5)
+    time = 0.0
+    while time < 12.0:
+        advanced = client.advance(time + 0.5)
+        time = advanced.time
+        if advanced.occurrences:
+            client.spawn("box", pose(1.9, 0.6, z=0.05))
+        state = client.ask(wire.GET_ENTITY_STATE, wire.EntityName(name=ROBOT))
+        digest.update(wire.encode(advanced) + wire.encode(state) + repr(client.estimate).encode())
+    return digest.hexdigest()
+
+
+def test_the_same_run_in_another_process_is_the_same_to_the_bit() -> None:
+    other = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True, timeout=60)
+    assert other.stdout == fingerprint(5)
+
+
+def test_another_seed_makes_another_run() -> None:
+    assert fingerprint(5) != fingerprint(6)
+
+
+def test_a_reset_repeats_the_run() -> None:
+    client = Client("maze", 2)
+    states = []
+    for _ in range(2):
+        client.localise()
+        client.navigate(pose(1.5, 1.5))
+        client.advance(4.0)
+        states.append((client.truth, client.estimate))
+        client.ask(wire.RESET_SIMULATION, wire.ResetSimulation())
+    assert states[0] == states[1]
+
+
+def test_how_time_is_granted_does_not_matter() -> None:
+    ends = []
+    for grant in (0.004, 0.03, 3.0):
+        client = Client("maze", 2)
+        client.localise()
+        client.navigate(pose(1.5, 1.5))
+        time = 0.0
+        while time < 3.0:
+            time = client.advance(min(3.0, time + grant)).time
+        ends.append((client.truth, client.estimate))
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_watching_does_not_change_the_run() -> None:
+    watched, unwatched = Client("maze", 2), Client("maze", 2)
+    watched.watch(4.5, 4.5, 0.1, frame="base_link")
+    for client in (watched, unwatched):
+        client.localise()
+        client.navigate(pose(1.5, 1.5))
+        client.advance(3.0)
+    assert watched.truth == unwatched.truth

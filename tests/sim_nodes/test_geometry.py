@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim_nodes.geometry import Pose2, multiply, quaternion, roll_pitch_yaw, rotation_matrix, wrap
+
+angles = st.floats(-1.5, 1.5)
+lengths = st.floats(-10, 10)
+
+
+@given(lengths, lengths, angles)
+def test_a_pose_composed_with_its_inverse_is_nothing(x: float, y: float, yaw: float) -> None:
+    there = Pose2(x, y, yaw)
+    assert there.compose(there.inverse()) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_composing_turns_the_inner_pose() -> None:
+    assert Pose2(1.0, 2.0, math.pi / 2).compose(Pose2(3.0, 0.0, 0.5)) == pytest.approx(
+        (1.0, 5.0, math.pi / 2 + 0.5)
+    )
+
+
+@given(angles, angles, angles)
+def test_angles_survive_the_way_through_a_quaternion(roll: float, pitch: float, yaw: float) -> None:
+    assert roll_pitch_yaw(quaternion(roll, pitch, yaw)) == pytest.approx((roll, pitch, yaw), abs=1e-6)
+
+
+@given(angles, angles, angles)
+def test_yaw_is_applied_first(roll: float, pitch: float, yaw: float) -> None:
+    steps = [rotation_matrix(quaternion(*each)) for each in ((0, 0, yaw), (0, pitch, 0), (roll, 0, 0))]
+    np.testing.assert_allclose(
+        rotation_matrix(quaternion(roll, pitch, yaw)), steps[0] @ steps[1] @ steps[2], atol=1e-9
+    )
+
+
+@given(angles, angles)
+def test_multiplying_quaternions_multiplies_matrices(first: float, second: float) -> None:
+    a, b = quaternion(first, second, 0.3), quaternion(0.1, first, second)
+    np.testing.assert_allclose(rotation_matrix(multiply(a, b)), rotation_matrix(a) @ rotation_matrix(b), atol=1e-9)
+
+
+def test_angles_are_wrapped() -> None:
+    assert wrap(3 * math.pi) == pytest.approx(-math.pi)
+    assert wrap(-0.1) == pytest.approx(-0.1)

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import math
+
+import mujoco
+import pytest
+
+from sim_nodes.geometry import yaw_of
+from sim_nodes.mujoco.model import robot_spec
+from sim_nodes.robots.declaration import available_robots, load_robot
+from sim_nodes.robots.diff_drive import Velocity, base_motion, wheel_speeds
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    return robot_spec(load_robot("turtlebot4")).compile()
+
+
+def test_the_turtlebot_4_is_available() -> None:
+    assert available_robots() == ("turtlebot4",)
+    assert load_robot("turtlebot4").kinds == ("differential_drive_robot", "robot", "osc_actor")
+
+
+def test_no_link_and_no_mass_is_lost_in_translation(model: mujoco.MjModel) -> None:
+    links = {model.body(index).name for index in range(1, model.nbody)}
+    assert links == {"base_link", "left_wheel", "right_wheel", "front_caster", "rplidar_link"}
+    assert model.body_mass.sum() == pytest.approx(2.69 + 2 * 0.2 + 0.01 + 0.17)
+
+
+def test_declaration_and_urdf_agree(model: mujoco.MjModel) -> None:
+    declaration = load_robot("turtlebot4")
+    drive, lidar = declaration.drive, declaration.lidar
+    left, right = (model.body(f"{side}_wheel") for side in ("left", "right"))
+    assert left.pos[1] - right.pos[1] == pytest.approx(drive.wheel_separation)
+    assert left.pos[2] == pytest.approx(drive.wheel_radius)
+    mount = model.body(lidar.link)
+    assert tuple(mount.pos[:2]) == pytest.approx((lidar.x, lidar.y))
+    assert yaw_of(tuple(mount.quat)) == pytest.approx(lidar.yaw)
+    solid = [index for index in range(model.ngeom) if model.geom_contype[index]]
+    assert max(model.geom_size[index][0] for index in solid) == declaration.radius
+    assert {model.geom_group[index] for index in solid} == {0}
+
+
+def test_wheel_speeds_and_base_motion_are_inverse() -> None:
+    drive = load_robot("turtlebot4").drive
+    left, right = wheel_speeds(drive, Velocity(0.2, -0.7))
+    assert base_motion(drive, left, right) == pytest.approx((0.2, -0.7))
+    assert wheel_speeds(drive, Velocity(0.0, math.pi))[0] < 0.0

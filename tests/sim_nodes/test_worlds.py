@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import label
+
+from sim_nodes.navigation.grid import build_map
+from sim_nodes.navigation.planner import plan_to
+from sim_nodes.physics import Wall
+from sim_nodes.worlds.loader import WorldError, available_worlds, load_world, parse_world
+
+START, VIA, BOX, GOAL = (0.0, 0.0), (1.5, -1.5), (2.0, -2.0), (3.0, -3.0)
+CLEARANCE = 0.18
+
+
+def test_the_worlds_that_come_along_are_listed_and_load() -> None:
+    assert available_worlds() == ("empty", "maze")
+    for name in available_worlds():
+        world = load_world(name)
+        assert world.name == name
+        assert [robot.name for robot in world.robots] == ["turtlebot4"]
+
+
+def test_the_way_through_the_maze_crosses_where_the_box_will_be() -> None:
+    world = load_world("maze")
+    known = build_map(world.extent, world.walls)
+    path = plan_to(known.grid, known.distance, CLEARANCE, GOAL).path(*START)
+    near = {point: float(np.hypot(*(path - np.array(point)).T).min()) for point in (VIA, BOX)}
+    assert near[VIA] < 0.3
+    assert near[BOX] < 0.2
+    assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
+
+
+def test_beside_the_box_a_gap_of_0_8_m_is_left() -> None:
+    world = load_world("maze")
+    known = build_map(world.extent, (*world.walls, Wall("box", *BOX, 0.0, 0.3, 0.3, 0.3)))
+    assert plan_to(known.grid, known.distance, 0.4, GOAL).reaches(*START)
+    path = plan_to(known.grid, known.distance, CLEARANCE, GOAL).path(*START)
+    assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
+
+
+def test_all_of_the_maze_can_be_reached() -> None:
+    world = load_world("maze")
+    known = build_map(world.extent, world.walls)
+    inside = known.distance >= 0.35
+    _, count = label(inside, structure=np.ones((3, 3)))
+    assert count == 1, "some corridor of the maze is closed"
+
+
+def test_distances_of_the_map_are_exact() -> None:
+    known = build_map((-2.0, -2.0, 2.0, 2.0), (Wall("w", 0.0, 0.0, math.pi / 4, 2.0, 0.2, 0.5),))
+    x, y = 1.025, -1.025  # the centre of a cell, straight across the wall
+    assert known.distance[known.grid.cell(x, y)] == pytest.approx(math.hypot(x, y) - 0.1)
+    assert known.distance[known.grid.cell(0.0, 0.0)] == 0.0
+
+
+def world_text(walls: str = "", robots: str = "") -> str:
+    return f"name: w\nextent: [-2, -2, 2, 2]\nwalls: [{walls}]\nrobots: [{robots}]\n"
+
+
+def test_walls_are_boxes_or_lines() -> None:
+    world = parse_world(
+        world_text("{name: a, center: [1, 0], size: [0.5, 0.2], yaw: 0.3}, {points: [[0, 0], [1, 0], [1, 1]]}"),
+        "w",
+    )
+    assert [wall.name for wall in world.walls] == ["a", "walls", "walls"]
+    assert world.walls[1] == Wall("walls", 0.5, 0.0, 0.0, 1.1, 0.1, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name: [", "no valid YAML"),
+        ("- 1", "the file"),
+        (world_text() + "colour: red\n", "colour: Extra inputs"),
+        (world_text("{points: [[0, 0], [0, 0]]}"), "the same"),
+        (world_text("{points: [[0, 0], [1, 0]], center: [0, 0], size: [1, 1]}"), "walls.0: .*either"),
+        (world_text("{center: [0, 0]}"), "belong together"),
+        (world_text("{points: [[0, 0], [.nan, 0]]}"), "walls.0.points.1.0"),
+        (world_text(robots="{name: r, robot: spot}"), "unknown kind 'spot', known are turtlebot4"),
+        (world_text(robots="{name: r, robot: turtlebot4}, {name: r, robot: turtlebot4}"), "same name"),
+        (world_text("{points: [[0, 0], [1, 0]]}", "{name: walls, robot: turtlebot4}"), "robot and wall"),
+        ("name: w\nextent: [2, 2, -2, -2]\n", "extent"),
+    ],
+)
+def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> None:
+    with pytest.raises(WorldError, match=words) as error:
+        parse_world(text, "w.yaml")
+    assert str(error.value).startswith("w.yaml")
+
+
+def test_unknown_worlds_are_told_from_wrong_ones(tmp_path: Path) -> None:
+    with pytest.raises(WorldError, match="known are empty, maze") as unknown:
+        load_world("moon")
+    assert unknown.value.missing
+    with pytest.raises(WorldError, match="cannot read"):
+        load_world(str(tmp_path / "none.yaml"))
+    own = tmp_path / "own.yaml"
+    own.write_text(world_text("{points: [[0, 0], [1, 0]]}"))
+    assert load_world(str(own)).name == "w"
