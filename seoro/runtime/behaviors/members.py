@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeAlias
 
+import anyio
 from anyio.abc import TaskGroup
 
 from seoro.lang.plan import Behavior
@@ -111,3 +113,26 @@ class Members:
         for member in self.flows:
             if member.past_instant == instant:
                 flow.past |= member.past
+
+
+@asynccontextmanager
+async def member_group(
+    place: Place, perform: Perform, member_ended: Callable[[Flow], None]
+) -> AsyncGenerator[Members]:
+    """The members of a composition, in a task group; at its end, their past is the composition's.
+
+    Args:
+        place: Of the composition.
+        perform: Carries out a behavior.
+        member_ended: Called between rounds when a member has ended.
+    """
+    cancelled: asyncio.CancelledError | None = None
+    async with anyio.create_task_group() as group:
+        members = Members(place, group, perform, member_ended)
+        try:
+            yield members
+        except asyncio.CancelledError as error:
+            cancelled = error  # passed on outside of the task group, which would take it for its own
+    if cancelled is not None:
+        raise cancelled
+    members.inherit_pasts()

@@ -9,13 +9,9 @@ fails, the guarded ones stay armed; if there are none, the next unguarded member
 
 from __future__ import annotations
 
-import asyncio
-
-import anyio
-
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.runtime.agenda import Flow
-from seoro.runtime.behaviors.members import Members, Perform
+from seoro.runtime.behaviors.members import Members, Perform, member_group
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
@@ -23,19 +19,12 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 async def run_one_of(plan: OneOf, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
     choice = _Choice(plan, place)
-    cancelled: asyncio.CancelledError | None = None
-    async with anyio.create_task_group() as group:
-        members = choice.members = Members(place, group, perform, choice.member_ended)
+    async with member_group(place, perform, choice.member_ended) as members:
+        choice.members = members
         for index, member in enumerate(plan.members):
             if _is_guarded(member):
                 members.start(index, member, guard=choice.decide)
-        try:
-            await choice.run()
-        except asyncio.CancelledError as error:
-            cancelled = error  # passed on outside of the task group, which would take it for its own
-    if cancelled is not None:
-        raise cancelled
-    members.inherit_pasts()
+        await choice.run()
     await place.agenda.step(place.flow)
     return choice.outcome()
 

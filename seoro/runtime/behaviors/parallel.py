@@ -6,13 +6,9 @@ of members that fail in one round, the first in the text counts.
 
 from __future__ import annotations
 
-import asyncio
-
-import anyio
-
 from seoro.lang.plan import Parallel
 from seoro.runtime.agenda import Flow
-from seoro.runtime.behaviors.members import Members, Perform
+from seoro.runtime.behaviors.members import Perform, member_group
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 
@@ -20,7 +16,6 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 async def run_parallel(plan: Parallel, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
     outcome = SUCCEEDED
-    cancelled: asyncio.CancelledError | None = None
 
     def member_ended(flow: Flow) -> None:
         nonlocal outcome
@@ -29,16 +24,9 @@ async def run_parallel(plan: Parallel, place: Place, perform: Perform) -> Outcom
             for other in members.alive:
                 place.agenda.end_flow(other, Outcome(Status.CANCELLED, "a parallel member failed"))
 
-    async with anyio.create_task_group() as group:
-        members = Members(place, group, perform, member_ended)
+    async with member_group(place, perform, member_ended) as members:
         for index, member in enumerate(plan.members):
             members.start(index, member)
-        try:
-            await members.gather()
-        except asyncio.CancelledError as error:
-            cancelled = error  # passed on outside of the task group, which would take it for its own
-    if cancelled is not None:
-        raise cancelled
-    members.inherit_pasts()
+        await members.gather()
     await place.agenda.step(place.flow)
     return outcome
