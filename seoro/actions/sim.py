@@ -1,12 +1,15 @@
-"""Actions of `osc.sim`: the simulator by the terms of ROS `simulation_interfaces`."""
+"""Actions of `osc.sim`: the simulator by the terms of ROS `simulation_interfaces`.
+
+`set_simulation_state` is not among them: a run grants its simulator every step of time, so that there is nothing
+that a scenario could pause or play.
+"""
 
 from __future__ import annotations
 
 from seoro.errors import ActionFailed
-from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Simulation, SimulationState, Velocity6D
+from seoro.runtime.contracts import Pose3D, Simulation, Velocity6D
 from seoro.runtime.values import Struct
 
 
@@ -47,12 +50,6 @@ async def set_entity_state(
 async def reset_simulation(ctx: ActionContext) -> None:
     """Put the world back to its initial state; the time of the run goes on."""
     await ctx.ask(ctx.anywhere(Simulation).reset_simulation())
-
-
-@action("set_simulation_state", anywhere=Simulation)
-async def set_simulation_state(ctx: ActionContext, state: EnumValue) -> None:
-    """Stop, play or pause."""
-    await ctx.ask(ctx.anywhere(Simulation).set_simulation_state(SimulationState(state.member)))
 
 
 @action("step_simulation", anywhere=Simulation)

@@ -21,7 +21,6 @@ from seoro.runtime.contracts import (
     Position3D,
     Report,
     Reporter,
-    SimulationState,
     Velocity6D,
 )
 
@@ -200,11 +199,6 @@ class SimulatorNode:
             angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
         )
         await self._ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=_pose(pose), twist=twist))
-
-    async def set_simulation_state(self, state: SimulationState) -> None:
-        """See `Simulation`."""
-        request = wire.SetSimulationState(state=wire.SimulationState(state.value))
-        await self._ask(wire.SET_SIMULATION_STATE, request)
 
     async def step_simulation(self, steps: int) -> None:
         """See `Simulation`."""

@@ -223,14 +223,6 @@ class MobileRobots(Protocol):
         ...
 
 
-class SimulationState(Enum):
-    """States of `simulation_interfaces`."""
-
-    STOPPED = "stopped"
-    PLAYING = "playing"
-    PAUSED = "paused"
-
-
 @runtime_checkable
 class Simulation(Protocol):
     """A simulated world; terms of ROS `simulation_interfaces`."""
@@ -249,10 +241,6 @@ class Simulation(Protocol):
 
     async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
         """Put an entity somewhere, with a velocity."""
-        ...
-
-    async def set_simulation_state(self, state: SimulationState) -> None:
-        """Stop, play or pause."""
         ...
 
     async def step_simulation(self, steps: int) -> None:

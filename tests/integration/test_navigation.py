@@ -109,3 +109,54 @@ def test_contacts_stand_in_the_trace(tmp_path: Path) -> None:
     records = run(str(file), tmp_path, 0, "--world", "empty")
     contacts = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
     assert {"box", "turtlebot4"} == {contacts[0]["first"], contacts[0]["second"]}
+
+
+def test_the_actions_of_osc_sim_and_the_other_ways_to_drive(tmp_path: Path) -> None:
+    file = tmp_path / "all.osc"
+    file.write_text(
+        """
+import osc.sim
+import osc.gazebo
+import osc.ros
+
+scenario main:
+    robot: differential_drive_robot
+    pot: sim_object
+    do serial:
+        robot.init_nav2(pose_3d())
+        spawn_entity('box', 'example_simulation://models/box.sdf', pose_3d(position_3d(x: 3m, y: 1m, z: 0.2m)))
+        set_entity_state('box', pose_3d(position_3d(x: 3m, y: 2m, z: 0.2m)))
+        pot.relative_spawn(distance: 2m, model: 'example_simulation://models/box.sdf')
+        actor_exists('pot')
+        step_simulation(250)
+        parallel:
+            robot.follow_waypoints([pose_3d(position_3d(x: 0.4m)), pose_3d(position_3d(x: 0.4m, y: 0.4m))])
+            robot.odometry_distance_traveled(0.3m)
+        robot.nav_through_poses([pose_3d(position_3d(x: 0.2m, y: 0.8m)), pose_3d(position_3d(y: 1m))])
+        delete_entity('box')
+        reset_simulation()
+        wait elapsed(1s)
+"""
+    )
+    records = run(str(file), tmp_path, 0, "--world", "empty")
+    ended = [r for r in records if r["kind"] == "behavior.end"]
+    assert {r["status"] for r in ended} == {"succeeded"}
+
+
+def test_an_entity_that_is_not_there_fails_with_what_there_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "missing.osc"
+    file.write_text("import osc.gazebo\nscenario main:\n    do actor_exists('box')\n")
+    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    assert "there is no entity 'box'; there are turtlebot4, walls" in capsys.readouterr().err
+
+
+def test_a_parameter_for_ros_robots_is_refused_in_a_simulator(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(GO_TO_POSE).read_text().replace("y: -3.0m))", "y: -3.0m)), namespace_override: 'r2'")
+    file = tmp_path / "ros.osc"
+    file.write_text(text)
+    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    assert "`namespace_override` has a meaning for robots behind a ROS 2 bridge only" in capsys.readouterr().err
