@@ -49,7 +49,7 @@ format: $(VENV)/.dev  ## format the code
 	@$(BIN)/ruff check --fix .
 
 goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
-	@$(BIN)/pytest --update-goldens tests/lang
+	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py
 
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py

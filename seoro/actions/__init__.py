@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from importlib import import_module
-from importlib.metadata import entry_points
 from importlib.util import find_spec
 from types import ModuleType
 
@@ -25,5 +24,7 @@ def modules_of(libraries: Iterable[str]) -> Iterator[ModuleType]:
         if "." not in name and find_spec(own) is not None:
             yield import_module(own)
             continue
+        from importlib.metadata import entry_points  # noqa: PLC0415 - slow to load, and seldom needed
+
         for entry in entry_points(group="seoro.libraries", name=name):
             yield import_module(entry.module)

@@ -408,7 +408,10 @@ class InvokeAction:
 
 @dataclass(frozen=True, slots=True)
 class InvokeScenario:
-    """Another scenario, by its name in `Plan.scenarios`; arguments as for actions."""
+    """Another scenario, by its name in `Plan.scenarios`.
+
+    `arguments` has what the invocation gives; the other parameters have the values of the scenario.
+    """
 
     label: str | None
     scenario: str

@@ -6,10 +6,15 @@ wrong, at check time or in the middle of a run, can be shown in the scenario's o
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Final
+
+# str.splitlines would also break at form feeds and Unicode separators, which end no OSC line.
+_LINE_END: Final = re.compile(r"\r\n?|\n")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,25 +34,7 @@ class SourceFile:
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
         """Offsets at which lines begin; CR, LF and CRLF end a line (7.2.1.2)."""
-        starts, offset = [0], 0
-        for line in self._split():
-            offset += len(line)
-            starts.append(offset)
-        return tuple(starts)
-
-    def _split(self) -> list[str]:
-        # str.splitlines would also break at form feeds and Unicode separators, which end no OSC line.
-        lines, start, text = [], 0, self.text
-        while start < len(text):
-            ends = [i for i in (text.find("\n", start), text.find("\r", start)) if i >= 0]
-            if not ends:
-                break
-            end = min(ends) + 1
-            if text[end - 1] == "\r" and text[end : end + 1] == "\n":
-                end += 1
-            lines.append(text[start:end])
-            start = end
-        return lines
+        return (0, *(found.end() for found in _LINE_END.finditer(self.text)))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset into the text, both from 1."""

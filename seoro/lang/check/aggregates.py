@@ -1,0 +1,109 @@
+"""Lists, ranges and `? :`: values that are made of values of one type (7.4.2.7.4, 7.4.2.8.1, 7.4.2.9)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from seoro.lang import ast, plan
+from seoro.lang.check.convert import Typed, common_type, nothing
+from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics.unsupported import Construct
+from seoro.lang.types import (
+    BOOL,
+    UNKNOWN,
+    ListOf,
+    Quantity,
+    RangeOf,
+    Type,
+    is_known,
+    is_number,
+    is_plain_number,
+)
+
+if TYPE_CHECKING:
+    from seoro.lang.check.expressions import Expressions, Scope
+
+
+class Aggregates:
+    """Elaborates aggregates.
+
+    Args:
+        expressions: For their parts, and for messages.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+
+    def ternary(self, node: ast.TernaryOpExp, scope: Scope, expected: Type | None) -> Typed:
+        """`c ? a : b`."""
+        expressions, convert = self._expressions, self._expressions.converter.convert
+        found = expressions.value(node.condition, scope, BOOL)
+        condition = expressions.operators.truth(found, "?", node.condition.span)
+        then = expressions.value(node.then, scope, expected)
+        otherwise = expressions.value(node.otherwise, scope, expected)
+        shared = common_type(then.type, otherwise.type)
+        if shared is None:
+            self._no_common("the results of `? :`", then, otherwise)
+            return nothing(node.span)
+        result = plan.Conditional(condition, convert(then, shared), convert(otherwise, shared), node.span)
+        return Typed(result, shared if is_known(shared) else UNKNOWN)
+
+    def list_of(self, node: ast.ListConstructor, scope: Scope, expected: Type | None) -> Typed:
+        """`[a, b]`; a member that is a list itself is flattened where it is written out."""
+        hint = expected.element if isinstance(expected, ListOf) else None
+        items: list[Typed] = []
+        for item in node.items:
+            found = self._expressions.value(item, scope, hint)
+            if isinstance(found.type, ListOf) and isinstance(found.expression, plan.ListOf):
+                items += [Typed(inner, found.type.element) for inner in found.expression.items]
+            elif isinstance(found.type, ListOf):
+                return self._expressions.refuse(item.span, Construct.FLATTENING)
+            else:
+                items.append(found)
+        if any(not is_known(item.type) for item in items):
+            return nothing(node.span)
+        shared = hint if _are_bare_numbers(items, hint) else self._common(items)
+        if shared is None:
+            return nothing(node.span)
+        converted = tuple(self._expressions.converter.convert(item, shared) for item in items)
+        return Typed(plan.ListOf(converted, node.span), ListOf(shared))
+
+    def range_of(self, node: ast.RangeConstructor, scope: Scope, expected: Type | None) -> Typed:
+        """`[a..b]` or `range(a, b)`."""
+        expressions, convert = self._expressions, self._expressions.converter.convert
+        hint = expected.element if isinstance(expected, RangeOf) else expected
+        low, high = expressions.value(node.low, scope, hint), expressions.value(node.high, scope, hint)
+        if not is_known(low.type) or not is_known(high.type):
+            return nothing(node.span)
+        shared = common_type(low.type, high.type)
+        if shared is None:
+            self._no_common("the bounds of a range", low, high)
+            return nothing(node.span)
+        if not is_number(shared):
+            expressions.bag.add(messages.NotNumericRange(node.span, expressions.converter.describe(shared)))
+            return nothing(node.span)
+        return Typed(plan.RangeOf(convert(low, shared), convert(high, shared), node.span), RangeOf(shared))
+
+    def _common(self, items: list[Typed]) -> Type | None:
+        """The type of a list's members; None if there is none, which is reported."""
+        shared: Type = items[0].type
+        for item in items[1:]:
+            both = common_type(shared, item.type)
+            if both is None:
+                self._no_common("the members of a list", items[0], item)
+                return None
+            shared = both
+        return shared
+
+    def _no_common(self, what: str, left: Typed, right: Typed) -> None:
+        describe = self._expressions.converter.describe
+        spans = right.expression.span, left.expression.span
+        message = messages.NoCommonType(*spans, what, describe(left.type), describe(right.type))
+        self._expressions.bag.add(message)
+
+
+def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:
+    """Whether all are numbers that are written out, without units, where a physical type is asked for."""
+    return isinstance(element, Quantity) and all(
+        is_plain_number(item.type) and isinstance(item.expression, plan.Literal) for item in items
+    )

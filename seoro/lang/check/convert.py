@@ -1,0 +1,199 @@
+"""Implicit conversions (7.4.2.6, 7.4.2.3.1, 7.4.2.8.2) and common types (7.4.2.7.4)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from seoro.lang import plan
+from seoro.lang.check.plan_types import type_name
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.source import Span
+from seoro.lang.symbols import Program, TypeSymbol, lineage
+from seoro.lang.types import (
+    FLOAT,
+    INT,
+    UINT,
+    UNKNOWN,
+    ListOf,
+    Quantity,
+    RangeOf,
+    Structured,
+    Type,
+    is_integer,
+    is_known,
+    is_number,
+    is_plain_number,
+)
+from seoro.lang.units import unit_text
+
+
+class Typed(NamedTuple):
+    """An expression of the plan with its type; with an Unknown type, the expression is a mere placeholder."""
+
+    expression: plan.Expression
+    type: Type
+
+
+def nothing(span: Span) -> Typed:
+    """What stands for an expression that is wrong."""
+    return Typed(plan.Literal(False, span), UNKNOWN)
+
+
+def common_type(left: Type, right: Type) -> Type | None:
+    """The type that two values can both have; None if there is none."""
+    if not is_known(left):
+        return right
+    if not is_known(right) or left == right:
+        return left
+    if is_integer(left) and is_integer(right):
+        return INT
+    if is_plain_number(left) and is_plain_number(right):
+        return FLOAT
+    match left, right:
+        case Structured(first), Structured(second):
+            shared = _common_base(first, second)
+            return Structured(shared) if shared is not None else None
+        case (ListOf(a), ListOf(b)):
+            inner = common_type(a, b)
+            return ListOf(inner) if inner is not None else None
+        case (RangeOf(a), RangeOf(b)):
+            inner = common_type(a, b)
+            return RangeOf(inner) if inner is not None else None
+        case _:
+            return None
+
+
+def _common_base(left: TypeSymbol, right: TypeSymbol) -> TypeSymbol | None:
+    others = set(lineage(right))
+    return next((symbol for symbol in lineage(left) if symbol in others), None)
+
+
+class Converter:
+    """Converts values to the types of the places where they are used.
+
+    Args:
+        program: The program.
+        bag: Where messages go.
+        strict: Whether to report extensions to the standard.
+    """
+
+    def __init__(self, program: Program, bag: Bag, strict: bool) -> None:
+        self._program = program
+        self._bag = bag
+        self._strict = strict
+
+    def describe(self, type_: Type) -> str:
+        """A type for messages."""
+        return type_name(type_, self._program)
+
+    def convert(self, value: Typed, target: Type, context: str = "", is_argument: bool = False) -> plan.Expression:
+        """The value as one of the target type; a mismatch is reported.
+
+        Args:
+            value: The value.
+            target: The type that is needed.
+            context: What it is for, in messages.
+            is_argument: Whether it is an argument, which may be a range for a number (7.3.5.1.3).
+        """
+        if not is_known(value.type) or not is_known(target):
+            return value.expression
+        found = self._try(value, target)
+        if found is not None:
+            return found
+        span = value.expression.span
+        if is_argument and isinstance(value.type, RangeOf) and is_number(target):
+            self._bag.add(NotSupported(span, Construct.RANGE_ARGUMENT))
+        else:
+            self._report(value, target, context)
+        return value.expression
+
+    def _report(self, value: Typed, target: Type, context: str) -> None:
+        hint = ""
+        if isinstance(target, Quantity) and is_plain_number(value.type):
+            hint = f"multiply it by a unit, such as `1{self._unit(target)}`" if self._unit(target) else ""
+        found, needed = self.describe(value.type), self.describe(target)
+        self._bag.add(messages.Mismatch(value.expression.span, needed, found, context, hint))
+
+    def _unit(self, type_: Quantity) -> str:
+        """The name of a unit that is the base unit of a type."""
+        units = self._program.units.values()
+        names = [u.name for u in units if u.dimension == type_.dimension and u.factor == 1 and not u.offset]
+        return min(names, key=len, default="")
+
+    def _try(self, value: Typed, target: Type) -> plan.Expression | None:
+        """The converted value; None if the types do not fit."""
+        source, expression = value.type, value.expression
+        if is_integer(source) and is_integer(target):
+            return self._integer(expression, target)
+        if source == target:
+            return expression
+        match source, target:
+            case _, Quantity() if is_plain_number(source):
+                return self._bare_number(expression, target)
+            case _, _ if is_integer(source) and target == FLOAT:
+                return to_float(expression)
+            case Structured(symbol), Structured(base) if base in lineage(symbol):
+                return expression
+            case ListOf(a), ListOf(b):
+                return self._list(expression, a, b)
+            case RangeOf(a), RangeOf(b):
+                return self._range(expression, a, b)
+            case _, RangeOf(element) if is_number(source):
+                bound = self._try(value, element)
+                return None if bound is None else plan.RangeOf(bound, bound, expression.span)
+            case _:
+                return None
+
+    def _integer(self, expression: plan.Expression, target: Type) -> plan.Expression:
+        if isinstance(expression, plan.Literal) and isinstance(expression.value, int):
+            if target == UINT and expression.value < 0:
+                self._bag.add(messages.NegativeUint(expression.span))
+            elif target == INT and expression.value >= 2**63:
+                self._bag.add(messages.IntTooLarge(expression.span))
+        return expression
+
+    def _bare_number(self, expression: plan.Expression, target: Quantity) -> plan.Expression | None:
+        """A number without a unit is read in the SI base unit: an extension, for numbers that are written out."""
+        if not isinstance(expression, plan.Literal):
+            return None
+        if self._strict:
+            self._bag.add(messages.BareNumber(expression.span, unit_text(target.dimension)))
+        return to_float(expression)
+
+    def _list(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
+        if isinstance(expression, plan.ListOf):
+            items = [self._try(Typed(item, source), target) for item in expression.items]
+            done = [item for item in items if item is not None]
+            return replace(expression, items=tuple(done)) if len(done) == len(items) else None
+        return self._elementwise(expression, source, target)
+
+    def _range(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
+        if isinstance(expression, plan.RangeOf):
+            low = self._try(Typed(expression.low, source), target)
+            high = self._try(Typed(expression.high, source), target)
+            return None if low is None or high is None else replace(expression, low=low, high=high)
+        return self._elementwise(expression, source, target)
+
+    def _elementwise(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
+        """A list or a range that is not written out here."""
+        if source == target or (is_integer(source) and is_integer(target)):
+            return expression
+        if is_integer(source) and target == FLOAT:
+            return plan.Convert(expression, expression.span)
+        match source, target:
+            case Structured(symbol), Structured(base) if base in lineage(symbol):
+                return expression
+            case RangeOf(a), RangeOf(b):
+                return self._elementwise(expression, a, b)
+            case _:
+                return None
+
+
+def to_float(expression: plan.Expression) -> plan.Expression:
+    """An integer as float."""
+    if isinstance(expression, plan.Literal) and isinstance(expression.value, int | float):
+        return replace(expression, value=float(expression.value))
+    return plan.Convert(expression, expression.span)

@@ -1,0 +1,180 @@
+"""Operators: which types they take, and what they give (7.4.2.2 to 7.4.2.4, 7.3.4)."""
+
+from __future__ import annotations
+
+from seoro.lang import ast, plan
+from seoro.lang.check.convert import Converter, Typed, common_type, nothing, to_float
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import types as messages
+from seoro.lang.source import Span
+from seoro.lang.symbols import Program
+from seoro.lang.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    STRING,
+    UINT,
+    ListOf,
+    Quantity,
+    RangeOf,
+    Type,
+    dimension_of,
+    is_known,
+    is_number,
+    quantity,
+)
+from seoro.lang.units import product, quotient
+
+_NUMBERS = {INT: plan.Number.INT, UINT: plan.Number.UINT}
+
+
+class Operators:
+    """Joins typed operands.
+
+    Args:
+        program: The program.
+        converter: For conversions of operands.
+        bag: Where messages go.
+    """
+
+    def __init__(self, program: Program, converter: Converter, bag: Bag) -> None:
+        self._program = program
+        self._converter = converter
+        self._bag = bag
+
+    # ------------------------------------------------------------ arithmetic (7.4.2.3)
+
+    def negate(self, operand: Typed, span: Span) -> Typed:
+        """`-a`; of a `uint` it is an `int`."""
+        if not is_known(operand.type):
+            return nothing(span)
+        if not is_number(operand.type):
+            found = self._converter.describe(operand.type)
+            self._bag.add(messages.NotNumber(operand.expression.span, "-", found))
+            return nothing(span)
+        result = INT if operand.type == UINT else operand.type
+        return Typed(plan.Negate(operand.expression, _arithmetic(result), span), result)
+
+    def arithmetic(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
+        """`a + b` and its like.
+
+        Args:
+            node: The place of the operator; its `left` is where the left operand ends.
+            left: The left operand.
+            right: The right operand.
+            wants_int: Whether a result from integer literals alone is an `int`.
+        """
+        span = node.span
+        if not is_known(left.type) or not is_known(right.type):
+            return nothing(span)
+        if node.operator == "+" and left.type == STRING and right.type == STRING:
+            return Typed(plan.Concatenate(left.expression, right.expression, span), STRING)
+        if not is_number(left.type) or not is_number(right.type):
+            self._unlike(node, left, right)
+            return nothing(span)
+        if not (isinstance(left.type, Quantity) or isinstance(right.type, Quantity)):
+            return self._plain(node, left, right, wants_int)
+        if node.operator in {"*", "/"}:
+            join = product if node.operator == "*" else quotient
+            result = quantity(join(dimension_of(left.type), dimension_of(right.type)))
+        elif left.type == right.type:
+            result = left.type
+        else:
+            self._unlike(node, left, right)
+            return nothing(span)
+        a, b = _as_float(left), _as_float(right)
+        return Typed(plan.Arithmetic(node.operator, a, b, plan.Number.FLOAT, span), result)
+
+    def _plain(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
+        result = common_type(left.type, right.type)
+        assert result is not None
+        if result == UINT and wants_int:
+            result = INT
+        a, b = self._converter.convert(left, result), self._converter.convert(right, result)
+        return Typed(plan.Arithmetic(node.operator, a, b, _arithmetic(result), node.span), result)
+
+    def _unlike(self, node: ast.Arithmetic, left: Typed, right: Typed) -> None:
+        describe = self._converter.describe
+        self._bag.add(
+            messages.UnlikeOperands(
+                node.span,
+                node.left.span,
+                node.right.span,
+                node.operator,
+                describe(left.type),
+                describe(right.type),
+                self._relation_between(left.type, right.type) if node.operator in "+-" else "",
+            )
+        )
+
+    def _relation_between(self, left: Type, right: Type) -> str:
+        """`a length is a speed times a time`, if the types have a third one between them."""
+        if not isinstance(left, Quantity) or not isinstance(right, Quantity):
+            return ""
+        named = self._program.quantities
+        for whole, part in ((left, right), (right, left)):
+            third = named.get(quotient(whole.dimension, part.dimension))
+            if third is not None and whole.dimension in named and part.dimension in named:
+                symbols = [named[whole.dimension], named[part.dimension], third]
+                return "{} is {} times {}".format(*(_article(name) for name in symbols))
+        return ""
+
+    # ------------------------------------------------------------ relations (7.4.2.4)
+
+    def relation(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
+        """`a < b` and its like."""
+        span = node.span
+        if not is_known(left.type) or not is_known(right.type):
+            return Typed(plan.Literal(False, span), BOOL)
+        if node.operator == "in":
+            return self._membership(node, left, right)
+        shared = common_type(left.type, right.type)
+        if shared is None:
+            self._uncomparable(node, left, right)
+        elif node.operator not in {"==", "!="} and not is_number(shared):
+            self._bag.add(messages.NoOrder(span, node.operator, self._converter.describe(shared)))
+        else:
+            a, b = (_as_float(left), _as_float(right)) if shared == FLOAT else (left.expression, right.expression)
+            return Typed(plan.Compare(node.operator, a, b, span), BOOL)
+        return Typed(plan.Literal(False, span), BOOL)
+
+    def _membership(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
+        result = Typed(plan.Contains(left.expression, right.expression, node.span), BOOL)
+        if not isinstance(right.type, ListOf | RangeOf):
+            self._bag.add(messages.NoContainer(node.right.span, self._converter.describe(right.type)))
+            return result
+        item = left.type
+        if type(item) is type(right.type) and isinstance(item, ListOf | RangeOf):
+            item = item.element
+        if common_type(item, right.type.element) is None:
+            self._uncomparable(node, left, right)
+        return result
+
+    def _uncomparable(self, node: ast.Relation, left: Typed, right: Typed) -> None:
+        describe = self._converter.describe
+        self._bag.add(
+            messages.UnlikeComparison(
+                node.left.span, node.right.span, node.operator, describe(left.type), describe(right.type)
+            )
+        )
+
+    # ------------------------------------------------------------ logic (7.4.2.2)
+
+    def truth(self, value: Typed, operator: str, span: Span) -> plan.Expression:
+        """An operand that has to be true or false."""
+        if is_known(value.type) and value.type != BOOL:
+            self._bag.add(messages.NotBool(span, operator, self._converter.describe(value.type)))
+        return value.expression
+
+
+def _arithmetic(type_: Type) -> plan.Number:
+    return plan.Number.INT if type_ == INT else plan.Number.UINT if type_ == UINT else plan.Number.FLOAT
+
+
+def _as_float(side: Typed) -> plan.Expression:
+    """The operand, as float if it is an integer."""
+    return to_float(side.expression) if side.type in _NUMBERS else side.expression
+
+
+def _article(name: str) -> str:
+    return f"a{'n' if name[0] in 'aeiou' else ''} `{name}`"

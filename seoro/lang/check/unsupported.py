@@ -1,0 +1,85 @@
+"""Refuses, by name, what the standard has and seoro does not support yet.
+
+Statements and members are refused here; constructs within expressions and behaviors are refused where they are
+met. What is refused is not looked at any further, so that it causes no other messages.
+"""
+
+from __future__ import annotations
+
+from seoro.lang import ast
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.source import Span
+from seoro.lang.symbols import Program
+
+
+def head(span: Span, word: str) -> Span:
+    """The word with which a statement begins."""
+    return Span(span.file, span.start, min(span.start + len(word), span.end))
+
+
+def refuse_statement(statement: ast.Statement, program: Program, bag: Bag) -> bool:
+    """Report a statement of a user's file that is not supported; names that it declares may then be missing."""
+    refused: NotSupported | None = None
+    match statement:
+        case ast.NamespaceStatement(span=span):
+            refused = NotSupported(head(span, "namespace"), Construct.NAMESPACE)
+        case ast.ExportStatement(span=span):
+            refused = NotSupported(head(span, "export"), Construct.EXPORT)
+        case ast.ModifierDeclaration(name, span=span):
+            refused = NotSupported(head(span, "modifier"), Construct.MODIFIER_DECLARATION, name.name.text)
+        case ast.EnumTypeExtension(name, span=span):
+            refused = NotSupported(head(span, "extend"), Construct.EXTEND, name.text)
+        case ast.StructuredTypeExtension(behavior, span=span):
+            refused = NotSupported(head(span, "extend"), Construct.EXTEND, behavior.name.text)
+        case ast.PrimitiveTypeExtension(primitive, span=span):
+            refused = NotSupported(head(span, "extend"), Construct.EXTEND, primitive.text)
+        case ast.GlobalParameterDeclaration(parameter, span=span):
+            refused = NotSupported(head(span, "global"), Construct.GLOBAL)
+            program.globals.update((name.text, name.span) for name in parameter.names)
+        case _:
+            return False
+    bag.add(refused)
+    program.is_lenient = True
+    return True
+
+
+def refuse_member(member: ast.TypeMember, is_library: bool, bag: Bag) -> bool:
+    """Report a member of a type that is not supported; libraries may declare methods."""
+    match member:
+        case ast.KeepConstraint(span=span):
+            bag.add(NotSupported(head(span, "keep"), Construct.KEEP))
+        case ast.RemoveDefault(span=span):
+            bag.add(NotSupported(head(span, "remove_default"), Construct.REMOVE_DEFAULT))
+        case ast.CoverageDeclaration(kind, span=span):
+            bag.add(NotSupported(head(span, kind), Construct.COVERAGE))
+        case ast.ModifierApplication(invocation, span=span):
+            bag.add(NotSupported(span, Construct.MODIFIER_APPLICATION, name_of(invocation)))
+        case ast.OnDirective(span=span):
+            bag.add(NotSupported(head(span, "on"), Construct.ON))
+        case ast.VariableDeclaration(span=span):
+            bag.add(NotSupported(head(span, "var"), Construct.VARIABLE))
+        case ast.ParameterDeclaration(names, constraints=(first, *_)):
+            bag.add(NotSupported(first.span, Construct.WITH, names[0].text))
+        case ast.EventDeclaration(name, specification=specification) if specification is not None:
+            bag.add(NotSupported(specification.span, Construct.EVENT_IS, name.text))
+        case ast.MethodDeclaration(name) if not is_library:
+            bag.add(NotSupported(name.span, Construct.METHOD_DECLARATION, name.text))
+        case _:
+            return False
+    return True
+
+
+def refuse_with(block: ast.WithBlock | None, bag: Bag) -> None:
+    """Report the `with:` block of a behavior."""
+    if block is not None:
+        bag.add(NotSupported(head(block.span, "with"), Construct.WITH))
+
+
+def name_of(invocation: ast.FunctionApplication) -> str:
+    """The last name of what is applied to arguments."""
+    match invocation.function:
+        case ast.NameExpression(name) | ast.FieldAccess(_, name):
+            return name.text
+        case _:
+            return ""

@@ -1,0 +1,102 @@
+"""Messages about source text, as data: what is wrong, where, and what to do about it.
+
+Every message of a phase is a small immutable class in `diagnostics/`, whose fields say what the message is
+about and which turns itself into a `Diagnostic`. `render.py` shows diagnostics to people and programs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol
+
+from seoro.lang.source import Span
+
+
+class Severity(Enum):
+    """How bad it is: only an error keeps a scenario from running."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A remark on a stretch of text."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One message.
+
+    Args:
+        severity: Error or warning.
+        code: `E0312`-like; the first two digits tell the phase: 01 syntax, 02 names and imports, 03 types,
+            04 behaviors and instantiation, 09 what is not supported yet.
+        message: One line, without a full stop.
+        primary: Where it is, and what to say there (may be empty).
+        secondary: Other places that explain it.
+        help: What to do; may be empty.
+    """
+
+    severity: Severity
+    code: str
+    message: str
+    primary: Label
+    secondary: tuple[Label, ...] = ()
+    help: str = ""
+
+    @property
+    def position(self) -> tuple[str, int, int]:
+        """What diagnostics are sorted by: file, then place."""
+        span = self.primary.span
+        return span.file.name, span.start, span.end
+
+
+class Message(Protocol):
+    """What the classes in `diagnostics/` have in common."""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message as a diagnostic."""
+        ...
+
+
+@dataclass
+class Bag:
+    """Collects the messages of a phase; the same message at the same place counts once."""
+
+    _found: dict[tuple[str, str, str, int], Diagnostic] = field(default_factory=dict)
+
+    def add(self, message: Message) -> None:
+        """Take a message."""
+        found = message.diagnostic()
+        span = found.primary.span
+        self._found.setdefault((found.code, found.message, span.file.name, span.start), found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """All messages, in the order in which they were found."""
+        return tuple(self._found.values())
+
+
+def error(
+    code: str,
+    span: Span,
+    message: str,
+    *secondary: Label,
+    label: str = "",
+    help: str = "",  # noqa: A002
+) -> Diagnostic:
+    """An error, shortly written."""
+    return Diagnostic(Severity.ERROR, code, message, Label(span, label), secondary, help)
+
+
+def warning(code: str, span: Span, message: str, label: str = "", help: str = "") -> Diagnostic:  # noqa: A002
+    """A warning, shortly written."""
+    return Diagnostic(Severity.WARNING, code, message, Label(span, label), (), help)

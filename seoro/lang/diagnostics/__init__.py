@@ -1,0 +1,35 @@
+"""Every message of the language front end, one file a phase; codes are stable.
+
+A message is an immutable object (a named tuple, since all of them are loaded at every start and few are ever made)
+that turns itself into a `Diagnostic`.
+
+The phases: `syntax` (E01), `imports` and `names` (E02), `types` (E03), `behaviors` (E04), `unsupported` (E09).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def near(name: str, candidates: Iterable[str]) -> str:
+    """A help text that names what may have been meant; empty if nothing comes near."""
+    from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and seldom needed
+
+    found = get_close_matches(name, sorted(set(candidates)), n=3, cutoff=0.6)
+    return f"did you mean {listing(found, 'or')}?" if found else ""
+
+
+def a(name: str) -> str:
+    """A type with its article: `a length` of the quoted name; what is no quoted name stays as it is."""
+    if not name.startswith("`"):
+        return name
+    bare = name.strip("`")
+    return f"an {bare}" if bare[0] in "aeio" else f"a {bare}"
+
+
+def listing(names: Iterable[str], conjunction: str = "and") -> str:
+    """`a`, `b` and `c`."""
+    quoted = [f"`{name}`" for name in names]
+    if len(quoted) < 2:
+        return "".join(quoted)
+    return f"{', '.join(quoted[:-1])} {conjunction} {quoted[-1]}"

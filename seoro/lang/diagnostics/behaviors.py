@@ -1,0 +1,253 @@
+"""Messages of behaviors, events and instantiation (E04)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.diagnostics import listing, near
+from seoro.lang.source import Span
+
+
+class UnknownBehavior(NamedTuple):
+    """An invocation of what is no scenario or action."""
+
+    span: Span
+    name: str
+    actor: str | None
+    candidates: tuple[str, ...]
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        what = f"actor `{self.actor}` has no scenario or action" if self.actor else "unknown scenario or action"
+        hint = self.help or near(self.name, self.candidates)
+        if not hint and self.actor and self.candidates:
+            hint = f"it has {listing(self.candidates)}"
+        return error("E0401", self.span, f"{what} `{self.name}`", help=hint)
+
+
+class NotAnActor(NamedTuple):
+    """A behavior invoked on something that is no actor."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0402", self.span, f"behaviors belong to actors, this is {self.found}")
+
+
+class UnknownArgument(NamedTuple):
+    """A named argument that the parameters do not have."""
+
+    span: Span
+    owner: str
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        if not hint:
+            hint = f"its parameters are {listing(self.candidates)}" if self.candidates else "it has no parameters"
+        return error("E0403", self.span, f"`{self.owner}` has no parameter `{self.name}`", help=hint)
+
+
+class TooManyArguments(NamedTuple):
+    """More positional arguments than parameters."""
+
+    span: Span
+    owner: str
+    limit: int
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        takes = {0: "no arguments", 1: "one argument"}.get(self.limit, f"{self.limit} arguments")
+        return error("E0404", self.span, f"too many arguments: `{self.owner}` takes {takes}")
+
+
+class ArgumentTwice(NamedTuple):
+    """A parameter that is given two values."""
+
+    span: Span
+    name: str
+    first: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        before = Label(self.first, "first given here")
+        return error("E0405", self.span, f"`{self.name}` is given twice", before)
+
+
+class MissingArgument(NamedTuple):
+    """A parameter that gets no value."""
+
+    span: Span
+    owner: str
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.owner}` needs a value for `{self.name}`"
+        return error("E0406", self.span, text, help=f"add `{self.name}: ...`")
+
+
+class NoValue(NamedTuple):
+    """A parameter that nothing gives a value."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0407", self.span, f"'{self.name}' has no value: give it a default or an override")
+
+
+class UnknownEvent(NamedTuple):
+    """An event that is not declared."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0408", self.span, f"unknown event `{self.name}`", help=near(self.name, self.candidates))
+
+
+class UnknownLabel(NamedTuple):
+    """A label that no behavior of the scenario has."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        return error("E0409", self.span, f"`{self.name}` is neither a label nor a field here", help=hint)
+
+
+class UnknownPhase(NamedTuple):
+    """An event of a label that it does not have."""
+
+    span: Span
+    label: str
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "a label has `start`, `end` and `fail`"
+        return error("E0410", self.span, f"`{self.label}` has no event `{self.name}`", help=hint)
+
+
+class EmitStart(NamedTuple):
+    """`emit start`."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "`start` occurs by itself when a scenario starts; `emit end` and `emit fail` end it"
+        return error("E0411", self.span, "`start` cannot be emitted", help=hint)
+
+
+class NoEvent(NamedTuple):
+    """An `@` before something that is no event."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "events are `@event`, `@label.start`, `@label.end` and `@label.fail`"
+        return error("E0412", self.span, "this is no event", help=hint)
+
+
+class SecondDo(NamedTuple):
+    """A second `do` (7.3.5.1.3)."""
+
+    span: Span
+    first: Span
+    inherited: bool
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        before = Label(self.first, "inherited from here" if self.inherited else "the first one is here")
+        return error(
+            "E0413", self.span, "a scenario has only one `do`", before, help="join them by `parallel:` in one"
+        )
+
+
+class NoScenario(NamedTuple):
+    """A file that has no scenario to run."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0420", self.span, "this file declares no scenario", help="a scenario is needed to run it")
+
+
+class AmbiguousEntry(NamedTuple):
+    """Several scenarios, and nothing that says which one to run."""
+
+    span: Span
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = f"choose one of {listing(self.candidates, 'or')} by `--scenario`, or call one `main`"
+        return error("E0421", self.span, "which scenario is to run?", help=hint)
+
+
+class UnknownEntry(NamedTuple):
+    """The scenario that was asked for is not in the file."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        if not hint and self.candidates:
+            hint = f"it declares {listing(self.candidates)}"
+        return error("E0422", self.span, f"this file declares no scenario `{self.name}`", help=hint)
+
+
+class ActorEntry(NamedTuple):
+    """The entry scenario belongs to an actor, which nobody gives it."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "write a scenario that has an actor of its own and invokes it"
+        return error("E0423", self.span, f"`{self.name}` belongs to an actor and cannot run by itself", help=hint)
+
+
+class WrongOverride(NamedTuple):
+    """An override that does not fit the scenario."""
+
+    span: Span
+    path: str
+    reason: str
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0424", self.span, f"cannot override `{self.path}`: {self.reason}", help=self.help)
+
+
+class ContainsItself(NamedTuple):
+    """A value that would hold one of its own type, and so on."""
+
+    span: Span
+    path: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"a value would contain itself without end: {' -> '.join(self.path)}"
+        return error("E0426", self.span, text)

@@ -1,0 +1,173 @@
+"""Messages of declarations and names (E0210 to E0299)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.diagnostics import listing, near
+from seoro.lang.source import Span
+
+
+class Duplicate(NamedTuple):
+    """A name that is declared twice."""
+
+    span: Span
+    what: str
+    name: str
+    first: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        before = Label(self.first, "first declared here")
+        return error(
+            "E0210", self.span, f"{self.what} `{self.name}` is declared twice", before, label="again here"
+        )
+
+
+class UnknownType(NamedTuple):
+    """A type that is not declared."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+    what: str = "type"
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        if not hint and self.name in _LIBRARIES:
+            hint = f"it comes with `import {_LIBRARIES[self.name]}`"
+        return error("E0211", self.span, f"unknown {self.what} `{self.name}`", help=hint)
+
+
+class WrongKind(NamedTuple):
+    """A name of one kind where another kind is needed."""
+
+    span: Span
+    name: str
+    kind: str
+    needed: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0212", self.span, f"`{self.name}` is {self.kind}, not {self.needed}")
+
+
+class UnknownUnit(NamedTuple):
+    """A unit that is not declared."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        if not self.candidates:
+            hint = "the units of the standard come with `import osc.types`"
+        return error("E0213", self.span, f"unknown unit `{self.name}`", help=hint)
+
+
+class UnknownBaseUnit(NamedTuple):
+    """An SI base unit that does not exist."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0214", self.span, f"`{self.name}` is no SI base unit", help=f"these are {listing(self.candidates)}"
+        )
+
+
+class UnknownField(NamedTuple):
+    """A member that a type does not have."""
+
+    span: Span
+    owner: str
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        if not hint and self.candidates:
+            hint = f"it has {listing(self.candidates)}"
+        return error("E0215", self.span, f"{self.owner} has no field `{self.name}`", help=hint)
+
+
+class UnknownName(NamedTuple):
+    """A name in an expression that means nothing."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0216", self.span, f"unknown name `{self.name}`", help=near(self.name, self.candidates))
+
+
+class UnknownMember(NamedTuple):
+    """A member that an enumeration does not have."""
+
+    span: Span
+    enum: str
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates) or f"its members are {listing(self.candidates)}"
+        return error("E0217", self.span, f"`{self.enum}` has no member `{self.name}`", help=hint)
+
+
+class AmbiguousMember(NamedTuple):
+    """A member's name that several enumerations have, where nothing decides between them."""
+
+    span: Span
+    name: str
+    enums: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = f"write {listing((f'{enum}!{self.name}' for enum in self.enums), 'or')}"
+        what = f"`{self.name}` is a member of {listing(self.enums)}, and nothing here decides which one is meant"
+        return error("E0218", self.span, what, help=hint)
+
+
+class CyclicReference(NamedTuple):
+    """Declarations that refer to each other in a circle."""
+
+    span: Span
+    what: str
+    path: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0219", self.span, f"{self.what} form a cycle: {' -> '.join(self.path)}")
+
+
+class WrongBase(NamedTuple):
+    """A scenario or action inherits from one of an unrelated actor (7.3.8.1)."""
+
+    span: Span
+    name: str
+    base: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "both belong to no actor, or the base belongs to the same actor or one that it inherits from"
+        return error("E0220", self.span, f"`{self.name}` cannot inherit from `{self.base}`", help=hint)
+
+
+_LIBRARIES = {
+    **dict.fromkeys(("length", "time", "speed", "angle", "acceleration", "pose_3d", "position_3d"), "osc.types"),
+    **dict.fromkeys(("differential_drive_robot",), "osc.ros"),
+    **dict.fromkeys(("robot",), "osc.robotics"),
+    **dict.fromkeys(("sim_object",), "osc.gazebo"),
+    **dict.fromkeys(("osc_actor",), "osc.types"),
+}

@@ -1,0 +1,205 @@
+"""Messages of reading and parsing (E01)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.source import Span
+
+
+class UnreadableFile(NamedTuple):
+    """A file cannot be read."""
+
+    span: Span
+    name: str
+    reason: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0101", self.span, f"cannot read `{self.name}`: {self.reason}")
+
+
+class UnknownCharacter(NamedTuple):
+    """A character that starts no token."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = self.span.text
+        shown = f"`{text}`" if text.isprintable() else f"U+{ord(text[0]):04X}"
+        helps = {
+            ";": "a statement ends with its line",
+            "{": "blocks are made by `:` and indentation",
+            "}": "blocks are made by `:` and indentation",
+            "&": "the conjunction is written `and`",
+            "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
+            "$": "",
+        }
+        return error("E0110", self.span, f"unexpected character {shown}", help=helps.get(text, ""))
+
+
+class UnclosedString(NamedTuple):
+    """A string without its closing quotes."""
+
+    span: Span
+    quotes: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        if len(self.quotes) == 3:
+            return error("E0111", self.span, f"this string is not closed by {self.quotes}")
+        hint = "a string over several lines is written in three quotes"
+        return error("E0111", self.span, f"this string is not closed by {self.quotes} on its line", help=hint)
+
+
+class UnclosedBracket(NamedTuple):
+    """An opening bracket without its partner."""
+
+    span: Span
+    bracket: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0112", self.span, f"`{self.bracket}` is not closed", label="opened here")
+
+
+class UnknownIndentation(NamedTuple):
+    """A line goes back to an indentation that no enclosing block has."""
+
+    span: Span
+    columns: tuple[int, ...]
+    mixes_tabs: bool
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        known = ", ".join(str(column) for column in self.columns)
+        hint = f"the enclosing blocks stand at {known} columns"
+        if self.mixes_tabs:
+            hint += "; a tab goes to the next multiple of 8 columns, so do not mix tabs and spaces"
+        return error("E0113", self.span, "this indentation matches no enclosing block", help=hint)
+
+
+class UnexpectedIndentation(NamedTuple):
+    """A line is indented although no block begins."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "a block begins after a line that ends with `:`"
+        return error("E0114", self.span, "unexpected indentation", label="no block begins here", help=hint)
+
+
+class MissingBlock(NamedTuple):
+    """A line ends with `:`, but no indented block follows."""
+
+    span: Span
+    header: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        opened = Label(self.header, "it would belong to this line")
+        return error(
+            "E0115", self.span, "expected an indented block", opened, help="indent the lines of the block"
+        )
+
+
+class UnexpectedToken(NamedTuple):
+    """Something that the grammar does not allow where it stands."""
+
+    span: Span
+    found: str
+    expected: tuple[str, ...]
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        wanted = ""
+        if self.expected:
+            head = ", ".join(self.expected[:-1])
+            wanted = f", expected {head} or {self.expected[-1]}" if head else f", expected {self.expected[0]}"
+        return error("E0120", self.span, f"unexpected {self.found}{wanted}", help=self.help)
+
+
+class MisplacedStatement(NamedTuple):
+    """A statement that exists, but not in this place."""
+
+    span: Span
+    word: str
+    place: str
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0121", self.span, f"`{self.word}` cannot stand {self.place}", help=self.help)
+
+
+class MissingColon(NamedTuple):
+    """A line that opens a block lacks its colon."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0122", self.span, "missing `:` before the block", help="a line that opens a block ends with `:`"
+        )
+
+
+class LateImport(NamedTuple):
+    """An import after other statements (7.2.2.1.1)."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "imports come before all other statements of a file"
+        return error("E0123", self.span, "`import` after other statements", help=hint)
+
+
+class IntegerOutOfRange(NamedTuple):
+    """A number that neither int nor uint can hold."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "int holds -9223372036854775808 to 9223372036854775807, uint holds 0 to 18446744073709551615"
+        return error("E0130", self.span, "this integer does not fit into 64 bits", help=hint)
+
+
+class FloatOutOfRange(NamedTuple):
+    """A number that float cannot hold."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "the largest float is about 1.8e308; infinity is written `inf`"
+        return error("E0131", self.span, "this number is too large for float", help=hint)
+
+
+class MixedArguments(NamedTuple):
+    """A positional argument after a named one."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "positional arguments come first, then those with a name"
+        return error("E0132", self.span, "positional argument after a named one", help=hint)
+
+
+class TooDeep(NamedTuple):
+    """Nesting beyond what is taken."""
+
+    span: Span
+    limit: int
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0133", self.span, f"nested more than {self.limit} levels deep", help="give a part of it a name"
+        )

@@ -1,0 +1,294 @@
+"""Messages of types and expressions (E03)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seoro.lang.diagnostic import Diagnostic, Label, error, warning
+from seoro.lang.diagnostics import a
+from seoro.lang.source import Span
+
+_VERBS = {
+    "+": "added",
+    "-": "subtracted",
+    "*": "multiplied",
+    "/": "divided",
+    "%": "divided",
+}
+
+
+class Mismatch(NamedTuple):
+    """A value of the wrong type."""
+
+    span: Span
+    expected: str
+    found: str
+    context: str = ""
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        where = f" for {self.context}" if self.context else ""
+        text = f"expected {self.expected}{where}, found {self.found}"
+        return error("E0301", self.span, text, label=f"this is {a(self.found)}", help=self.help)
+
+
+class UnlikeOperands(NamedTuple):
+    """Operands that an arithmetic operator cannot join."""
+
+    span: Span
+    left: Span
+    right: Span
+    operator: str
+    left_type: str
+    right_type: str
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"{self.left_type} and {self.right_type} cannot be {_VERBS[self.operator]}"
+        other = Label(self.right, f"this is {a(self.right_type)}")
+        return error("E0312", self.left, text, other, label=f"this is {a(self.left_type)}", help=self.help)
+
+
+class UnlikeComparison(NamedTuple):
+    """Operands that cannot be compared."""
+
+    left: Span
+    right: Span
+    operator: str
+    left_type: str
+    right_type: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"{self.left_type} and {self.right_type} cannot be compared by `{self.operator}`"
+        other = Label(self.right, f"this is {a(self.right_type)}")
+        return error("E0313", self.left, text, other, label=f"this is {a(self.left_type)}")
+
+
+class NoOrder(NamedTuple):
+    """An order asked of values that have none."""
+
+    span: Span
+    operator: str
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "only numbers have an order; others compare by `==`, `!=` and `in`"
+        return error("E0314", self.span, f"`{self.operator}` does not apply to {self.found}", help=hint)
+
+
+class NotBool(NamedTuple):
+    """A value where true or false is needed."""
+
+    span: Span
+    operator: str
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0315", self.span, f"`{self.operator}` needs bool, found {self.found}")
+
+
+class NotNumber(NamedTuple):
+    """A value where a number is needed."""
+
+    span: Span
+    operator: str
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0316", self.span, f"`{self.operator}` needs a number, found {self.found}")
+
+
+class NoContainer(NamedTuple):
+    """`in` with something on its right that holds nothing."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0317", self.span, f"`in` needs a list or a range, found {self.found}")
+
+
+class NoCommonType(NamedTuple):
+    """Values that should be of one type and are not."""
+
+    span: Span
+    other: Span
+    what: str
+    left: str
+    right: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        first = Label(self.other, f"this is {a(self.left)}")
+        text = f"{self.what} have no common type"
+        return error("E0318", self.span, text, first, label=f"this is {a(self.right)}")
+
+
+class NoFields(NamedTuple):
+    """A member access on a value without members."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0319", self.span, f"{self.found} has no fields")
+
+
+class NoElements(NamedTuple):
+    """An index on a value that is no list."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0320", self.span, f"only lists have elements, this is {self.found}")
+
+
+class WrongIndex(NamedTuple):
+    """An index that is no integer."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0321", self.span, f"the index of a list is an integer, found {self.found}")
+
+
+class NotNumericRange(NamedTuple):
+    """A range of something that is no number (7.3.5.2.2)."""
+
+    span: Span
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0322", self.span, f"a range is of numbers, not of {self.found}")
+
+
+class ListOfList(NamedTuple):
+    """A list of lists (7.3.5.2.1)."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0323", self.span, "a list cannot hold lists", help="put the inner list into a struct")
+
+
+class WrongUnitDimension(NamedTuple):
+    """A unit with other exponents than its type (7.3.4)."""
+
+    span: Span
+    name: str
+    quantity: str
+    needed: str
+    found: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.name}` is in {self.found}, but `{self.quantity}` is in {self.needed}"
+        return error("E0324", self.span, text)
+
+
+class NotAValue(NamedTuple):
+    """A name that is no value by itself."""
+
+    span: Span
+    name: str
+    kind: str
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0325", self.span, f"`{self.name}` is {self.kind}, not a value", help=self.help)
+
+
+class NotCallable(NamedTuple):
+    """Something applied to arguments that takes none."""
+
+    span: Span
+    name: str
+    help: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0326", self.span, f"`{self.name}` cannot be applied to arguments", help=self.help)
+
+
+class NegativeUint(NamedTuple):
+    """A negative number for `uint`."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0327", self.span, "`uint` holds no negative numbers", help="`int` does")
+
+
+class IntTooLarge(NamedTuple):
+    """A number for `int` that only `uint` holds."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0328", self.span, "this number is too large for `int`", help="`uint` holds it")
+
+
+class BareNumber(NamedTuple):
+    """A number without a unit for a physical parameter, which the standard does not have."""
+
+    span: Span
+    unit: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = f"it is read in {self.unit}; the standard asks for a unit"
+        return warning("E0390", self.span, "a number without a unit", help=hint)
+
+
+class StructConstructor(NamedTuple):
+    """A struct applied to arguments, which the standard does not have."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "it constructs a value; other implementations may not know it"
+        return warning("E0391", self.span, f"`{self.name}(...)` is an extension to the standard", help=hint)
+
+
+class LibraryImport(NamedTuple):
+    """An import of a library that is not the standard's."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.name}` is not a module of the standard, which reserves `osc`"
+        return warning("E0392", self.span, text, help="other implementations may not have it")
+
+
+class AnyArgument(NamedTuple):
+    """An argument of another type than declared, for a parameter that takes any."""
+
+    span: Span
+    parameter: str
+    declared: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.parameter}` is declared as {self.declared}, and takes any type here"
+        return warning("E0393", self.span, text)

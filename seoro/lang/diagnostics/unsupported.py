@@ -1,0 +1,63 @@
+"""What the language has and seoro does not support yet (E09): each is refused by name, never ignored.
+
+An entry disappears with the support for it.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.source import Span
+
+
+class Construct(Enum):
+    """What is refused: the code's last two digits, and how the message calls it."""
+
+    KEEP = "01", "`keep`"
+    REMOVE_DEFAULT = "02", "`remove_default`"
+    WITH = "03", "a `with:` block"
+    VARIABLE = "04", "`var`"
+    ON = "05", "`on`"
+    CALL = "06", "`call`"
+    COMPOSITION_ARGUMENTS = "07", "an argument of `serial`, `parallel` or `one_of`"
+    MODIFIER_DECLARATION = "08", "the declaration of a modifier"
+    MODIFIER_APPLICATION = "09", "the application of a modifier"
+    RISE = "10", "`rise`"
+    FALL = "11", "`fall`"
+    EVERY = "12", "`every`"
+    BOOL_CONDITION = "13", "waiting for a condition"
+    EVENT_IS = "14", "`is` in the declaration of an event"
+    EXTEND = "15", "`extend`"
+    CONDITIONAL_INHERITANCE = "16", "conditional inheritance"
+    COVERAGE = "17", "`cover` or `record`"
+    GLOBAL = "18", "`global`"
+    METHOD_DECLARATION = "19", "the declaration of a method"
+    METHOD_CALL = "20", "the call of a method"
+    TYPE_TEST = "21", "`.is()`"
+    CAST = "22", "`.as()`"
+    IT = "23", "`it`"
+    NAMESPACE = "24", "`namespace`"
+    EXPORT = "25", "`export`"
+    BEHAVIOR_TYPE = "26", "a scenario or an action as the type of a field"
+    RANGE_ARGUMENT = "27", "a range for a parameter that holds one number"
+    REFERENCE = "28", "an argument that is the path of a variable"
+    FOREIGN_EVENT = "29", "an event of another object"
+    DURATION = "32", "the `duration` of an invocation"
+    ELAPSED_CONDITION = "31", "`elapsed` as the condition of an event"
+    FLATTENING = "30", "a list within a list that is not written out"
+
+
+class NotSupported(NamedTuple):
+    """A construct of the standard that is not supported yet."""
+
+    span: Span
+    construct: Construct
+    name: str = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        code, what = self.construct.value
+        named = f" (`{self.name}`)" if self.name else ""
+        return error(f"E09{code}", self.span, f"{what}{named} is not supported yet")

@@ -1,0 +1,59 @@
+"""The front end in three steps: `load` reads, `check` finds what is wrong, `lower` makes the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from seoro.lang import loader
+from seoro.lang.check.checker import Checked, run_checks
+from seoro.lang.loader import Sources
+from seoro.lang.lower.lower import lower_scenario
+from seoro.lang.plan import Plan
+from seoro.lang.traits import ParameterTrait
+
+__all__ = ["Checked", "ParameterTrait", "Sources", "check", "load", "lower"]
+
+_NOTHING: Mapping[str, Mapping[str, ParameterTrait]] = {}
+_NO_OVERRIDES: Mapping[str, str] = {}
+
+
+def load(path: Path, name: str | None = None) -> Sources:
+    """Read and parse a scenario file and all it imports.
+
+    Faults in the texts do not raise: they stand in the `diagnostics` of what is returned.
+
+    Args:
+        path: The file.
+        name: How to call it in messages; as it was given unless said otherwise.
+    """
+    return loader.load(path, name)
+
+
+def check(
+    sources: Sources, traits: Mapping[str, Mapping[str, ParameterTrait]] = _NOTHING, strict: bool = False
+) -> Checked:
+    """Check a loaded scenario; what is wrong stands in the `diagnostics` of what is returned.
+
+    Args:
+        sources: What `load` gave.
+        traits: What the Python implementations of actions take, by qualified action name and parameter, where
+            it is not a value of the declared type.
+        strict: Whether to warn of extensions to the standard.
+    """
+    return run_checks(sources, traits, strict)
+
+
+def lower(checked: Checked, scenario: str | None = None, overrides: Mapping[str, str] = _NO_OVERRIDES) -> Plan:
+    """The plan of a scenario.
+
+    Args:
+        checked: What `check` gave.
+        scenario: The scenario to run; by default the only one of the file, or the one named `main`.
+        overrides: Values for parameters of the scenario, or for fields of them (`robot.namespace`), as
+            expressions of the language.
+
+    Raises:
+        InvalidScenario: There are errors, no scenario to run, or a parameter without a value.
+    """
+    return lower_scenario(checked, scenario, overrides)

@@ -1,0 +1,231 @@
+"""From characters to tokens (7.2.1): logical lines, indentation, literals, words and operators.
+
+Words come out as `NAME`, whether they are keywords or not: that depends on where the grammar has them, so the
+parser decides. Indentation follows Python 3.10, section 2.1.8, with tabs to multiples of 8 columns.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import Any, Final, NamedTuple
+
+from seoro.lang import table
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import syntax
+from seoro.lang.source import SourceFile, Span
+
+TAB_STOP = 8
+# A letter or an underscore, then digits too, or anything beyond ASCII, which is looked at by category later:
+# written as the rest of ASCII excluded, since character sets of Unicode ranges take long to compile.
+_NAME = r"(?:[^\x00-@\[-^`{-\x7f][^\x00-/:-@\[-^`{-\x7f]*|\|[^|]+\|)"
+_TOKEN: Final = re.compile(
+    rf"""
+      (?P<blank>[ \t\f]+|\\(?:\r\n|\r|\n))
+    | (?P<comment>\#[^\r\n]*)
+    | (?P<end>\r\n|\r|\n)
+    | (?P<wildcard>(?:{_NAME})?::[ \t]*\*)
+    | (?P<prefixed>(?:{_NAME})?::{_NAME})
+    | (?P<number>0x[0-9A-Fa-f]+|[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+|[0-9]+)
+      (?P<unit>(?:(?:{_NAME})?::)?{_NAME})?
+    | (?P<name>{_NAME})
+    | (?P<long>\"\"\"(?:[^\\]|\\.)*?\"\"\"|'''(?:[^\\]|\\.)*?''')
+    | (?P<short>\"(?!\"\")(?:[^\\\r\n\"]|\\\r\n|\\.)*\"|'(?!'')(?:[^\\\r\n']|\\\r\n|\\.)*')
+    | (?P<operator>=>|==|!=|<=|>=|->|\.\.|[-+*/%<>=.,:@?()\[\]!])
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+_ESCAPE: Final = re.compile(r"\\(\r\n|.)", re.DOTALL)
+_ESCAPED: Final = {
+    "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
+}  # fmt: skip
+_START_CATEGORIES = frozenset({"Ll", "Lm", "Lo", "Lt", "Lu", "Nl"})
+_CHAR_CATEGORIES = _START_CATEGORIES | {"Mc", "Mn", "Nd", "Pc"}
+
+
+class Token:
+    """A token: `kind` is the terminal it is for the grammar; `NAME` for any word."""
+
+    __slots__ = ("end", "kind", "start", "value")
+
+    def __init__(self, kind: str, value: Any, start: int, end: int) -> None:
+        self.kind = kind
+        self.value = value
+        self.start = start
+        self.end = end
+
+
+class Number(NamedTuple):
+    """The value of a number's token; `unit` is the text of its unit, with bars and prefix."""
+
+    value: int | float
+    is_float: bool
+    unit: str | None
+
+
+class Lexer:
+    """Reads the tokens of a file.
+
+    Args:
+        file: The file.
+        bag: Where messages go.
+    """
+
+    def __init__(self, file: SourceFile, bag: Bag) -> None:
+        self._file = file
+        self._text = file.text
+        self._bag = bag
+        self._operators = table.load()["literals"]
+
+    def tokens(self, offset: int = 0, indents: tuple[int, ...] = (0,)) -> list[Token]:
+        """All tokens from an offset, which is the start of a line inside blocks indented as given."""
+        text, match = self._text, _TOKEN.match
+        tokens: list[Token] = []
+        levels = list(indents)
+        brackets: list[Token] = []
+        at_start = True  # of a logical line
+        while offset < len(text):
+            if at_start:
+                offset, column = self._indentation(offset)
+                found = match(text, offset)
+                if found and found.lastgroup in {"comment", "end"}:
+                    offset = found.end()
+                    continue
+                if offset >= len(text):
+                    break
+                self._indent(tokens, levels, column, offset)
+                at_start = False
+            found = match(text, offset)
+            if found is None:
+                offset = self._recover(tokens, offset)
+                continue
+            offset = found.end()
+            group = found.lastgroup
+            if group in {"blank", "comment"}:
+                continue
+            if group == "end":
+                if not brackets:
+                    tokens.append(Token("_NEWLINE", None, found.start(), found.start()))
+                    at_start = True
+                continue
+            offset = self._token(tokens, brackets, found, group or "")
+        end = len(text.rstrip()) if tokens else len(text)
+        if not at_start:
+            tokens.append(Token("_NEWLINE", None, end, end))
+        tokens += [Token("_DEDENT", None, end, end) for _ in levels[1:]]
+        tokens.append(Token("$END", None, len(text), len(text)))
+        return tokens
+
+    def _indentation(self, offset: int) -> tuple[int, int]:
+        """The first character of a line that is no blank, and its column from 0."""
+        column = 0
+        while offset < len(self._text):
+            char = self._text[offset]
+            if char == " ":
+                column += 1
+            elif char == "\t":
+                column = (column // TAB_STOP + 1) * TAB_STOP
+            elif char != "\f":
+                break
+            offset += 1
+        return offset, column
+
+    def _indent(self, tokens: list[Token], levels: list[int], column: int, offset: int) -> None:
+        """Add INDENT and DEDENT tokens before a line."""
+        if column > levels[-1]:
+            levels.append(column)
+            tokens.append(Token("_INDENT", column, offset, offset))
+            return
+        end = tokens[-1].end if tokens else offset
+        while column < levels[-1]:
+            inner = levels.pop()
+            if column > levels[-1]:  # between two levels: taken as the inner one
+                start = max(self._text.rfind("\n", 0, offset), self._text.rfind("\r", 0, offset)) + 1
+                blanks = self._text[start:offset]
+                mixes = "\t" in blanks or "\t" in self._file.line(self._file.position(end)[0])[: inner or 1]
+                columns = tuple(dict.fromkeys((*levels, inner)))
+                self._bag.add(syntax.UnknownIndentation(Span(self._file, start, offset), columns, mixes))
+                levels.append(inner)
+                return
+            tokens.append(Token("_DEDENT", column, end, end))
+
+    def _token(self, tokens: list[Token], brackets: list[Token], found: re.Match[str], group: str) -> int:
+        """Add the token that was matched; gives the offset after it."""
+        start, end = found.span()
+        text = found.group()
+        if group == "operator":
+            token = Token(self._operators[text], text, start, end)
+            if text in "([":
+                brackets.append(token)
+            elif text in ")]" and brackets:
+                brackets.pop()
+        elif group == "name":
+            end = self._end_of_name(start, end)
+            if end == start:
+                return self._recover(tokens, start)
+            token = Token("NAME", text[: end - start], start, end)
+        elif group == "prefixed":
+            token = Token("PREFIXED", text, start, end)
+        elif group == "wildcard":
+            token = Token("WILDCARD", text, start, end)
+        elif group in {"long", "short"}:
+            quotes = 3 if group == "long" else 1
+            token = Token("STRING_LITERAL", _unescape(text[quotes:-quotes]), start, end)
+        else:
+            token = self._number(found)
+        tokens.append(token)
+        return end
+
+    def _number(self, found: re.Match[str]) -> Token:
+        digits, unit = found["number"], found["unit"]
+        is_hex = digits.startswith("0x")
+        is_float = not is_hex and not digits.isdigit()
+        start, end = found.span()
+        span = Span(self._file, start, found.end("number"))
+        value: int | float = 0
+        if is_float:
+            value = float(digits)
+            if value == float("inf"):
+                self._bag.add(syntax.FloatOutOfRange(span))
+        elif len(digits) > 30 and len(digits.lstrip("0x")) > 20:  # far out of range, and slow to convert
+            self._bag.add(syntax.IntegerOutOfRange(span))
+        else:
+            value = int(digits, 16 if is_hex else 10)
+            if value >= 2**64:
+                self._bag.add(syntax.IntegerOutOfRange(span))
+                value = 0
+        kind = "PHYSICAL_LITERAL" if unit else "FLOAT_LITERAL" if is_float else "INTEGER_LITERAL"
+        return Token(kind, Number(value, is_float, unit), start, end)
+
+    def _end_of_name(self, start: int, end: int) -> int:
+        """Where a word ends; characters beyond ASCII are looked up by category (7.2.1.5.1)."""
+        text = self._text[start:end]
+        if text.isascii() or text.startswith("|"):
+            return end
+        for index, char in enumerate(text):
+            if not char.isascii():
+                categories = _CHAR_CATEGORIES if index else _START_CATEGORIES
+                if unicodedata.category(char) not in categories:
+                    return start + index
+        return end
+
+    def _recover(self, tokens: list[Token], offset: int) -> int:
+        """Report what is no token; gives the offset to go on from."""
+        text = self._text
+        char = text[offset]
+        if char in "\"'":
+            quotes = char * 3 if text.startswith(char * 3, offset) else char
+            ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
+            end = min((found for found in ends if found >= 0), default=len(text))
+            self._bag.add(syntax.UnclosedString(Span(self._file, offset, end), quotes))
+            tokens.append(Token("STRING_LITERAL", "", offset, end))
+            return end
+        self._bag.add(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
+        return offset + 1
+
+
+def _unescape(text: str) -> str:
+    """Resolve escapes: those of Python that need no number; others keep their backslash."""
+    if "\\" not in text:
+        return text
+    return _ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[0]), text)

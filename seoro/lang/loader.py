@@ -1,0 +1,232 @@
+"""Finds and reads the files of a scenario: the entry file and all it imports (7.7.5).
+
+Each file is read once, at its first place in a depth-first walk; files may import each other in circles. A module
+`osc.<name>` is one of seoro's own libraries, or one of an installed package (entry-point group `seoro.libraries`:
+`name = "package.module"`, with `name.osc` in the folder of that module).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from seoro.lang import ast
+from seoro.lang.diagnostic import Bag, Diagnostic
+from seoro.lang.diagnostics import imports, syntax
+from seoro.lang.parser import parse_file
+from seoro.lang.source import SourceFile, Span
+
+MAX_FILE_SIZE = 4 * 1024 * 1024  # bytes
+ENTRY_POINTS = "seoro.libraries"
+_LIBRARY = Path(__file__).with_name("library")
+
+_STANDARD: Mapping[str, tuple[str, frozenset[str]]] = {
+    "osc.types": ("types.osc", frozenset({"stdtypes"})),
+    "osc.standard": ("standard.osc", frozenset({"std", "stdtypes"})),
+    "osc.standard.all": ("standard.osc", frozenset()),
+    "osc.standard.types": ("types.osc", frozenset()),
+}  # the modules whose file has another name, with the namespaces that they put in use
+
+
+@dataclass(frozen=True)
+class Module:
+    """One file that was read.
+
+    Args:
+        file: Its text.
+        tree: Its tree; empty if nothing could be parsed.
+        library: What was imported to get it, such as `osc.nav2`; None for files of the user.
+    """
+
+    file: SourceFile
+    tree: ast.OscFile
+    library: str | None
+
+
+@dataclass(frozen=True)
+class Sources:
+    """A scenario file with all it imports.
+
+    Args:
+        entry: The file that was asked for.
+        modules: All files, those that are imported before those that import them.
+        uses: Namespaces that imports put in use for the global one.
+        libraries: Names of the libraries, in the order in which they were imported.
+        diagnostics: What is wrong with the texts.
+    """
+
+    entry: Module
+    modules: tuple[Module, ...]
+    uses: frozenset[str]
+    libraries: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass
+class _Loading:
+    """The state of one walk over the imports."""
+
+    bag: Bag = field(default_factory=Bag)
+    seen: set[Path] = field(default_factory=set)
+    modules: list[Module] = field(default_factory=list)
+    uses: set[str] = field(default_factory=set)
+    libraries: dict[str, None] = field(default_factory=dict)
+
+
+def load(path: Path, name: str | None = None) -> Sources:
+    """Read a scenario file and all it imports; faults stand in the diagnostics.
+
+    Args:
+        path: The file.
+        name: How to call it in messages; as it was given unless said otherwise.
+    """
+    loading = _Loading()
+    shown = name or str(path)
+    text = _read(path)
+    if isinstance(text, str):
+        file = SourceFile(shown, text, path)
+    else:
+        file = SourceFile(shown, "", path)
+        loading.bag.add(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
+    entry = _load(loading, file, path, None)
+    return Sources(
+        entry,
+        tuple(loading.modules),
+        frozenset(loading.uses),
+        tuple(loading.libraries),
+        tuple(sorted(loading.bag.diagnostics, key=lambda found: found.position)),
+    )
+
+
+def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) -> Module:
+    """Parse a file and, before it is added, what it imports.
+
+    The walk keeps its own stack, since chains of imports have no limit.
+    """
+    entry: Module | None = None
+    stack: list[tuple[Module, Path, Iterator[ast.Statement]]] = []
+
+    def enter(file: SourceFile, path: Path, library: str | None) -> Module:
+        loading.seen.add(path.resolve())
+        module = Module(file, parse_file(file, loading.bag), library)
+        stack.append((module, path, iter(module.tree.statements)))
+        return module
+
+    entry = enter(file, path, library)
+    while stack:
+        module, where, statements = stack[-1]
+        statement = next(statements, None)
+        if statement is None:
+            loading.modules.append(module)
+            stack.pop()
+            continue
+        found: tuple[SourceFile, Path, str | None] | None = None
+        if isinstance(statement, ast.ImportModule):
+            found = _find_module(loading, statement)
+        elif isinstance(statement, ast.ImportUri):
+            found = _find_file(loading, statement, where, module)
+        if found is not None:
+            enter(*found)
+    return entry
+
+
+def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[SourceFile, Path, str] | None:
+    """The file of a module, unless it was read already or there is none."""
+    name = ".".join(statement.path)
+    own = _own_libraries()
+    path: Path | None = own.get(name)
+    uses = _STANDARD[name][1] if name in _STANDARD else frozenset[str]()
+    if path is None:
+        installed = _installed_libraries()
+        if name not in installed:
+            known = tuple(sorted({*own, *installed}))
+            loading.bag.add(imports.UnknownModule(statement.span, name, known))
+            return None
+        path = installed[name]
+    loading.uses |= uses
+    loading.libraries.setdefault(name)
+    if path.resolve() in loading.seen:
+        return None
+    text = _read(path)
+    if not isinstance(text, str):
+        loading.bag.add(imports.MissingFile(statement.span, name, text.reason))
+        return None
+    return SourceFile(f"<{name}>", text, path), path, name
+
+
+def _find_file(
+    loading: _Loading, statement: ast.ImportUri, where: Path, importer: Module
+) -> tuple[SourceFile, Path, str | None] | None:
+    """The file of a URI, relative to the importing file, unless it was read already or there is none."""
+    path = _path_of(loading, statement)
+    if path is None:
+        return None
+    full = where.parent / path
+    if full.resolve() in loading.seen:
+        return None
+    text = _read(full)
+    if not isinstance(text, str):
+        loading.bag.add(imports.MissingFile(statement.span, statement.uri, text.reason))
+        return None
+    shown = str(Path(importer.file.name).parent / path) if importer.library is None else f"<{path}>"
+    return SourceFile(shown, text, full), full, importer.library
+
+
+def _path_of(loading: _Loading, statement: ast.ImportUri) -> Path | None:
+    """The path that a URI names; without a scheme it is one itself."""
+    parts = urlsplit(statement.uri)
+    if len(parts.scheme) <= 1:  # none, or a drive
+        return Path(statement.uri)
+    if parts.scheme != "file" or parts.netloc not in {"", "localhost"}:
+        loading.bag.add(imports.UnknownScheme(statement.span, parts.scheme))
+        return None
+    return Path(unquote(parts.path))
+
+
+def _own_libraries() -> dict[str, Path]:
+    """Modules of seoro's own libraries."""
+    found = {f"osc.{path.stem}": path for path in sorted(_LIBRARY.glob("*.osc"))}
+    return {**found, **{name: _LIBRARY / file for name, (file, _) in _STANDARD.items()}}
+
+
+def _installed_libraries() -> dict[str, Path]:
+    """Modules of installed packages; nothing of them is run, except what importing their parent package runs."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
+    from importlib.util import find_spec  # noqa: PLC0415
+
+    found: dict[str, Path] = {}
+    for point in entry_points(group=ENTRY_POINTS):
+        try:
+            spec = find_spec(point.module)
+        except (ImportError, ValueError):  # a package that is broken is none
+            continue
+        if spec is None or spec.origin is None:
+            continue
+        found[f"osc.{point.name}"] = Path(spec.origin).parent / f"{point.name}.osc"
+    return found
+
+
+@dataclass(frozen=True)
+class _Unreadable:
+    """Why a file could not be read."""
+
+    reason: str
+
+
+def _read(path: Path) -> str | _Unreadable:
+    """The text of a file."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_FILE_SIZE + 1)
+    except OSError as fault:
+        return _Unreadable(fault.strerror or str(fault))
+    except ValueError as fault:  # a NUL in the path
+        return _Unreadable(str(fault))
+    if len(data) > MAX_FILE_SIZE:
+        return _Unreadable(f"it is larger than {MAX_FILE_SIZE // 2**20} MiB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        return _Unreadable(f"it is not UTF-8 (byte {fault.start})")

@@ -1,0 +1,372 @@
+"""The parser: runs the LALR(1) table of `osc.lark` over the tokens of a file and lets `build.py` make the tree.
+
+Words are keywords where the grammar has a place for the keyword, names elsewhere (7.2.1.5.1); where it has a
+place for both, the token behind the word decides. A statement that cannot be parsed is reported, replaced by
+`INVALID`, and parsing goes on with the next one, so that one run reports the errors of all statements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from seoro.lang import ast, table
+from seoro.lang.build import Builder
+from seoro.lang.diagnostic import Bag, Message
+from seoro.lang.diagnostics import syntax
+from seoro.lang.expected import describe, explain
+from seoro.lang.lexer import Lexer, Token
+from seoro.lang.source import SourceFile, Span
+
+MAX_ERRORS = 30  # of one file; what comes after is seldom more than an echo
+
+_CALLED = frozenset({"rise", "fall", "elapsed", "every", "sample", "keep", "remove_default", "cover", "record"})
+_STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "call", "until"})
+_NAMING = frozenset({"event", "def", "var", "do", "emit"})  # a name follows, no bracket
+_COMPOSITIONS = frozenset({"serial", "parallel", "one_of"})
+_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT"})
+_NAME_GOES_ON = frozenset({"COLON", "COMMA", "DOT", "_ASSIGN"})
+_OPERAND_STARTS = frozenset(
+    {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
+)
+_WORD_OPERATORS = frozenset({"in", "and", "or"})
+
+
+def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
+    """Parse a whole file; errors go to the bag."""
+    tree = _Parser(file, bag).parse("osc_file", Lexer(file, bag).tokens())
+    return tree if isinstance(tree, ast.OscFile) else ast.OscFile((), Span(file, 0, len(file.text)))
+
+
+def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Expression | None:
+    """Parse a text that is one expression from `offset` on; None if it is none."""
+    before = len(bag)
+    tree: ast.Expression | None = _Parser(file, bag).parse("lone_expression", Lexer(file, bag).tokens(offset))
+    return tree if len(bag) == before else None
+
+
+class _Parser:
+    """The state of one parse."""
+
+    def __init__(self, file: SourceFile, bag: Bag) -> None:
+        loaded = table.load()
+        self._file = file
+        self._bag = bag
+        self._rows = [loaded["rows"][number] for number in loaded["actions"]]
+        self._gotos = loaded["gotos"]
+        self._rules = loaded["rules"]
+        self._units = [
+            origin if length == 1 and kind == "only" and pick == [0] else None
+            for origin, length, pick, kind, _ in self._rules
+        ]  # rules of one thing that stands for another: most of the work
+        self._starts = loaded["starts"]
+        self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
+        builder = Builder(file, bag)
+        self._callbacks: list[Callable[..., Any] | None] = [
+            getattr(builder, callback) if kind != "list" and not (kind == "only" and len(pick) == 1) else None
+            for _, _, pick, kind, callback in self._rules
+        ]
+        self._tokens: list[Token] = []
+        self._states: list[int] = []
+        self._values: list[Any] = []
+        self._spans: list[tuple[int, int]] = []
+        self._marks: list[int] = []  # depth of the stack at the start of the current line of each open block
+        self._fresh = True  # the next token is the first one of its line
+        self._errors = 0
+        self._reported: set[int] = set()  # lines that have an error: what comes after it there is an echo
+
+    def parse(self, start: str, tokens: list[Token]) -> Any:
+        """The tree for a start symbol; None if nothing could be made of the tokens."""
+        self._tokens = tokens
+        self._reported = {found.primary.span.line for found in self._bag.diagnostics}
+        self._states = [self._starts[start]]
+        self._values = [None]
+        self._spans = [(0, 0)]
+        accepting = self._gotos[self._starts[start]][start]
+        rows, gotos, units = self._rows, self._gotos, self._units
+        states, keywords = self._states, self._keywords
+        index = 0
+        while True:
+            token = tokens[index]
+            kind = token.kind
+            row = rows[states[-1]]
+            if kind == "NAME" and token.value in keywords:
+                kind = self._kind(index, row)
+            elif kind == "$END" and states[-1] == accepting:
+                return self._values[-1]
+            action = row.get(kind)
+            if action is None:
+                index = self._recover(index, kind)
+                if index < 0:
+                    return None
+            elif action >= 0:
+                self._shift(action, token, kind)
+                index += 1
+            elif (origin := units[-1 - action]) is not None:
+                states[-1] = gotos[states[-2]][origin]
+            else:
+                self._reduce(-1 - action)
+
+    def _kind(self, index: int, row: dict[str, int]) -> str:
+        """Whether the word at `index` is a keyword where the parser stands."""
+        word = self._tokens[index].value
+        keyword = self._keywords[word]
+        if keyword not in row:
+            return "NAME"
+        if "NAME" not in row:
+            return keyword
+        behind = self._tokens[index + 1]
+        if word in _CALLED:
+            is_keyword = behind.kind == "LPAR"
+        elif word in {"range", "list"}:
+            is_keyword = behind.kind == "LPAR" or behind.value == "of"
+        elif word in {"as", "is"}:
+            is_keyword = behind.kind == "LPAR"
+        elif word in {"default", "hard"}:
+            is_keyword = behind.kind in _OPERAND_STARTS and behind.value not in _WORD_OPERATORS
+        elif word in _COMPOSITIONS:
+            is_keyword = behind.kind in {"COLON", "LPAR"}
+        elif word in _STATEMENTS:
+            is_keyword = behind.kind not in _NAME_GOES_ON and not (word in _NAMING and behind.kind == "LPAR")
+        else:
+            is_keyword = True
+        return keyword if is_keyword else "NAME"
+
+    def _shift(self, state: int, token: Token, kind: str) -> None:
+        if kind in _LAYOUT:
+            self._fresh = True
+            if kind == "_DEDENT":
+                self._marks.pop()
+            elif kind == "_INDENT":
+                self._marks.append(len(self._states))
+        elif self._fresh:
+            self._fresh = False
+            if self._marks:
+                self._marks[-1] = len(self._states)
+            else:
+                self._marks.append(len(self._states))
+        self._states.append(state)
+        self._values.append(token)
+        self._spans.append((token.start, token.end))
+
+    def _reduce(self, number: int) -> None:
+        origin, length, pick, kind, _ = self._rules[number]
+        states, values, spans = self._states, self._values, self._spans
+        base = len(values) - length
+        children = _children(values, base, pick, kind == "list")
+        if length:
+            span = (spans[base][0], spans[-1][1])
+            del states[base:], values[base:], spans[base:]
+        else:
+            span = (spans[-1][1], spans[-1][1])
+        if kind == "list":
+            value: Any = children
+        elif kind == "only" and len(children) == 1:
+            value = children[0]
+        else:
+            callback = self._callbacks[number]
+            assert callback is not None
+            value = callback(Span(self._file, *span), *children)
+        states.append(self._gotos[states[-1]][origin])
+        values.append(value)
+        spans.append(span)
+
+    # ------------------------------------------------------------ errors
+
+    def _recover(self, index: int, kind: str) -> int:
+        """Report the token at `index`, which does not fit, and go on behind it; -1 to give up."""
+        tokens, token = self._tokens, self._tokens[index]
+        self._errors += 1
+        if self._errors > MAX_ERRORS:
+            return -1
+        if kind == "_INDENT":
+            return self._unexpected_block(index)
+        if kind == "_NEWLINE" and tokens[index + 1].kind == "_INDENT" and self._accepts("COLON"):
+            return self._missing_colon(index)
+        if self._accepts("_INDENT"):
+            return self._missing_block(index)
+        if self._reread_unclosed(index):
+            return index
+        self._report(index, kind)
+        if not self._fresh:
+            self._truncate(self._marks[-1])
+        if not self._feed_invalid(token):
+            return -1
+        return self._skip_statement(index)
+
+    def _add(self, message: Message) -> None:
+        """Report, unless the line has an error already."""
+        line = message.diagnostic().primary.span.line
+        if line not in self._reported:
+            self._reported.add(line)
+            self._bag.add(message)
+
+    def _unexpected_block(self, index: int) -> int:
+        """A block below a line that opens none, or lacks the colon for it."""
+        tokens, newline = self._tokens, self._values[-1]
+        if isinstance(newline, Token) and newline.kind == "_NEWLINE":
+            taken = self._states.pop(), self._values.pop(), self._spans.pop()
+            if self._accepts("COLON"):
+                tokens.insert(index, newline)
+                return self._missing_colon(index)
+            self._states.append(taken[0])
+            self._values.append(taken[1])
+            self._spans.append(taken[2])
+        self._add(syntax.UnexpectedIndentation(self._span(tokens[index + 1])))
+        del tokens[self._end_of_block(index)], tokens[index]
+        return index
+
+    def _missing_colon(self, index: int) -> int:
+        """Put a colon before the end of a line."""
+        token = self._tokens[index]
+        self._add(syntax.MissingColon(self._span(token)))
+        self._tokens.insert(index, Token("COLON", ":", token.start, token.start))
+        self._fresh = False
+        return index
+
+    def _missing_block(self, index: int) -> int:
+        tokens = self._tokens
+        here = next((token for token in tokens[index:] if token.kind not in _LAYOUT), tokens[-1])
+        header = tokens[index - 1]
+        while header.kind in _LAYOUT and header is not tokens[0]:
+            header = tokens[tokens.index(header) - 1]
+        line = Span(self._file, self._spans[self._marks[-1]][0], header.end)
+        self._add(syntax.MissingBlock(self._span(here), line))
+        self._truncate(self._marks[-1])
+        return index if self._feed_invalid(tokens[index]) else -1
+
+    def _report(self, index: int, kind: str) -> None:
+        tokens, token = self._tokens, self._tokens[index]
+        first = index if self._fresh else self._first_of_line(index)
+        word = tokens[first].value
+        if tokens[first].kind == "NAME" and index - first <= 1 and (place := explain(word)):
+            self._add(syntax.MisplacedStatement(self._span(tokens[first]), word, "here", place))
+            return
+        previous = tokens[index - 1] if index > first else None
+        expected = {terminal for terminal in self._rows[self._states[-1]] if self._accepts(terminal)}
+        found, wanted, hint = describe(token, kind, previous, expected)
+        self._add(syntax.UnexpectedToken(self._span(token), found, wanted, hint))
+
+    def _reread_unclosed(self, index: int) -> bool:
+        """If an open bracket swallowed the line ends before the token, read on from its line as a new one."""
+        tokens, token = self._tokens, self._tokens[index]
+        opened = self._open_bracket(index)
+        if opened is None or self._fresh:
+            return False
+        line = self._file.position(token.start)[0]
+        if token.kind == "_NEWLINE":  # a line ends within brackets with the file only
+            self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
+            self._reported.add(line)
+            return False
+        first = index
+        while first > 0 and self._file.position(tokens[first - 1].start)[0] == line:
+            first -= 1
+        is_statement = tokens[first].kind == "NAME" and bool(explain(tokens[first].value))
+        if opened.start >= tokens[first].start or not (first == index or is_statement):
+            return False
+        self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
+        start = tokens[first].start - self._file.position(tokens[first].start)[1] + 1
+        levels = self._levels(index)
+        self._truncate(self._marks[-1])
+        if not self._feed_invalid(token):
+            return False
+        tokens[index:] = Lexer(self._file, Bag()).tokens(start, levels)
+        return True
+
+    def _open_bracket(self, index: int) -> Token | None:
+        """The innermost bracket that is open before the token."""
+        opened: list[Token] = []
+        for earlier in self._tokens[self._first_of_line(index) : index]:
+            if earlier.kind in {"LPAR", "LSQB"}:
+                opened.append(earlier)
+            elif earlier.kind in {"RPAR", "RSQB"} and opened:
+                opened.pop()
+        return opened[-1] if opened else None
+
+    def _levels(self, index: int) -> tuple[int, ...]:
+        """Columns of the blocks that are open at a token."""
+        levels = [0]
+        for token in self._tokens[:index]:
+            if token.kind == "_INDENT":
+                levels.append(token.value)
+            elif token.kind == "_DEDENT":
+                levels.pop()
+        return tuple(levels)
+
+    def _accepts(self, terminal: str) -> bool:
+        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried."""
+        states = list(self._states)
+        while True:
+            action = self._rows[states[-1]].get(terminal)
+            if action is None:
+                return False
+            if action >= 0:
+                return True
+            origin, length = self._rules[-1 - action][:2]
+            if length:
+                del states[-length:]
+            states.append(self._gotos[states[-1]][origin])
+
+    def _truncate(self, depth: int) -> None:
+        del self._states[depth:], self._values[depth:], self._spans[depth:]
+
+    def _feed_invalid(self, token: Token) -> bool:
+        """Put `INVALID` in the place of a statement, or of the statement around it where that cannot be."""
+        while not self._accepts("INVALID"):
+            if len(self._marks) < 2:
+                return False
+            self._marks.pop()
+            self._truncate(self._marks[-1])
+        while True:
+            action = self._rows[self._states[-1]]["INVALID"]
+            if action >= 0:
+                break
+            self._reduce(-1 - action)
+        self._states.append(action)
+        self._values.append(token)
+        self._spans.append((token.start, token.end))
+        self._fresh = True
+        return True
+
+    def _skip_statement(self, index: int) -> int:
+        """The index behind the rest of a line and the block that belongs to it."""
+        tokens = self._tokens
+        while tokens[index].kind not in {"_NEWLINE", "$END"}:
+            index += 1
+        if tokens[index].kind == "$END":
+            return index
+        index += 1
+        return self._end_of_block(index) + 1 if tokens[index].kind == "_INDENT" else index
+
+    def _end_of_block(self, index: int) -> int:
+        """The index of the DEDENT that belongs to the INDENT at `index`."""
+        depth = 0
+        while True:
+            kind = self._tokens[index].kind
+            depth += (kind == "_INDENT") - (kind == "_DEDENT")
+            if depth == 0:
+                return index
+            index += 1
+
+    def _first_of_line(self, index: int) -> int:
+        while index > 0 and self._tokens[index - 1].kind not in _LAYOUT:
+            index -= 1
+        return index
+
+    def _span(self, token: Token) -> Span:
+        return Span(self._file, token.start, token.end)
+
+
+def _children(values: list[Any], base: int, pick: list[int | None], is_list: bool) -> list[Any]:
+    """What of a rule's symbols reaches the tree; a list that grows at its end is reused."""
+    children: list[Any] = []
+    for number, which in enumerate(pick):
+        if which is None:
+            children.append(None)
+        elif which < table.SPLICED:
+            children.append(values[base + which])
+        elif number == 0 and is_list:
+            children = values[base + which - table.SPLICED]
+        else:
+            children += values[base + which - table.SPLICED]
+    return children

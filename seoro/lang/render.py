@@ -1,0 +1,142 @@
+"""Diagnostics for people (text with the source line and carets) and for programs (JSON).
+
+The text form is held to by tests and users; see `seoro check`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.source import SourceFile
+
+TAB_WIDTH = 4
+_RESET = "\x1b[0m"
+_BOLD = "\x1b[1m"
+_BLUE = "\x1b[34;1m"
+_COLOURS = {Severity.ERROR: "\x1b[31;1m", Severity.WARNING: "\x1b[33;1m"}
+
+
+def to_json(diagnostic: Diagnostic) -> dict[str, str | int]:
+    """A diagnostic as one flat JSON object; lines and columns count from 1."""
+    span = diagnostic.primary.span
+    end_line, end_column = span.file.position(span.end)
+    return {
+        "file": span.file.name,
+        "line": span.line,
+        "column": span.column,
+        "end_line": end_line,
+        "end_column": end_column,
+        "severity": diagnostic.severity.value,
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "help": diagnostic.help,
+    }
+
+
+def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
+    """A diagnostic with the lines it is about.
+
+    Args:
+        diagnostic: The diagnostic.
+        colour: Whether to use ANSI colours.
+    """
+    paint = _Paint(colour, _COLOURS[diagnostic.severity])
+    labels = (diagnostic.primary, *diagnostic.secondary)
+    files: list[SourceFile] = []
+    for label in labels:
+        if label.span.file not in files:
+            files.append(label.span.file)
+    width = len(str(max(label.span.line for label in labels)))
+    lines = [
+        paint.severity(f"{diagnostic.severity.value}[{diagnostic.code}]") + paint.bold(f": {diagnostic.message}")
+    ]
+    for number, file in enumerate(files):
+        here = [label for label in labels if label.span.file is file]
+        arrow = "-->" if number == 0 else ":::"
+        lines.append(f"{' ' * width}{paint.blue(arrow)} {here[0].span}")
+        lines += _excerpt(here, diagnostic.primary, width, paint)
+    if diagnostic.help:
+        lines.append(f"{' ' * width} {paint.blue('=')} {paint.bold('help')}: {diagnostic.help}")
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class _Paint:
+    """Puts ANSI codes around text, or not."""
+
+    on: bool
+    tone: str
+
+    def severity(self, text: str) -> str:
+        return self._wrap(self.tone, text)
+
+    def bold(self, text: str) -> str:
+        return self._wrap(_BOLD, text)
+
+    def blue(self, text: str) -> str:
+        return self._wrap(_BLUE, text)
+
+    def _wrap(self, code: str, text: str) -> str:
+        return f"{code}{text}{_RESET}" if self.on and text else text
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """A label within one line: columns from 0 in the line as shown."""
+
+    start: int
+    end: int
+    text: str
+    is_primary: bool
+
+
+def _excerpt(labels: Sequence[Label], primary: Label, width: int, paint: _Paint) -> list[str]:
+    """The lines of one file that labels point to, with marks below them."""
+    gutter = " " * width + " " + paint.blue("|")
+    shown = [gutter]
+    last = None
+    for number in sorted({label.span.line for label in labels}):
+        if last is not None and number > last + 1:
+            shown.append(paint.blue("..."))
+        last = number
+        here = [label for label in labels if label.span.line == number]
+        line = here[0].span.file.line(number)
+        shown.append(f"{paint.blue(f'{number:>{width}} |')} {_expand(line)}".rstrip())
+        marks = [_place(label, line, label is primary) for label in here]
+        shown += [f"{gutter} {row}" for row in _rows(marks, paint)]
+    return shown
+
+
+def _expand(text: str) -> str:
+    """The text as shown: tabs widened, form feeds and other control characters as blanks."""
+    return "".join(
+        " " * TAB_WIDTH if char == "\t" else char if char.isprintable() or char == " " else " " for char in text
+    )
+
+
+def _place(label: Label, line: str, is_primary: bool) -> _Mark:
+    """Where a label's mark goes; a span of several lines is marked to the end of its first one."""
+    start = label.span.column - 1
+    end = min(start + label.span.end - label.span.start, len(line.rstrip()))
+    shown_start = len(_expand(line[:start]))
+    shown_end = max(len(_expand(line[:end])), shown_start + 1)
+    return _Mark(shown_start, shown_end, label.text, is_primary)
+
+
+def _rows(marks: Sequence[_Mark], paint: _Paint) -> list[str]:
+    """The row of carets, with the text of the last mark behind it, then the other texts, each under its mark."""
+    ordered = sorted(marks, key=lambda mark: mark.start)
+    row, column = "", 0
+    for mark in ordered:
+        if mark.end <= column:
+            continue
+        start = max(mark.start, column)
+        line = ("^" if mark.is_primary else "-") * (mark.end - start)
+        row += " " * (start - column) + (paint.severity(line) if mark.is_primary else paint.blue(line))
+        column = mark.end
+    last = ordered[-1]
+    if last.text:
+        row += f" {last.text}"
+    return [row, *(" " * mark.start + mark.text for mark in reversed(ordered[:-1]) if mark.text)]

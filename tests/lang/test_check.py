@@ -1,0 +1,85 @@
+"""Checking beyond the golden messages: traits, strictness, and what is refused causes nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.lang import frontend
+from seoro.lang.traits import ParameterTrait
+from tests.lang.helpers import check, messages
+
+
+def test_parameters_of_any_type_take_any_argument(tmp_path: Path) -> None:
+    path = tmp_path / "test.osc"
+    path.write_text("import osc.helpers\nscenario main:\n    do log(3m)\n", encoding="utf-8")
+    sources = frontend.load(path)
+    assert [found.code for found in frontend.check(sources).diagnostics] == ["E0301"]
+    traits = {"log": {"msg": ParameterTrait.ANY}}
+    assert frontend.check(sources, traits).diagnostics == ()
+    strict = frontend.check(sources, traits, strict=True)
+    assert [found.code for found in strict.diagnostics] == ["E0392", "E0393"]
+    assert strict.errors == ()
+
+
+def test_references_are_refused_for_now(tmp_path: Path) -> None:
+    path = tmp_path / "test.osc"
+    path.write_text("import osc.helpers\nscenario main:\n    n: int = 1\n    do increment(n)\n", encoding="utf-8")
+    traits = {"increment": {"target_variable": ParameterTrait.REFERENCE}}
+    (found,) = frontend.check(frontend.load(path), traits).diagnostics
+    assert found.code == "E0928"
+
+
+def test_strictness_warns_of_extensions(tmp_path: Path) -> None:
+    text = "import osc.types\nscenario main:\n    x: length = 5\n    p: position_3d = position_3d(x: 1m)\n"
+    assert messages(tmp_path, text) == []
+    assert messages(tmp_path, text, strict=True) == [(1, "E0392"), (3, "E0390"), (4, "E0391")]
+
+
+def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
+    (tmp_path / "a.osc").write_text("scenario a\n", encoding="utf-8")
+    text = 'import "a.osc"\nactor c\nscenario b\nscenario c.d\n'
+    assert check(tmp_path, text).scenarios == ("b", "c.d")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "extend crate:\n    depth: int\nstruct crate\nstruct shelf:\n    c: crate\n    d: int = c.depth\n",
+        "namespace a\nstruct crate\nnamespace b\nstruct shelf:\n    c: a::crate\n",
+        "global n: int = 3\nstruct crate:\n    m: int = n + 1\n",
+        "struct crate:\n    var n: int = 3\n    m: int = n + 1\n",
+        "modifier calm\nscenario main:\n    calm()\n    do emit end\n",
+        "struct crate:\n    def f() -> int is expression 3\n    m: int = f() + 1\n",
+        "scenario a:\n    n: int\n    keep(n == 3)\nscenario main:\n    do a()\n",
+        "scenario a:\n    n: int\nscenario main:\n    do a() with:\n        keep(it.n == 3)\n",
+        "enum e: [a]\nextend e: [b]\nstruct s:\n    x: e = b\n    y: e = e!b\n",
+    ],
+)
+def test_what_is_refused_causes_no_other_message(text: str, tmp_path: Path) -> None:
+    codes = {code[:3] for _, code in messages(tmp_path, text)}
+    assert codes == {"E09"}
+
+
+def test_long_chains_and_deep_blocks_are_checked(tmp_path: Path) -> None:
+    chain = " + ".join(["1"] * 400)
+    assert messages(tmp_path, f"struct a:\n    x: int = {chain}\n") == []
+    depth = 100
+    lines = [f"{'  ' * (level + 2)}serial:" for level in range(depth)]
+    text = "\n".join(["scenario main:", "  do serial:", *lines, "  " * (depth + 2) + "emit end", ""])
+    assert messages(tmp_path, text) == []
+
+
+@pytest.mark.parametrize(
+    "expression", ["(" * 300 + "1" + ")" * 300, "not " * 5000 + "true", "-" * 3000 + "x", "[" * 500]
+)
+def test_nesting_without_end_is_an_error_and_no_crash(expression: str, tmp_path: Path) -> None:
+    found = messages(tmp_path, f"struct a:\n    x: int = {expression}\n")
+    assert all(code in {"E0133", "E0301", "E0112", "E0120"} for _, code in found)
+
+
+def test_blocks_without_end_are_an_error_and_no_crash(tmp_path: Path) -> None:
+    lines = [f"{' ' * (level + 2)}serial:" for level in range(1000)]
+    text = "\n".join(["scenario main:", " do serial:", *lines, " " * 1002 + "emit end", ""])
+    assert [code for _, code in messages(tmp_path, text)] == ["E0133"]

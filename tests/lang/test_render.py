@@ -1,0 +1,78 @@
+"""Diagnostics as text and as JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from seoro.lang.diagnostic import Label, error
+from seoro.lang.render import render_text, to_json
+from seoro.lang.source import SourceFile, Span
+from tests.lang.helpers import check
+
+FILE = SourceFile("maze.osc", "\n" * 13 + "    keep(it.reach == 2m + 3mps)\n\tx: int\n\n\n\n\nend\n")
+
+
+def span(text: str) -> Span:
+    start = FILE.text.index(text)
+    return Span(FILE, start, start + len(text))
+
+
+def test_labels_stand_below_their_line() -> None:
+    found = error(
+        "E0312",
+        span("2m"),
+        "`length` and `speed` cannot be added",
+        Label(span("3mps"), "this is a speed"),
+        label="this is a length",
+        help="a `length` is a `speed` times a `time`",
+    )
+    assert render_text(found).splitlines() == [
+        "error[E0312]: `length` and `speed` cannot be added",
+        "  --> maze.osc:14:22",
+        "   |",
+        "14 |     keep(it.reach == 2m + 3mps)",
+        "   |                      ^^   ---- this is a speed",
+        "   |                      this is a length",
+        "   = help: a `length` is a `speed` times a `time`",
+    ]
+
+
+def test_tabs_are_widened_and_lines_between_left_out() -> None:
+    found = error("E0101", span("x"), "what", Label(span("end"), "there"))
+    assert render_text(found).splitlines()[2:] == [
+        "   |",
+        "15 |     x: int",
+        "   |     ^",
+        "...",
+        "20 | end",
+        "   | --- there",
+    ]
+
+
+def test_a_span_of_several_lines_is_marked_on_its_first() -> None:
+    found = error("E0101", Span(FILE, span("3mps").start, span("end").end), "what")
+    assert render_text(found).splitlines()[-1] == "   |                           ^^^^^"
+
+
+def test_colour_changes_nothing_but_codes() -> None:
+    found = error("E0101", span("x"), "what", label="here")
+    coloured = render_text(found, colour=True)
+    assert "\x1b[" in coloured
+    for code in ("\x1b[0m", "\x1b[1m", "\x1b[31;1m", "\x1b[34;1m"):
+        coloured = coloured.replace(code, "")
+    assert coloured == render_text(found)
+
+
+def test_json_is_flat_and_counts_from_one(tmp_path: Path) -> None:
+    (found,) = check(tmp_path, "struct a:\n    n: int = 1.5\n").diagnostics
+    assert to_json(found) == {
+        "file": "test.osc",
+        "line": 2,
+        "column": 14,
+        "end_line": 2,
+        "end_column": 17,
+        "severity": "error",
+        "code": "E0301",
+        "message": "expected `int` for `n`, found `float`",
+        "help": "",
+    }
