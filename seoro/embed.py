@@ -216,6 +216,7 @@ class Options:
         clock: `real` if it is not given, `sim` if there is a simulator.
         simulator: To start or to connect to.
         observers: Called with every record of the trace.
+        keep_trace: Whether to hold the whole trace in memory, for `Run.trace`.
         grace: Time for the clean-up of a cancelled action [s].
     """
 
@@ -226,6 +227,7 @@ class Options:
     clock: ClockName | None = None
     simulator: Simulator | None = None
     observers: Sequence[Observer] = ()
+    keep_trace: bool = True
     grace: float = 5.0
 
 
@@ -262,7 +264,7 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             seed=seed,
             clock=_clock(options.clock, node, simulator),
             backends=(node,) if node is not None else (),
-            observers=(recorder, *options.observers),
+            observers=(*([recorder] if options.keep_trace else []), *options.observers),
             implementations=scenario.implementations,
             grace=options.grace,
             version=__version__,

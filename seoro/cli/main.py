@@ -40,9 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever read the output has gone; nothing more can be said.
         sys.stderr.close()
         return Exit.ERROR
+    except OSError as error:
+        print_error(error)
+        return Exit.ERROR
     except Exception as error:
         if options.debug:
             raise
+        while isinstance(error, ExceptionGroup):
+            error = error.exceptions[0]
         print_error(RuntimeError(f"internal error: {type(error).__name__}: {error}; `--debug` shows where"))
         return Exit.ERROR
 

@@ -60,6 +60,15 @@ def _at_run(message: str, span: Span, hint: str = "") -> Diagnostic:
     return Diagnostic(Severity.ERROR, "E0500", message, Label(span, ""), help=hint)
 
 
+class _Console(Console):
+    """A console that falls silent when nobody reads it any more, as after `| head`: the run goes on."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        # Else Python itself would complain when it flushes stdout at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+
+
 class Progress:
     """Prints what happens in a run, as it happens.
 
@@ -68,7 +77,7 @@ class Progress:
     """
 
     def __init__(self, file: IO[str]) -> None:
-        self._console = Console(file=file, no_color=not use_colour(file), highlight=False, soft_wrap=True)
+        self._console = _Console(file=file, no_color=not use_colour(file), highlight=False, soft_wrap=True)
         self._running: dict[int, tuple[str, float]] = {}
 
     def record(self, record: dict[str, Any]) -> None:

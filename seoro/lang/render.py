@@ -46,7 +46,7 @@ def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
     labels = (diagnostic.primary, *diagnostic.secondary)
     files: list[SourceFile] = []
     for label in labels:
-        if label.span.file not in files:
+        if label.span.file.text and label.span.file not in files:  # one that was not read has nothing to show
             files.append(label.span.file)
     width = len(str(max(label.span.line for label in labels)))
     lines = [

@@ -65,7 +65,7 @@ class TimeServer(Protocol):
 
 
 class Observer(Protocol):
-    """Sees every record of a run, in order. Must not block, and must not raise."""
+    """Sees every record of a run, in order. Must not block; when it raises, the run ends as an error."""
 
     def record(self, record: dict[str, Any]) -> None:
         """Called with each record; it is not to be changed."""

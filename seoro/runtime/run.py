@@ -67,7 +67,7 @@ class Execution:
         self._plan = plan
         self._settings = settings
         self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed)
-        self._trace = Trace(settings.observers, lambda: self._agenda.now)
+        self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         self._actions = _bind_all(plan, settings.implementations or {})
         self._entry = self._instantiate()
@@ -119,6 +119,10 @@ class Execution:
         what = ", ".join(f"`{span.text.strip()}` ({span})" for span in waits) or "an answer that nobody will give"
         reason = f"nothing can happen any more; this still waits: {what}"
         self._services.decide(RunStatus.FAILED, reason, waits[0] if waits else None)
+
+    def _observer_failed(self, error: Exception) -> None:
+        reason = f"the trace cannot be written: {type(error).__name__}: {error}"
+        self._services.decide(RunStatus.ERROR, reason, None)
 
     def _clock_failed(self, error: Exception) -> None:
         self.fail_backend(str(error))

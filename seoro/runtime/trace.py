@@ -18,11 +18,15 @@ class Trace:
     Args:
         observers: Who sees them.
         now: The run's clock [s].
+        failed: Called when an observer raises; it sees no more records.
     """
 
-    def __init__(self, observers: Sequence[Observer], now: Callable[[], float]) -> None:
-        self._observers = tuple(observers)
+    def __init__(
+        self, observers: Sequence[Observer], now: Callable[[], float], failed: Callable[[Exception], None]
+    ) -> None:
+        self._observers = list(observers)
         self._now = now
+        self._failed = failed
         self._numbers = count()
 
     def record(self, kind: str, **fields: Any) -> None:
@@ -34,8 +38,12 @@ class Trace:
             "kind": kind,
             **fields,
         }
-        for observer in self._observers:
-            observer.record(record)
+        for observer in tuple(self._observers):
+            try:
+                observer.record(record)
+            except Exception as error:
+                self._observers.remove(observer)
+                self._failed(error)
 
     def event(self, path: str, arguments: Mapping[str, Value]) -> None:
         """Record that an event occurred."""

@@ -191,8 +191,7 @@ def test_a_wrong_option_is_refused(write: Write, arguments: list[str]) -> None:
 def test_a_missing_file_is_one_clear_error(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     write("")
     assert main(["exec", "nope.osc"]) == 2
-    err = capsys.readouterr().err
-    assert "cannot read `nope.osc`: No such file or directory" in err
+    assert capsys.readouterr().err == "error[E0101]: cannot read `nope.osc`: No such file or directory\n"
 
 
 def test_all_errors_of_a_file_are_reported_at_once(write: Write, capsys: pytest.CaptureFixture[str]) -> None:

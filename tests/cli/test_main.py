@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -38,3 +39,14 @@ def test_importing_seoro_is_light() -> None:
     code = f"import sys, seoro; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_reader_that_goes_away_is_no_fault(tmp_path: Path) -> None:
+    file = tmp_path / "talk.osc"
+    lines = "\n".join(f'        log("line {number}")' for number in range(3000))
+    file.write_text(f"import osc.helpers\nscenario main:\n    do serial:\n{lines}\n")
+    command = f"{sys.executable} -m seoro.cli.main exec {file} | head -1"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert done.stdout.startswith(str(file))

@@ -234,3 +234,15 @@ async def test_actions_may_use_cancel_scopes_and_task_groups(prepare_text: Prepa
     assert verdict.passed, verdict.reason
     slept = "gave up" if clock == "real" else "slept"  # virtual time is over before the scope is cancelled
     assert sorted(messages) == sorted(["a " + slept, "a is done", "b " + slept, "b is done"])
+
+
+async def test_an_observer_that_raises_ends_the_run_as_an_error(prepare_text: Prepare) -> None:
+    class Full:
+        def record(self, record: dict[str, object]) -> None:
+            raise OSError("no space left")
+
+    text = "scenario main:\n    do wait elapsed(1h)\n"
+    async with prepare_text(text, Options(observers=[Full()])) as run, run.running():
+        verdict = await run.result()
+    assert verdict.status is RunStatus.ERROR
+    assert verdict.reason == "the trace cannot be written: OSError: no space left"
