@@ -114,7 +114,6 @@ class Run:
         self._execution = execution
         self._simulator = simulator
         self._recorder = recorder
-        self._verdict: Verdict | None = None
         self._done = anyio.Event()
         self.seed = seed
 
@@ -147,8 +146,8 @@ class Run:
     async def result(self) -> Verdict:
         """The verdict, once there is one. Does not raise when the scenario fails."""
         await self._done.wait()
-        assert self._verdict is not None
-        return self._verdict
+        assert self._execution.verdict is not None, "every way to end a run gives one"
+        return self._execution.verdict
 
     def stop(self, reason: str = "stopped by the program") -> None:
         """Cancel the run; what it started is cleaned up first."""
@@ -179,7 +178,7 @@ class Run:
 
     async def _carry(self) -> None:
         try:
-            self._verdict = await self._execution.run()
+            await self._execution.run()
         finally:
             self._done.set()
             self._recorder.notify()

@@ -71,6 +71,7 @@ class Execution:
         self._homes = Homes(settings.backends)
         self._actions = _bind_all(plan, settings.implementations or {})
         self._entry = self._instantiate()
+        self.verdict: Verdict | None = None  # once the run is over
         self._services = Services(
             plan=plan,
             seed=settings.seed,
@@ -159,7 +160,7 @@ class Execution:
                             self.stop("its task was cancelled")
                     agenda.finish()
                 await self._end_backends()
-            verdict = self._verdict(time.monotonic() - wall_start)
+            verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
             watch.cancel_scope.cancel()
         self._record_end(verdict)
         if cancelled:
@@ -198,7 +199,7 @@ class Execution:
             version=self._settings.version,
         )
 
-    def _verdict(self, wall_duration: float) -> Verdict:
+    def _conclude(self, wall_duration: float) -> Verdict:
         services = self._services
         assert services.root is not None and services.root.outcome is not None
         outcome = services.root.outcome

@@ -171,6 +171,7 @@ async def test_a_run_is_stopped_in_order_when_its_task_is_cancelled(prepare_text
     rest = [record async for record in run.trace()]
     assert [record["message"] for record in rest if record["kind"] == "log"] == ["a cleaned up"]
     assert rest[-1]["status"] == "cancelled"
+    assert (await run.result()).status is RunStatus.CANCELLED
 
 
 async def test_leaving_the_block_stops_the_run(prepare_text: Prepare) -> None:
