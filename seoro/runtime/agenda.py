@@ -24,7 +24,7 @@ from __future__ import annotations
 import asyncio
 import heapq
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -113,7 +113,8 @@ class Agenda:
         self._clock = clock
         self._stuck = stuck
         self._clock_failed = clock_failed
-        self._broken = False
+        self._broken = False  # whether the clock has failed
+        self._has_been_stuck = False
         self._busy = 0
         self._outside = 0
         self._asking = 0
@@ -428,6 +429,9 @@ class Agenda:
         if self._broken or (deterministic and self._outside):
             await self._interrupt.wait()
         elif deterministic and due is None and not self._expected:
+            if self._has_been_stuck:  # the run is ending, and waits for a clean-up that takes real time
+                await self._interrupt.wait()
+            self._has_been_stuck = True
             self._stuck()
         else:
             try:
@@ -444,8 +448,3 @@ class Agenda:
 
 def _order(entry: tuple[Any, Callable[[], None]]) -> Any:
     return entry[0]
-
-
-def union(pasts: Iterable[Flow]) -> set[int]:
-    """What any of the flows has in its past."""
-    return set().union(*(flow.past for flow in pasts))

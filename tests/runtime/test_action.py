@@ -247,3 +247,36 @@ async def test_an_observer_that_raises_ends_the_run_as_an_error(prepare_text: Pr
         verdict = await run.result()
     assert verdict.status is RunStatus.ERROR
     assert verdict.reason == "the trace cannot be written: OSError: no space left"
+
+
+@action("work")
+async def work_with_a_broken_clean_up(ctx: ActionContext, name: str, seconds: float) -> None:
+    try:
+        await ctx.sleep(seconds)
+    finally:
+        raise ActionFailed(f"{name} could not clean up")
+
+
+async def test_what_is_cancelled_goes_no_further_however_its_clean_up_ends(run_text: RunText) -> None:
+    ran = await run_text(
+        DECLARATIONS
+        + """
+scenario inner:
+    do parallel:
+        serial:
+            work("a", 9.0)
+            log("never")
+        serial:
+            wait elapsed(1s)
+            emit end
+
+scenario main:
+    do serial:
+        inner()
+        wait elapsed(20s)
+""",
+        actions=[work_with_a_broken_clean_up],
+    )
+    assert ran.logs == [(1.0, "`work` failed: a could not clean up")]
+    assert ran.verdict.passed
+    assert ran.verdict.duration == 21.0

@@ -168,3 +168,22 @@ scenario main:
             log("it failed")
 """)
     assert ran.logs == [(0.0, "it failed"), (1.0, "other")]
+
+
+async def test_a_condition_without_a_value_is_an_error_with_its_place(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    event done(part: int)
+    do parallel:
+        serial:
+            wait @done as which if 6 / which.part == 2
+            log("never")
+        serial:
+            wait elapsed(1s)
+            emit done(0)
+            wait elapsed(9s)
+""")
+    assert ran.verdict.status is RunStatus.ERROR
+    assert ran.verdict.duration == 1.0
+    assert ran.verdict.span is not None
+    assert ran.verdict.span.text == "6 / which.part"

@@ -8,7 +8,6 @@ as an error, as does a backend that is lost.
 from __future__ import annotations
 
 import asyncio
-from typing import NoReturn
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.plan import InvokeAction
@@ -33,23 +32,20 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
         reason = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"
         services.decide(RunStatus.ERROR, reason, plan.span)
 
+    outcome = SUCCEEDED
     try:
         await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
     except (ActionFailed, BackendRefused) as error:
-        return failure(f"`{plan.action}` failed: {error}", plan.span)
+        outcome = failure(f"`{plan.action}` failed: {error}", plan.span)
     except BackendLost as error:
-        await _give_up(plan, place, str(error))
+        services.decide(RunStatus.ERROR, str(error), plan.span)
     except Exception as error:
         services.fault = error
-        await _give_up(plan, place, f"`{plan.action}` raised {type(error).__name__}: {error}")
-    if place.flow.ended is not None:  # it was cancelled, and returned as if nothing had been
+        services.decide(RunStatus.ERROR, f"`{plan.action}` raised {type(error).__name__}: {error}", plan.span)
+    if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
+        if outcome.failed:
+            services.trace.record("log", level="warning", message=outcome.reason, source=str(plan.span))
         raise asyncio.CancelledError
-    return SUCCEEDED
-
-
-async def _give_up(plan: InvokeAction, place: Place, reason: str) -> NoReturn:
-    """End the run as an error, and wait to be cancelled by that, unless that has happened before."""
-    place.services.decide(RunStatus.ERROR, reason, plan.span)
-    if place.flow.ended is None:
-        await place.agenda.step(place.flow)
-    raise asyncio.CancelledError
+    if services.decision is not None:
+        await place.agenda.step(place.flow)  # to be cancelled by the end of the run
+    return outcome

@@ -10,11 +10,11 @@ from typing import assert_never
 
 from seoro.lang.plan import Elapsed, Expression, OnEvent, Wait
 from seoro.runtime.agenda import Waiter
-from seoro.runtime.evaluate import evaluate
+from seoro.runtime.evaluate import EvaluationError, evaluate
 from seoro.runtime.events import Occurrence
 from seoro.runtime.invocation import Place
 from seoro.runtime.values import Range
-from seoro.runtime.verdict import SUCCEEDED, Outcome
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
 
 async def run_wait(plan: Wait, place: Place) -> Outcome:
@@ -47,8 +47,13 @@ def _arm(specification: OnEvent, waiter: Waiter, place: Place) -> None:
     condition, name = specification.condition, specification.name
 
     def accepts(occurrence: Occurrence) -> bool:
+        """Called between rounds, when no flow is there to take an exception."""
         if condition is None:
             return True
-        return bool(evaluate(condition, place.environment({name: occurrence} if name else {})))
+        try:
+            return bool(evaluate(condition, place.environment({name: occurrence} if name else {})))
+        except EvaluationError as error:
+            place.services.decide(RunStatus.ERROR, str(error), error.span)
+            return False
 
     place.services.events.arm(place.instance.event(specification.event), waiter, accepts)
