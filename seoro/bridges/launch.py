@@ -34,6 +34,7 @@ NAMESPACE = "default"
 SIMULATORS = {"mujoco": "mujoco"}  # name, and the module its engine needs
 START_TIMEOUT = 30.0  # [s]
 FIND_TIMEOUT = 3.0  # [s]
+MAX_FOLDER = 60  # [characters]; of 107 that the name of a socket has at most
 STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
 STDERR_LINES = 20  # kept for messages
 
@@ -62,7 +63,7 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
         BackendError: It did not start.
     """
     check_installed(name)
-    with tempfile.TemporaryDirectory(prefix="seoro-") as folder:
+    with tempfile.TemporaryDirectory(prefix="seoro-", dir=_folder_for_sockets()) as folder:
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
         async with open_session(listen=endpoint) as session:
             command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
@@ -95,6 +96,11 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
                 yield node
     except SessionError as error:
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
+
+
+def _folder_for_sockets() -> str | None:
+    """The folder for temporary files, unless the name of a socket in it would be longer than sockets may have."""
+    return None if len(tempfile.gettempdir()) < MAX_FOLDER else "/tmp"  # noqa: S108 - a folder of its own is made
 
 
 def check_installed(name: str) -> None:

@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 
-DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
 NAME = "sim"
 HELP = "start a simulator node, for runs that connect to it"
 EXAMPLES = """examples:
@@ -24,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all it draws (default: 0)")
     parser.add_argument(
-        "--listen", default=DEFAULT_ENDPOINT, metavar="ENDPOINT", help="where to listen (default: %(default)s)"
+        "--listen", metavar="ENDPOINT", help="Zenoh endpoint to listen on (default: tcp/127.0.0.1:7450)"
     )
 
 
@@ -33,5 +32,7 @@ def run(options: argparse.Namespace) -> int:
     from seoro.bridges.launch import check_installed  # noqa: PLC0415 - Zenoh, for this command only
 
     check_installed(options.name)
-    arguments = ["--listen", options.listen, "--world", options.world, "--seed", str(options.seed)]
+    arguments = ["--world", options.world, "--seed", str(options.seed)]
+    if options.listen is not None:
+        arguments += ["--listen", options.listen]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", options.name, *arguments])  # noqa: S606
