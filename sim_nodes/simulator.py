@@ -46,15 +46,23 @@ class Simulator:
 
     def __init__(self, engine: Engine, world: str, seed: int) -> None:
         self._engine = engine
+        self._source = world
         self.load(world, seed)
 
     def load(self, world: str, seed: int) -> None:
-        """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is."""
+        """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
+
+        Args:
+            world: Name or path; empty for the one that is loaded already.
+            seed: All randomness follows from it.
+        """
+        world = world or self._source
         try:
             loaded = load_world(world)
         except WorldError as error:
             code = WorldResult.NO_RESOURCE if error.missing else WorldResult.RESOURCE_PARSE_ERROR
             raise RequestRefused(code, str(error)) from error
+        self._source = world
         self.simulation = Simulation(self._engine, loaded, seed)
         self._state = SimulationState.STOPPED
 

@@ -119,12 +119,11 @@ async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNod
     """Load the world, so that every run begins at the same state."""
     features = await ask(address, wire.GET_SIMULATOR_FEATURES, wire.Empty())
     node = SimulatorNode(address, options.models, features)
-    world = options.world or features.world
     try:
-        await node.load_world(world, options.seed)
+        await node.load_world(options.world or "", options.seed)
     except BackendRefused as error:
         raise InvalidUse(
-            f"the world '{world}' cannot be loaded: {error}",
+            f"the world '{options.world}' cannot be loaded: {error}",
             help=f"worlds of {node.name}: {', '.join(features.available_worlds)}",
         ) from error
     return node

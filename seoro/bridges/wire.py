@@ -199,7 +199,7 @@ class SimulatorFeatures(Message):
 
 
 class LoadWorld(Message):
-    """Load a world by name, and start over at time zero with this seed."""
+    """Load a world by name or path, and start over at time zero; an empty name is the world that is loaded."""
 
     world: str
     seed: int = 0

@@ -266,10 +266,16 @@ def _simulator(options: argparse.Namespace) -> Simulator | None:
     return Simulator(
         name=options.sim,
         endpoint=options.connect,
-        world=options.world,
+        world=_world(options.world),
         rate=options.rate,
         model_path=options.model_path,
     )
+
+
+def _world(world: str | None) -> str | None:
+    """The world as the simulator is to be told, which may run in another folder."""
+    is_file = world is not None and Path(world).suffix in {".yaml", ".yml"}
+    return str(Path(world).resolve()) if world is not None and is_file else world
 
 
 def _overrides(settings: Sequence[str]) -> dict[str, str]:

@@ -92,6 +92,22 @@ def test_a_simulator_started_by_hand_serves_runs_and_lives_on(start_seoro: Start
     assert node.wait(5) == 0
 
 
+def test_a_run_takes_the_world_of_the_simulator_it_connects_to(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    (tmp_path / "hall.yaml").write_text(
+        "name: hall\nextent: [-3, -3, 3, 3]\nwalls: []\nrobots:\n  - {name: turtlebot4, robot: turtlebot4}\n"
+    )
+    endpoint = f"unixsock-stream/{tmp_path}/node.sock"
+    node = start_seoro("sim", "mujoco", "--listen", endpoint, "--world", str(tmp_path / "hall.yaml"))
+    assert node.stdout is not None
+    assert "the world hall" in node.stdout.readline()
+    run = start_seoro("exec", OBSTACLE, "--connect", endpoint, "--dry-run")
+    _, err = run.communicate(timeout=20)
+    assert run.returncode == 0, err
+    run = start_seoro("exec", OBSTACLE, "--connect", endpoint, "--rate", "max", "--timeout", "0.01")
+    out, _ = run.communicate(timeout=20)
+    assert "world 'hall'" in out
+
+
 def test_an_interrupted_run_leaves_the_robot_standing(start_seoro: StartSeoro, tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/node.sock"
     node = start_seoro("sim", "mujoco", "--listen", endpoint)
