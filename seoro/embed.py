@@ -18,12 +18,13 @@ from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import anyio
 
 from seoro import __version__
 from seoro.actions import modules_of
+from seoro.background import background
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, ParameterTrait, check, lower
 from seoro.lang.frontend import load as load_sources
@@ -169,7 +170,7 @@ class Run:
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Run while the block lasts: when it ends, the run is stopped, if it is not over, and has cleaned up."""
-        async with anyio.create_task_group() as group:
+        async with background() as group:
             group.start_soon(self._carry)
             try:
                 yield
@@ -230,8 +231,22 @@ class Options:
     grace: float = 5.0
 
 
+class OptionFields(TypedDict, total=False):
+    """The fields of `Options`, as keyword arguments."""
+
+    name: str | None
+    seed: int | None
+    overrides: Mapping[str, str]
+    parameters: Path | None
+    clock: ClockName | None
+    simulator: Simulator | None
+    observers: Sequence[Observer]
+    keep_trace: bool
+    grace: float
+
+
 @asynccontextmanager
-async def start(scenario: Scenario, **options: Any) -> AsyncIterator[Run]:
+async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIterator[Run]:
     """Start a run; it is stopped, and has cleaned up, when the block ends.
 
     Args:
