@@ -16,8 +16,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from seoro.errors import InvalidUse
 
 MAX_SIZE = 1024 * 1024  # [bytes]
@@ -33,6 +31,8 @@ def read_parameters(path: Path, scenario: str) -> dict[str, str]:
     Raises:
         InvalidUse: The file cannot be read, or is not of the form above.
     """
+    import yaml  # noqa: PLC0415 - slow to load, and seldom needed
+
     try:
         if path.stat().st_size > MAX_SIZE:
             raise InvalidUse(f"the parameter file {path} is larger than {MAX_SIZE} bytes")
