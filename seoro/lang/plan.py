@@ -19,8 +19,8 @@ Values, when the runtime holds them:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
@@ -133,7 +133,8 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """A name bound where the expression stands: `actor`, or the event object of an `as` clause."""
+    """A name bound where the expression stands: `actor`, the event object of an `as` clause, a parameter of a
+    method, or `it` in an operator on lists and in a method of a primitive type."""
 
     name: str
     span: Span
@@ -144,6 +145,21 @@ class Member:
     """`<base>.<name>`: a field of a struct, an actor or an event object."""
 
     base: Expression
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Self:
+    """`it`, where it is the instance in whose scope the expression stands."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Global:
+    """A global parameter, by its name in `Plan.globals`."""
+
     name: str
     span: Span
 
@@ -233,8 +249,82 @@ class ListOf:
 
 
 @dataclass(frozen=True, slots=True)
+class Join:
+    """A list of the members of several lists, in their order (7.4.2.7.4)."""
+
+    lists: tuple[Expression, ...]
+    span: Span
+
+
+class Bulk(Enum):
+    """Operators that evaluate an expression for each member of a list (7.4.2.7.3)."""
+
+    FILTER = "filter"
+    FIRST_INDEX = "first_index"
+    COUNT = "count"
+    HAS = "has"
+    MAP = "map"
+
+
+@dataclass(frozen=True, slots=True)
+class ForEach:
+    """`<items>.<operator>(<body>)`; in the body, the binding `it` is the member."""
+
+    operator: Bulk
+    items: Expression
+    body: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """`<items>.size()`."""
+
+    items: Expression
+    span: Span
+
+
+class Side(Enum):
+    """The bounds of a range."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """`<range>.lower()` or `<range>.upper()`."""
+
+    side: Side
+    range: Expression
+    span: Span
+
+
+class StringMethod(Enum):
+    """The methods of strings (8.13)."""
+
+    LENGTH = "length"
+    CONTAINS = "contains"
+    SUBSTRING = "substring"
+    SPLIT = "split"
+    JOIN = "join"
+    REPLACE = "replace"
+    TRIM = "trim"
+
+
+@dataclass(frozen=True, slots=True)
+class StringCall:
+    """`<text>.<method>(<arguments>)`; arguments in the order of the method's parameters."""
+
+    method: StringMethod
+    text: Expression
+    arguments: tuple[Expression, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class RangeOf:
-    """`[low..high]` or `range(low, high)`."""
+    """`[low..high]` or `range(low, high)`; the lower bound is the smaller one, whichever comes first."""
 
     low: Expression
     high: Expression
@@ -259,16 +349,77 @@ class Convert:
 
 
 @dataclass(frozen=True, slots=True)
+class TypeTest:
+    """`<operand>.is(<type>)`, where the value has to tell."""
+
+    operand: Expression
+    type: ValueType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Cast:
+    """`<operand>.as(<type>)`, where the value has to tell whether it can be done (7.4.2.6)."""
+
+    operand: Expression
+    type: ValueType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Latent:
+    """A conditional subtype that a value may turn out to be of (7.3.8.2.5).
+
+    Args:
+        type: Its name.
+        base: The name of what it inherits.
+        field: The field that decides.
+        value: What it has to be.
+        defaults: The fields that the subtype adds, each after those that it refers to.
+        missing: Those of its fields that have no value.
+    """
+
+    type: str
+    base: str
+    field: str
+    value: bool | EnumValue
+    defaults: tuple[tuple[str, Expression], ...]
+    missing: tuple[str, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Construct:
     """A struct value, or an actor that comes into being with the field that holds it.
 
-    `fields` has every field of the type, in the order of the type; a default refers by `Field` to the
-    fields before it of the value that is constructed.
+    Arguments and defaults together have every field of the type; a default refers by `Field` to the
+    fields before it of the value that is constructed. `conditions` are those of the type itself, which the value
+    has to meet; `latents` come after their bases.
     """
 
     type: StructType | ActorType
     arguments: tuple[tuple[str, Expression], ...]  # evaluated in the scope around
     defaults: tuple[tuple[str, Expression], ...]  # evaluated in the scope of the new value
+    conditions: tuple[tuple[str, bool | EnumValue], ...]
+    latents: tuple[Latent, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A method applied to arguments (7.4.2.1), chosen by the type of the value.
+
+    Args:
+        receiver: Whose method it is; None for the instance in whose scope the expression stands.
+        method: Its name in `methods`.
+        arguments: What is given, in the order in which it is evaluated.
+        methods: All methods of the program.
+    """
+
+    receiver: Expression | None
+    method: str
+    arguments: tuple[tuple[str, Expression], ...]
+    methods: Methods
     span: Span
 
 
@@ -276,6 +427,8 @@ Expression: TypeAlias = (
     Literal
     | Field
     | Binding
+    | Self
+    | Global
     | Member
     | Negate
     | Arithmetic
@@ -286,11 +439,81 @@ Expression: TypeAlias = (
     | Logic
     | Conditional
     | ListOf
+    | Join
+    | ForEach
+    | Size
+    | Bound
+    | StringCall
     | RangeOf
     | Index
     | Convert
+    | TypeTest
+    | Cast
     | Construct
+    | Call
 )
+
+# ---------------------------------------------------------------- methods
+
+
+@dataclass(frozen=True, slots=True)
+class External:
+    """A Python function, by its dotted path; it is given the method's parameters by name after these arguments."""
+
+    path: str
+    positional: tuple[Expression, ...]
+    named: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Undefined:
+    """No implementation (7.3.7.1)."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """An implementation of a method.
+
+    Args:
+        name: What people call it.
+        parameters: Their names, with the defaults of those that have one, in the scope of the method.
+        result: The type of its result; None if it has none.
+        body: What it does; parameters are bindings in it.
+    """
+
+    name: str
+    parameters: tuple[tuple[str, Expression | None], ...]
+    result: ValueType | None
+    body: Expression | External | Undefined
+    span: Span
+
+
+@dataclass(eq=False, slots=True)
+class Methods:
+    """The implementations of all methods, by the type that has them and the method's name.
+
+    Calls refer to it instead of holding what they call, since methods call each other. Types are known by
+    their names here, scenarios and actions by `behavior_type`.
+    """
+
+    _found: dict[tuple[str, str], Method] = field(default_factory=dict, repr=False)
+
+    def add(self, type_name: str, method: str, implementation: Method) -> None:
+        """Give a type an implementation; for checking."""
+        self._found[type_name, method] = implementation
+
+    def find(self, types: Iterable[str], method: str) -> Method | None:
+        """The implementation that a value has whose types these are, nearest first."""
+        return next((found for name in types if (found := self._found.get((name, method))) is not None), None)
+
+
+def behavior_type(name: str) -> str:
+    """What `Methods` calls a scenario or an action, whose names are apart from those of types."""
+    return f"{name}()"
+
 
 # ---------------------------------------------------------------- events
 
@@ -427,7 +650,7 @@ Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | InvokeAction | I
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of a scenario; without a value it has to be given by each invocation."""
+    """A parameter of a scenario, which each invocation has to give if it has no value, or a global parameter."""
 
     name: str
     type: ValueType
@@ -446,9 +669,10 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A scenario with everything it inherits."""
+    """A scenario with everything it inherits; `bases` are the names of what it inherits, nearest first."""
 
     name: str
+    bases: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     events: tuple[Event, ...]
     body: Behavior | None
@@ -483,10 +707,12 @@ class Plan:
         entry: The scenario to run, a key of `scenarios`.
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
+        globals: The global parameters, each after those that it refers to (7.3.14); evaluated once for a run.
         file: The entry file, as the user named it.
     """
 
     entry: str
     scenarios: Mapping[str, Scenario]
     actions: Mapping[str, Action]
+    globals: tuple[Parameter, ...]
     file: str

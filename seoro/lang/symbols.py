@@ -10,13 +10,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import TypeAlias
 
-from seoro.lang import ast
+from seoro.lang import ast, plan
 from seoro.lang.source import Span
 from seoro.lang.types import Type
 from seoro.lang.units import Dimension
 
 GLOBAL_NAMESPACE = "null"
+MethodImplementation: TypeAlias = ast.ExpressionMethod | ast.UndefinedMethod | ast.ExternalMethod
+
+
+@dataclass(frozen=True)
+class Space:
+    """The scope of a namespace statement: where names without a prefix are looked for (7.7.4.2)."""
+
+    name: str
+    uses: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -24,12 +34,26 @@ class Home:
     """Where a declaration stands.
 
     Args:
-        namespace: The namespace it is in.
+        space: The scope of the text.
         library: What was imported to get it, such as `osc.nav2`; None for files of the user.
     """
 
-    namespace: str
+    space: Space
     library: str | None
+
+    def namespace_of(self, name: ast.Name) -> str:
+        """The namespace into which a name is defined here: the current one, unless it has a prefix."""
+        return name.namespace or self.space.name
+
+
+@dataclass(frozen=True)
+class Export:
+    """An item of an export list: a name, or all names of a namespace (7.7.4.1)."""
+
+    namespace: str | None  # None if the name has no prefix
+    name: str | None  # None for all names
+    home: Home
+    span: Span
 
 
 @dataclass(eq=False)
@@ -37,6 +61,7 @@ class QuantitySymbol:
     """A physical type."""
 
     name: str
+    namespace: str
     home: Home
     dimension: Dimension
     span: Span
@@ -55,24 +80,38 @@ class UnitSymbol:
 
 @dataclass(eq=False)
 class EnumSymbol:
-    """An enumeration with the numbers of its members, in the order of declaration."""
+    """An enumeration with the numbers of its members, in the order of declaration.
+
+    `declared` has the members of the declaration and then those of its extensions, in the order of the text;
+    `spaces`, the namespaces in which the names of members are.
+    """
 
     name: str
+    namespace: str
     home: Home
-    declaration: ast.EnumDeclaration
     span: Span
+    declared: list[tuple[ast.EnumMemberDecl, Home]] = field(default_factory=list)
     members: dict[str, int] = field(default_factory=dict)
+    spaces: dict[str, str] = field(default_factory=dict)
+    plan_name: str = ""
 
 
 @dataclass(eq=False)
 class FieldSymbol:
-    """A field of a structured type, or a parameter of an event."""
+    """A field of a structured type, a parameter of an event or a method, or a global parameter.
+
+    `name` is unique among the fields of a type and of all that it inherits; `text` is the identifier, which fields
+    of several namespaces may share.
+    """
 
     name: str
     type: Type
     default: ast.Expression | None
-    owner: TypeSymbol
+    owner: TypeSymbol | None
     span: Span
+    home: Home
+    text: str
+    namespace: str
 
 
 @dataclass(eq=False)
@@ -82,7 +121,28 @@ class EventSymbol:
     name: str
     owner: TypeSymbol
     span: Span
+    text: str = ""
+    namespace: str = GLOBAL_NAMESPACE
     parameters: dict[str, FieldSymbol] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class MethodSymbol:
+    """An implementation of a method; those that override one another share their `name`.
+
+    `owner` is None for a method of a primitive type, which `receiver` names; else it is the type that has it.
+    """
+
+    name: str
+    text: str
+    namespace: str
+    owner: TypeSymbol | None
+    receiver: Type
+    parameters: dict[str, FieldSymbol]
+    result: Type | None
+    implementation: MethodImplementation
+    home: Home
+    span: Span
 
 
 class Kind(Enum):
@@ -95,30 +155,54 @@ class Kind(Enum):
     MODIFIER = "modifier"
 
 
+@dataclass(frozen=True)
+class Part:
+    """The declaration of a type, or an extension of it, with its members."""
+
+    members: tuple[ast.TypeMember, ...]
+    home: Home
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What makes a value of the base one of a conditional subtype (7.3.8.2): a field has a value."""
+
+    field: FieldSymbol
+    value: ast.EnumValueReference | ast.BoolLiteral
+
+
 @dataclass(eq=False)
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
     `is_open` says that it may have members that are not known, as a part of it is not supported;
-    `is_constrained`, that its fields may have values that are not known, for the same reason.
+    `is_constrained`, that its fields may have values that are not known, for the same reason. `plan_name` is
+    unique among types, or among scenarios and actions.
     """
 
     kind: Kind
     name: str
+    namespace: str
     home: Home
     declaration: ast.StructuredTypeDeclaration
     span: Span  # of the name
     actor: TypeSymbol | None = None
     base: TypeSymbol | None = None
+    condition: Condition | None = None
+    parts: list[Part] = field(default_factory=list)
     fields: dict[str, FieldSymbol] = field(default_factory=dict)
     events: dict[str, EventSymbol] = field(default_factory=dict)
-    methods: dict[str, Span] = field(default_factory=dict)
+    methods: dict[str, MethodSymbol] = field(default_factory=dict)
     is_open: bool = False
     is_constrained: bool = False
+    plan_name: str = ""
+
+    def __post_init__(self) -> None:
+        self.parts.append(Part(self.declaration.members, self.home))
 
     @property
     def qualified_name(self) -> str:
-        """`actor.name` for what belongs to an actor, else the name."""
+        """`actor.name` for what belongs to an actor, else the name; for people."""
         return f"{self.actor.name}.{self.name}" if self.actor is not None else self.name
 
 
@@ -146,6 +230,14 @@ def all_events(symbol: TypeSymbol) -> dict[str, EventSymbol]:
     return found
 
 
+def all_methods(symbol: TypeSymbol) -> dict[str, MethodSymbol]:
+    """The methods of a type with the implementations that it has, inherited ones first."""
+    found: dict[str, MethodSymbol] = {}
+    for type_ in reversed(list(lineage(symbol))):
+        found.update(type_.methods)
+    return found
+
+
 def is_open(symbol: TypeSymbol) -> bool:
     """Whether a type or one of its bases may have members that are not known."""
     return any(type_.is_open for type_ in lineage(symbol))
@@ -156,71 +248,56 @@ def may_lack_values(symbol: TypeSymbol) -> bool:
     return any(type_.is_open or type_.is_constrained for type_ in lineage(symbol))
 
 
-def do_directive(symbol: TypeSymbol) -> tuple[TypeSymbol, ast.DoDirective] | None:
-    """The `do` of a scenario or action, with the type that declares it: its own, or that of a base."""
+@dataclass(frozen=True)
+class DoFound:
+    """The `do` of a scenario or action: which type declares it, and in what scope."""
+
+    owner: TypeSymbol
+    directive: ast.DoDirective
+    home: Home
+
+
+def do_directive(symbol: TypeSymbol) -> DoFound | None:
+    """The `do` of a scenario or action: its own, one of its extensions, or that of a base."""
     for type_ in lineage(symbol):
-        for member in type_.declaration.members:
-            if isinstance(member, ast.DoDirective):
-                return type_, member
+        for part in type_.parts:
+            for member in part.members:
+                if isinstance(member, ast.DoDirective):
+                    return DoFound(type_, member, part.home)
     return None
+
+
+Declaration: TypeAlias = QuantitySymbol | EnumSymbol | TypeSymbol
+TypeTable: TypeAlias = dict[tuple[str, TypeSymbol | None, str], TypeSymbol]
 
 
 @dataclass
 class Program:
-    """All declarations.
+    """All declarations; tables are by namespace and name. `check/lookup.py` finds what a name means.
 
     Args:
-        uses: Namespaces whose names are accessible without prefix in the global one.
         is_lenient: Names may be missing because of what is not supported; they are not reported.
     """
 
-    uses: frozenset[str]
     is_lenient: bool = False
-    types: dict[tuple[str, str], QuantitySymbol | EnumSymbol | TypeSymbol] = field(default_factory=dict)
-    behaviors: dict[tuple[str, TypeSymbol | None, str], TypeSymbol] = field(default_factory=dict)
-    modifiers: dict[tuple[str, TypeSymbol | None, str], TypeSymbol] = field(default_factory=dict)
+    types: dict[tuple[str, str], Declaration] = field(default_factory=dict)
+    behaviors: TypeTable = field(default_factory=dict)
+    modifiers: TypeTable = field(default_factory=dict)
     units: dict[str, UnitSymbol] = field(default_factory=dict)
-    globals: dict[str, Span] = field(default_factory=dict)
+    globals: dict[tuple[str, str], FieldSymbol] = field(default_factory=dict)
+    primitives: dict[str, dict[str, MethodSymbol]] = field(default_factory=dict)  # methods by primitive type
+    conditionals: list[TypeSymbol] = field(default_factory=list)  # conditional subtypes, bases first
     holders: dict[str, list[EnumSymbol]] = field(
         default_factory=dict
     )  # enumerations by the names of their members
+    defined: set[tuple[str, str]] = field(default_factory=set)  # all identifiers, with their namespaces
+    exports: dict[str, list[Export]] = field(default_factory=dict)
+    methods: plan.Methods = field(default_factory=plan.Methods)
 
-    def search(self, namespace: str, name: ast.Name) -> tuple[str, ...]:
-        """The namespaces in which a name may be found, in order (7.7.4.2)."""
-        if name.namespace is not None:
-            return (name.namespace,)
-        if namespace == GLOBAL_NAMESPACE:
-            return (GLOBAL_NAMESPACE, *sorted(self.uses))
-        return (namespace,)
-
-    def find_type(self, namespace: str, name: ast.Name) -> QuantitySymbol | EnumSymbol | TypeSymbol | None:
-        """The type that a name means."""
-        for space in self.search(namespace, name):
-            if (found := self.types.get((space, name.text))) is not None:
-                return found
-        return None
-
-    def find_behavior(self, namespace: str, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
-        """The scenario or action of an actor, or of none, that a name means; an actor has those of its bases."""
-        return self._find(self.behaviors, namespace, actor, name)
-
-    def find_modifier(self, namespace: str, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
-        """The modifier that a name means."""
-        return self._find(self.modifiers, namespace, actor, name)
-
-    def _find(
-        self,
-        table: dict[tuple[str, TypeSymbol | None, str], TypeSymbol],
-        namespace: str,
-        actor: TypeSymbol | None,
-        name: ast.Name,
-    ) -> TypeSymbol | None:
-        owners: list[TypeSymbol | None] = list(lineage(actor)) if actor is not None else [None]
-        for owner in owners:
-            for space in self.search(namespace, name):
-                if (found := table.get((space, owner, name.text))) is not None:
-                    return found
-        return None
+    def structured(self) -> list[TypeSymbol]:
+        """All structs, actors, scenarios, actions and modifiers."""
+        types = [symbol for symbol in self.types.values() if isinstance(symbol, TypeSymbol)]
+        return [*types, *self.behaviors.values(), *self.modifiers.values()]
 
     @cached_property
     def quantities(self) -> dict[Dimension, str]:

@@ -7,14 +7,17 @@ follow IEEE 754, division by zero included (7.4.2.3, 7.3.2).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Protocol, assert_never, cast
+from collections.abc import Callable
+from dataclasses import replace
+from typing import assert_never, cast
 
 from seoro.lang.plan import (
     ActorType,
     Arithmetic,
     Binding,
+    Bound,
+    Call,
+    Cast,
     Compare,
     Concatenate,
     Conditional,
@@ -23,7 +26,11 @@ from seoro.lang.plan import (
     Convert,
     Expression,
     Field,
+    ForEach,
+    Global,
     Index,
+    Join,
+    Latent,
     ListOf,
     Literal,
     Logic,
@@ -32,41 +39,21 @@ from seoro.lang.plan import (
     Not,
     Number,
     RangeOf,
+    Self,
+    Side,
+    Size,
+    StringCall,
+    TypeTest,
 )
 from seoro.lang.source import Span
-from seoro.runtime.values import Actor, Range, Struct, Value, wrap_int, wrap_uint
+from seoro.runtime.conversions import cast as convert
+from seoro.runtime.conversions import is_of, to_float
+from seoro.runtime.environment import Environment, EvaluationError, HasFields
+from seoro.runtime.lists import call_string, for_each
+from seoro.runtime.methods import call
+from seoro.runtime.values import Actor, Range, Struct, Value, plain, wrap_int, wrap_uint
 
-
-class EvaluationError(Exception):
-    """An expression has no value, such as a division of integers by zero."""
-
-    def __init__(self, message: str, span: Span) -> None:
-        super().__init__(message)
-        self.span = span
-
-
-class HasFields(Protocol):
-    """Anything with fields by name: structs, actors, instances of scenarios, event objects."""
-
-    @property
-    def fields(self) -> Mapping[str, Value]:
-        """Values by name."""
-        ...
-
-
-@dataclass(frozen=True)
-class Environment:
-    """What names in an expression stand for.
-
-    Args:
-        instance: Whose fields they are.
-        bindings: `actor`, and what an `as` clause binds.
-        path: Where a value that is constructed will be held; names actors.
-    """
-
-    instance: HasFields
-    bindings: Mapping[str, Value | HasFields] = field(default_factory=dict)
-    path: str = ""
+__all__ = ["Environment", "EvaluationError", "HasFields", "evaluate"]
 
 
 def evaluate(expression: Expression, environment: Environment) -> Value:
@@ -78,26 +65,34 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
     match expression:
         case Literal(value):
             return value
-        case Field(name):
-            return environment.instance.fields[name]
+        case Field(name, span):
+            return _field(environment.instance, name, span)
+        case Self():
+            return cast(Value, environment.instance)  # looked into only, like event objects
+        case Global(name, span):
+            return _field(environment.outermost, name, span)
         case Binding(name):
             # An event object is no value of the language, but it is only ever looked into, by Member.
             return cast(Value, environment.bindings[name])
-        case Member(base, name):
-            holder = evaluate(base, environment)
-            return holder.fields[name]  # type: ignore[union-attr] # checked: it has fields
+        case Member(base, name, span):
+            return _field(cast(HasFields, evaluate(base, environment)), name, span)
         case Conditional(condition, then, otherwise):
             return evaluate(then if evaluate(condition, environment) else otherwise, environment)
         case ListOf(items):
             return tuple(evaluate(item, environment) for item in items)
         case RangeOf(low, high):
-            return Range(_number(low, environment), _number(high, environment))
+            return _range(_number(low, environment), _number(high, environment))
+        case Join(lists):
+            parts = [cast(tuple[Value, ...], evaluate(part, environment)) for part in lists]
+            return tuple(item for part in parts for item in part)
         case Index():
             return _index(expression, environment)
         case Convert(operand):
-            return _to_float(evaluate(operand, environment))
+            return to_float(evaluate(operand, environment))
         case Construct():
             return _construct(expression, environment)
+        case Call():
+            return call(expression, environment, evaluate)
         case _:
             return _operate(expression, environment)
 
@@ -118,9 +113,22 @@ def _operate(expression: Expression, environment: Environment) -> Value:
             return not evaluate(operand, environment)
         case Logic(operator, left, right):
             return _logic(operator, left, right, environment)
+        case Size(items):
+            return len(cast(tuple[Value, ...], evaluate(items, environment)))
+        case Bound(side, operand):
+            found = cast(Range, evaluate(operand, environment))
+            return found.low if side is Side.LOWER else found.high
+        case ForEach():
+            return for_each(expression, environment, evaluate)
+        case StringCall():
+            return call_string(expression, environment, evaluate)
+        case TypeTest(operand, type_):
+            return is_of(evaluate(operand, environment), type_)
+        case Cast(operand, type_, span):
+            return convert(evaluate(operand, environment), type_, span)
         case (
-            Literal() | Field() | Binding() | Member() | Conditional() | ListOf() | RangeOf() | Index()
-            | Convert() | Construct()
+            Literal() | Field() | Binding() | Self() | Global() | Member() | Conditional() | ListOf() | Join()
+            | RangeOf() | Index() | Convert() | Construct() | Call()
         ):  # fmt: skip
             raise AssertionError("evaluated above")
         case _:
@@ -133,16 +141,16 @@ def _number(expression: Expression, environment: Environment) -> int | float:
     return value
 
 
-def _to_float(value: Value) -> Value:
-    """A number as a float; of a list or a range, each element."""
-    match value:
-        case tuple():
-            return tuple(map(_to_float, value))
-        case Range(low, high):
-            return Range(float(low), float(high))
-        case _:
-            assert isinstance(value, int | float)
-            return float(value)
+def _field(holder: HasFields, name: str, span: Span) -> Value:
+    """The value of a field; while a value is constructed, a method may ask for one that is not there yet."""
+    if name not in holder.fields:
+        raise EvaluationError(f"`{name.rpartition('::')[2]}` has no value yet", span)
+    return holder.fields[name]
+
+
+def _range(first: float, second: float) -> Range:
+    """The range between two bounds, which may come in any order (7.4.2.8.1)."""
+    return Range(second, first) if second < first else Range(first, second)
 
 
 def _finish(value: int | float, number: Number) -> int | float:
@@ -205,7 +213,8 @@ def _same(left: Value, right: Value) -> bool:
 
 def _contains(item: Value, container: Value) -> bool:
     if isinstance(container, Range):
-        return item in container
+        bounds = (item.low, item.high) if isinstance(item, Range) else (item,)
+        return all(bound in container for bound in bounds)
     assert isinstance(container, tuple)
     if isinstance(item, tuple):
         return all(_contains(part, container) for part in item)
@@ -229,10 +238,36 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
         made = Struct(expression.type)
     for name, argument in expression.arguments:
         made.fields[name] = evaluate(argument, environment)
-    for name, default in expression.defaults:
-        path = f"{environment.path}.{name}" if environment.path else name
-        made.fields[name] = evaluate(default, Environment(made, environment.bindings, path))
+    _add_fields(made, expression.defaults, environment)
+    for name, value in expression.conditions:
+        if made.fields[name] != value:
+            what = f"`{made.type.name}` needs `{name}` to be {plain(value)}, not {plain(made.fields[name])}"
+            raise EvaluationError(what, expression.span)
+    for latent in expression.latents:
+        if latent.base in made.types and made.fields[latent.field] == latent.value:
+            _specialize(made, latent, expression.span, environment)
     return made
+
+
+def _specialize(made: Struct | Actor, latent: Latent, span: Span, environment: Environment) -> None:
+    """Give a value what a conditional subtype adds to it (7.3.8.2.5)."""
+    if latent.missing:
+        raise EvaluationError(f"this is `{latent.type}`, whose `{latent.missing[0]}` has no value", span)
+    for name, _ in latent.defaults:
+        if name in made.fields:
+            raise EvaluationError(f"this is of two conditional types that both have a field `{name}`", span)
+    made.latent.insert(0, latent.type)
+    _add_fields(made, latent.defaults, environment)
+
+
+def _add_fields(
+    made: Struct | Actor, defaults: tuple[tuple[str, Expression], ...], environment: Environment
+) -> None:
+    """Add fields with their defaults, each of which may refer to those before it."""
+    for name, default in defaults:
+        path = f"{environment.path}.{name}" if environment.path else name
+        inside = replace(environment, instance=made, path=path, scenario=environment.outermost)
+        made.fields[name] = evaluate(default, inside)
 
 
 _ARITHMETIC: dict[str, Callable[[float, float], float]] = {

@@ -21,7 +21,7 @@ from seoro.runtime.actions import BoundAction, Implementation, bind
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded
-from seoro.runtime.behaviors.scenario import instantiate, run_instance
+from seoro.runtime.behaviors.scenario import evaluate_globals, instantiate, run_instance
 from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.events import Events
@@ -86,7 +86,8 @@ class Execution:
     @property
     def parameters(self) -> dict[str, object]:
         """The chosen value of every parameter of the entry scenario."""
-        return {name: plain(value) for name, value in self._entry.fields.items()}
+        fields = self._entry.fields
+        return {found.name: plain(fields[found.name]) for found in self._entry.scenario.parameters}
 
     @property
     def fault(self) -> Exception | None:
@@ -96,7 +97,7 @@ class Execution:
     def _instantiate(self) -> Instance:
         scenario = self._plan.scenarios[self._plan.entry]
         try:
-            entry = instantiate(scenario, scenario.name, {}, None)
+            entry = instantiate(scenario, scenario.name, evaluate_globals(self._plan), None)
         except EvaluationError as error:
             raise InvalidUse(str(error), error.span) from error
         for value in entry.fields.values():

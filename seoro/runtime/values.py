@@ -12,10 +12,22 @@ Value: TypeAlias = "bool | int | float | str | EnumValue | Struct | Actor | Rang
 
 @dataclass(eq=False)
 class Struct:
-    """An instance of a struct; equal to nothing but itself (7.4.2.4.2)."""
+    """An instance of a struct; equal to nothing but itself (7.4.2.4.2).
+
+    Args:
+        type: Its declared type.
+        fields: Its fields by name.
+        latent: Names of the conditional subtypes that it is of, nearest first (7.3.8.2.5).
+    """
 
     type: StructType
     fields: dict[str, Value] = field(default_factory=dict)
+    latent: list[str] = field(default_factory=list)
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """Names of its types and of what they inherit, nearest first."""
+        return (*self.latent, self.type.name, *self.type.bases)
 
 
 @dataclass(eq=False)
@@ -26,16 +38,18 @@ class Actor:
         type: Its type.
         name: Path of the field that holds it, such as `robot`.
         fields: Its fields by name.
+        latent: Names of the conditional subtypes that it is of, nearest first (7.3.8.2.5).
     """
 
     type: ActorType
     name: str
     fields: dict[str, Value] = field(default_factory=dict)
+    latent: list[str] = field(default_factory=list)
 
     @property
     def types(self) -> tuple[str, ...]:
-        """Names of its type and of what that inherits, nearest first."""
-        return (self.type.name, *self.type.bases)
+        """Names of its types and of what they inherit, nearest first."""
+        return (*self.latent, self.type.name, *self.type.bases)
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,15 +46,10 @@ def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "extend crate:\n    depth: int\nstruct crate\nstruct shelf:\n    c: crate\n    d: int = c.depth\n",
-        "namespace a\nstruct crate\nnamespace b\nstruct shelf:\n    c: a::crate\n",
-        "global n: int = 3\nstruct crate:\n    m: int = n + 1\n",
         "struct crate:\n    var n: int = 3\n    m: int = n + 1\n",
         "modifier calm\nscenario main:\n    calm()\n    do emit end\n",
-        "struct crate:\n    def f() -> int is expression 3\n    m: int = f() + 1\n",
         "scenario a:\n    n: int\n    keep(n == 3)\nscenario main:\n    do a()\n",
         "scenario a:\n    n: int\nscenario main:\n    do a() with:\n        keep(it.n == 3)\n",
-        "enum e: [a]\nextend e: [b]\nstruct s:\n    x: e = b\n    y: e = e!b\n",
     ],
 )
 def test_what_is_refused_causes_no_other_message(text: str, tmp_path: Path) -> None:

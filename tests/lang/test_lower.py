@@ -390,7 +390,9 @@ def test_parts_of_an_actor_without_a_value_are_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidScenario, match=r"'a\.arm_group' has no value"):
         lower(tmp_path, text)
     found = parameters(tmp_path, {f"a.{name}": "'x'" for name in names}, text)
-    assert [name for name, _ in found["a"].arguments] == list(names)  # type: ignore[union-attr]
+    arm = found["a"]
+    assert isinstance(arm, plan.Construct)
+    assert [name for name, _ in arm.arguments] == list(names)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed, common_type, nothing
 from seoro.lang.diagnostics import types as messages
-from seoro.lang.diagnostics.unsupported import Construct
+from seoro.lang.source import Span
 from seoro.lang.types import (
     BOOL,
     UNKNOWN,
@@ -56,8 +56,6 @@ class Aggregates:
             found = self._expressions.value(item, scope, hint)
             if isinstance(found.type, ListOf) and isinstance(found.expression, plan.ListOf):
                 items += [Typed(inner, found.type.element) for inner in found.expression.items]
-            elif isinstance(found.type, ListOf):
-                return self._expressions.refuse(item.span, Construct.FLATTENING)
             else:
                 items.append(found)
         if any(not is_known(item.type) for item in items):
@@ -65,8 +63,23 @@ class Aggregates:
         shared = hint if _are_bare_numbers(items, hint) else self._common(items)
         if shared is None:
             return nothing(node.span)
-        converted = tuple(self._expressions.converter.convert(item, shared) for item in items)
-        return Typed(plan.ListOf(converted, node.span), ListOf(shared))
+        return Typed(self._joined(items, shared, node.span), ListOf(shared))
+
+    def _joined(self, items: list[Typed], shared: Type, span: Span) -> plan.Expression:
+        """A list of values, and of the members of those that are lists."""
+        convert = self._expressions.converter.convert
+        lists: list[plan.Expression] = []
+        values: list[plan.Expression] = []
+        for item in items:
+            if isinstance(item.type, ListOf):
+                lists += [plan.ListOf(tuple(values), span)] if values else []
+                lists.append(convert(item, ListOf(shared)))
+                values = []
+            else:
+                values.append(convert(item, shared))
+        if not lists:
+            return plan.ListOf(tuple(values), span)
+        return plan.Join((*lists, *([plan.ListOf(tuple(values), span)] if values else [])), span)
 
     def range_of(self, node: ast.RangeConstructor, scope: Scope, expected: Type | None) -> Typed:
         """`[a..b]` or `range(a, b)`."""
@@ -86,9 +99,9 @@ class Aggregates:
 
     def _common(self, items: list[Typed]) -> Type | None:
         """The type of a list's members; None if there is none, which is reported."""
-        shared: Type = items[0].type
+        shared = _element(items[0])
         for item in items[1:]:
-            both = common_type(shared, item.type)
+            both = common_type(shared, _element(item))
             if both is None:
                 self._no_common("the members of a list", items[0], item)
                 return None
@@ -100,6 +113,11 @@ class Aggregates:
         spans = right.expression.span, left.expression.span
         message = messages.NoCommonType(*spans, what, describe(left.type), describe(right.type))
         self._expressions.bag.add(message)
+
+
+def _element(item: Typed) -> Type:
+    """The type of what an item adds to a list."""
+    return item.type.element if isinstance(item.type, ListOf) else item.type
 
 
 def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:

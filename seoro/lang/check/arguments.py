@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
@@ -10,9 +11,9 @@ from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol
+from seoro.lang.symbols import FieldSymbol, Kind
 from seoro.lang.traits import ParameterTrait
-from seoro.lang.types import is_known
+from seoro.lang.types import Structured, is_known
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
@@ -28,6 +29,7 @@ def bind(
     scope: Scope,
     is_open: bool = False,
     traits: Mapping[str, ParameterTrait] = _NO_TRAITS,
+    is_method: bool = False,
 ) -> dict[str, plan.Expression]:
     """The values of the parameters that are given, in the order in which they are given.
 
@@ -39,53 +41,83 @@ def bind(
         scope: Where they stand.
         is_open: Whether there may be parameters that are not known.
         traits: What a Python implementation takes for parameters, where it differs from the declaration.
+        is_method: Whether a method takes the arguments, which is neither a behavior nor given ranges for numbers.
     """
-    given: dict[str, plan.Expression] = {}
-    places: dict[str, Span] = {}
     if arguments is None:
-        return given
-    order = list(parameters)
-    for place, value in enumerate(arguments.positional):
-        if place < len(order):
-            places[order[place]] = value.span
-            given[order[place]] = _argument(expressions, owner, parameters[order[place]], value, scope, traits)
-        else:
-            expressions.value(value, scope)
-            if not is_open:
-                expressions.bag.add(messages.TooManyArguments(value.span, owner, len(order)))
+        return {}
+    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method)
+    binding.bind_positional(arguments.positional)
     for argument in arguments.named:
-        name = argument.name.text
-        if name not in parameters:
-            expressions.value(argument.value, scope)
-            if name == "duration":
-                expressions.bag.add(NotSupported(argument.name.span, Construct.DURATION))
-            elif not is_open and not expressions.program.is_lenient:
-                expressions.bag.add(messages.UnknownArgument(argument.name.span, owner, name, tuple(order)))
-            continue
-        if name in places:
-            expressions.bag.add(messages.ArgumentTwice(argument.name.span, name, places[name]))
-        places[name] = argument.name.span
-        given[name] = _argument(expressions, owner, parameters[name], argument.value, scope, traits)
-    return given
+        binding.bind_named(argument)
+    return binding.given
 
 
-def _argument(
-    expressions: Expressions,
-    owner: str,
-    parameter: FieldSymbol,
-    value: ast.Expression,
-    scope: Scope,
-    traits: Mapping[str, ParameterTrait],
-) -> plan.Expression:
-    trait = traits.get(parameter.name, ParameterTrait.VALUE)
-    if trait is ParameterTrait.REFERENCE:
-        expressions.bag.add(NotSupported(value.span, Construct.REFERENCE))
-        return plan.Literal(False, value.span)
-    if trait is ParameterTrait.ANY:
-        found = expressions.value(value, scope)
+@dataclass(eq=False)
+class _Binding:
+    """Arguments that are being bound; the fields are those of `bind`."""
+
+    expressions: Expressions
+    owner: str
+    parameters: Mapping[str, FieldSymbol]
+    scope: Scope
+    is_open: bool
+    traits: Mapping[str, ParameterTrait]
+    is_method: bool
+    given: dict[str, plan.Expression] = field(default_factory=dict)
+    places: dict[str, Span] = field(default_factory=dict)
+
+    def bind_positional(self, values: tuple[ast.Expression, ...]) -> None:
+        order = list(self.parameters.values())
+        for place, value in enumerate(values):
+            if place < len(order):
+                self._give(order[place], value, value.span)
+                continue
+            self.expressions.value(value, self.scope)
+            if not self.is_open:
+                self.expressions.bag.add(messages.TooManyArguments(value.span, self.owner, len(order)))
+
+    def bind_named(self, argument: ast.NamedArgument) -> None:
+        name = argument.name
+        parameter = self.expressions.lookup.parameter(self.scope.space, self.parameters, name)
+        if parameter is None:
+            self.expressions.value(argument.value, self.scope)
+            self._report_unknown(name)
+            return
+        if parameter.name in self.places:
+            self.expressions.bag.add(messages.ArgumentTwice(name.span, name.text, self.places[parameter.name]))
+        self._give(parameter, argument.value, name.span)
+
+    def _report_unknown(self, name: ast.Name) -> None:
+        bag = self.expressions.bag
+        if name.text == "duration" and not self.is_method:
+            bag.add(NotSupported(name.span, Construct.DURATION))
+        elif not self.is_open and not self.expressions.program.is_lenient:
+            known = tuple(parameter.text for parameter in self.parameters.values())
+            bag.add(messages.UnknownArgument(name.span, self.owner, name.text, known))
+
+    def _give(self, parameter: FieldSymbol, value: ast.Expression, place: Span) -> None:
+        self.places[parameter.name] = place
+        self.given[parameter.name] = self._value(parameter, value)
+
+    def _value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
+        expressions = self.expressions
+        trait = self.traits.get(parameter.name, ParameterTrait.VALUE)
+        if trait is ParameterTrait.REFERENCE:
+            expressions.bag.add(NotSupported(value.span, Construct.REFERENCE))
+            return plan.Literal(False, value.span)
+        if trait is ParameterTrait.ANY:
+            return self._any_value(parameter, value)
+        context = f"`{parameter.text}` of `{self.owner}`"
+        return expressions.converted(value, parameter.type, self.scope, context, is_argument=not self.is_method)
+
+    def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
+        """A value of any type but that of what runs."""
+        expressions = self.expressions
+        found = expressions.value(value, self.scope)
+        if isinstance(found.type, Structured) and found.type.symbol.kind not in {Kind.STRUCT, Kind.ACTOR}:
+            kind = f"a running {found.type.symbol.kind.value}"
+            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)
             expressions.bag.add(type_messages.AnyArgument(value.span, parameter.name, declared))
         return found.expression
-    context = f"`{parameter.name}` of `{owner}`"
-    return expressions.converted(value, parameter.type, scope, context, is_argument=True)

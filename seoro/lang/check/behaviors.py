@@ -1,4 +1,4 @@
-"""Fourth pass: the `do` of scenarios and actions becomes a behavior of the plan (7.3.13, 7.2.2.4.7)."""
+"""Fifth pass: the `do` of scenarios and actions becomes a behavior of the plan (7.3.13, 7.2.2.4.7)."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, scope_of
-from seoro.lang.check.rewrite import substitute
+from seoro.lang.check.rewrite import needs_instance, substitute
 from seoro.lang.check.unsupported import head, name_of, refuse_with
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
+    DoFound,
     FieldSymbol,
     Kind,
     TypeSymbol,
     all_fields,
+    all_methods,
     do_directive,
     is_open,
     lineage,
@@ -50,24 +52,22 @@ class Behaviors:
     """Elaborates the behavior of one scenario.
 
     Args:
-        owner: The scenario or action.
-        directive: Its `do`.
+        found: Its `do`.
         expressions: For expressions.
         traits: What the Python implementations of actions take, by qualified name and parameter.
     """
 
-    def __init__(
-        self, owner: TypeSymbol, directive: ast.DoDirective, expressions: Expressions, traits: Traits
-    ) -> None:
-        self._directive = directive
+    def __init__(self, found: DoFound, expressions: Expressions, traits: Traits) -> None:
+        self._directive = found.directive
         self._expressions = expressions
         self._program = expressions.program
         self._bag = expressions.bag
         self._traits = traits
-        self._scope = scope_of(owner)
-        self._owner = owner
+        self._scope = scope_of(found.owner, found.home)
+        self._owner = found.owner
+        self._lookup = expressions.lookup
         labels: dict[str, ast.DoMember] = {}
-        for label, member in labelled(directive.member):
+        for label, member in labelled(found.directive.member):
             first = labels.setdefault(label.text, member)
             if first is not member:
                 self._bag.add(names.Duplicate(label.span, "label", label.text, first.span))
@@ -129,7 +129,7 @@ class Behaviors:
         name = node.event.text
         parameters = symbol.parameters if symbol is not None else {}
         given = bind(self._expressions, name, parameters, node.arguments, self._scope)
-        arguments = self._complete(name, parameters, given, None, node.span)
+        arguments = self._complete(name, parameters, given, None, node.span, is_foreign=False)
         return plan.Emit(label, reference, arguments, node.span)
 
     # ------------------------------------------------------------ invocations
@@ -154,13 +154,13 @@ class Behaviors:
 
     def _unprefixed(self, name: ast.Name) -> tuple[TypeSymbol | None, plan.Expression | None]:
         """A behavior of the scenario's own actor, or of none."""
-        program, namespace, own = self._program, self._scope.namespace, self._owner.actor
+        program, space, own = self._program, self._scope.space, self._owner.actor
         if own is not None:
-            found = program.find_behavior(namespace, own, name)
+            found = self._lookup.behavior(space, own, name)
             if found is not None:
                 return found, plan.Binding("actor", name.span)
-        found = program.find_behavior(namespace, None, name) or program.find_modifier(namespace, None, name)
-        if found is None and self._refuse_method(self._owner, name):
+        found = self._lookup.behavior(space, None, name) or self._lookup.modifier(space, None, name)
+        if found is None and self._report_method(self._owner, name):
             return None, None
         if found is None and not program.is_lenient:
             owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
@@ -181,26 +181,26 @@ class Behaviors:
         if not is_known(actor.type):
             return None, None
         if not isinstance(actor.type, Structured) or actor.type.symbol.kind is not Kind.ACTOR:
-            is_method = isinstance(actor.type, Structured) and self._refuse_method(actor.type.symbol, name)
+            is_method = isinstance(actor.type, Structured) and self._report_method(actor.type.symbol, name)
             if not is_method:
                 found_type = self._expressions.converter.describe(actor.type)
                 self._bag.add(messages.NotAnActor(base.span, found_type))
             return None, None
         owner = actor.type.symbol
-        namespace = self._scope.namespace
-        found = self._program.find_behavior(namespace, owner, name)
-        found = found or self._program.find_modifier(namespace, owner, name)
-        if found is None and not self._refuse_method(owner, name) and not self._program.is_lenient:
+        space = self._scope.space
+        found = self._lookup.behavior(space, owner, name)
+        found = found or self._lookup.modifier(space, owner, name)
+        if found is None and not self._report_method(owner, name) and not self._program.is_lenient:
             known = self._known(list(lineage(owner)))
             hint = ""
-            if not known and self._program.find_behavior(namespace, None, name) is not None:
+            if not known and self._lookup.behavior(space, None, name) is not None:
                 hint = f"it belongs to no actor: invoke it as `{name.text}(...)`"
             self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
         return found, actor.expression
 
-    def _refuse_method(self, owner: TypeSymbol, name: ast.Name) -> bool:
-        if any(name.text in type_.methods for type_ in lineage(owner)):
-            self._bag.add(NotSupported(name.span, Construct.METHOD_CALL, name.text))
+    def _report_method(self, owner: TypeSymbol, name: ast.Name) -> bool:
+        if self._lookup.member(self._scope.space, all_methods(owner), name) is not None:
+            self._bag.add(messages.MethodInvoked(name.span, name.text))
             return True
         return False
 
@@ -216,17 +216,20 @@ class Behaviors:
         is_modified: bool,
     ) -> plan.Behavior | None:
         """The invocation of a scenario or an action; a `with:` block may give what the arguments lack."""
-        name = symbol.qualified_name
+        name = symbol.plan_name
         parameters = all_fields(symbol)
+        decided = dict(self._expressions.values.conditions(symbol))
         traits = self._traits.get(name, {})
         given = bind(self._expressions, name, parameters, call.arguments, self._scope, is_open(symbol), traits)
+        self._expressions.values.check_conditions(symbol, given)
         if symbol.kind is Kind.ACTION and do_directive(symbol) is None:
             if is_modified:
                 return None
-            arguments = self._complete(name, parameters, given, actor, call.span)
+            conditions = {key: plan.Literal(value, call.span) for key, value in decided.items()}
+            arguments = self._complete(name, parameters, {**conditions, **given}, actor, call.span)
             return plan.InvokeAction(label, name, actor, arguments, call.span)
         for parameter in parameters.values():
-            if parameter.name not in given and not may_lack_values(symbol) and not is_modified:
+            if parameter.name not in {*given, *decided} and not may_lack_values(symbol) and not is_modified:
                 _, missing = self._expressions.values.default(parameter)
                 if missing:
                     self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
@@ -240,6 +243,7 @@ class Behaviors:
         given: Mapping[str, plan.Expression],
         actor: plan.Expression | None,
         span: Span,
+        is_foreign: bool = True,
     ) -> Arguments:
         """A value for each parameter: what is given, else its default, with the values that it refers to put
         in."""
@@ -253,5 +257,7 @@ class Behaviors:
             if value is not None:
                 defaults[parameter.name] = value
         for name, value in self._expressions.values.ordered(defaults, parameters).items():
+            if is_foreign and (instance := needs_instance(value)) is not None:
+                self._bag.add(NotSupported(instance.span, Construct.INSTANCE_OF_ACTION))
             values[name] = substitute(value, values, actor)
         return tuple((name, values[name]) for name in parameters if name in values)

@@ -7,13 +7,20 @@ from dataclasses import dataclass
 
 from seoro.lang import ast, plan
 from seoro.lang.check.behaviors import Behaviors, Traits
-from seoro.lang.check.declare import declare, declare_behaviors, declare_units
+from seoro.lang.check.declare import (
+    check_namespaces,
+    declare,
+    declare_behaviors,
+    declare_units,
+    name_for_plan,
+)
 from seoro.lang.check.expressions import Expressions
+from seoro.lang.check.members import Members
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.loader import Sources
-from seoro.lang.symbols import Kind, Program, TypeSymbol, do_directive
+from seoro.lang.symbols import FieldSymbol, Kind, Program, TypeSymbol, do_directive
 
 STANDARD_MODULES = ("osc.standard", "osc.standard.all", "osc.standard.types", "osc.standard.domain")
 
@@ -45,42 +52,58 @@ class Checked:
 def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     """Check a loaded scenario; texts with syntax errors are not looked at any further."""
     bag = Bag()
-    program = Program(sources.uses)
+    program = Program()
     expressions = Expressions(program, bag, strict)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     if not sources.diagnostics:
         if strict:
             _note_libraries(sources, bag)
-        declared = declare(sources, program, bag)
-        declare_units(declared, program, bag)
-        declare_behaviors(declared, program, bag)
-        resolver = Resolver(program, bag)
-        resolver.resolve()
-        _check_fields(resolver.structured(), expressions)
+        _declare_all(sources, program, bag)
+        expressions.methods.elaborate_all()
+        _check_fields(program, expressions)
         for symbol in program.behaviors.values():
             found = do_directive(symbol)
-            if found is not None and found[0] is symbol:
-                behavior = Behaviors(symbol, found[1], expressions, traits).elaborate()
+            if found is not None and found.owner is symbol:
+                behavior = Behaviors(found, expressions, traits).elaborate()
                 if behavior is not None:
                     behaviors[symbol] = behavior
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
     found_all = (*sources.diagnostics, *bag.diagnostics)
     diagnostics = sorted(found_all, key=lambda found: (order.get(found.position[0], -1), *found.position[1:]))
-    return Checked(sources, tuple(diagnostics), _scenarios(sources), program, behaviors)
+    return Checked(sources, tuple(diagnostics), _scenarios(sources, program), program, behaviors)
 
 
-def _check_fields(symbols: list[TypeSymbol], expressions: Expressions) -> None:
-    """Check the default values of all fields and parameters of events."""
-    for symbol in symbols:
+def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
+    """The passes over declarations."""
+    declared = declare(sources, program, bag)
+    declare_units(declared, program, bag)
+    declare_behaviors(declared, program, bag)
+    check_namespaces(declared, program, bag)
+    name_for_plan(program)
+    resolver = Resolver(program, bag)
+    resolver.resolve(declared)
+    Members(program, resolver, bag).declare(declared)
+    resolver.resolve_conditions()
+
+
+def _check_fields(program: Program, expressions: Expressions) -> None:
+    """Check the default values of all fields, parameters of events, and global parameters."""
+    for symbol in program.structured():
         if symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
             expressions.values.defaults(symbol)
         else:
-            found = {field.name: expressions.values.default(field)[0] for field in symbol.fields.values()}
-            given = {name: value for name, value in found.items() if value is not None}
-            expressions.values.ordered(given, symbol.fields)
+            _check_order(symbol.fields, expressions)
         for event in symbol.events.values():
             for parameter in event.parameters.values():
                 expressions.values.default(parameter)
+    _check_order({found.name: found for found in program.globals.values()}, expressions)
+
+
+def _check_order(fields: Mapping[str, FieldSymbol], expressions: Expressions) -> None:
+    """Check the default values of fields that may refer to each other."""
+    found = {field.name: expressions.values.default(field)[0] for field in fields.values()}
+    given = {name: value for name, value in found.items() if value is not None}
+    expressions.values.ordered(given, fields)
 
 
 def _note_libraries(sources: Sources, bag: Bag) -> None:
@@ -91,7 +114,8 @@ def _note_libraries(sources: Sources, bag: Bag) -> None:
                 bag.add(messages.LibraryImport(statement.span, name))
 
 
-def _scenarios(sources: Sources) -> tuple[str, ...]:
-    statements = sources.entry.tree.statements
-    declared = [statement.name for statement in statements if isinstance(statement, ast.ScenarioDeclaration)]
-    return tuple(f"{name.actor.text}.{name.name.text}" if name.actor else name.name.text for name in declared)
+def _scenarios(sources: Sources, program: Program) -> tuple[str, ...]:
+    file = sources.entry.file
+    declared = [symbol for symbol in program.behaviors.values() if symbol.span.file is file]
+    found = [symbol for symbol in declared if symbol.kind is Kind.SCENARIO]
+    return tuple(symbol.plan_name for symbol in sorted(found, key=lambda symbol: symbol.span.start))

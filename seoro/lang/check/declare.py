@@ -3,10 +3,11 @@ order)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import assert_never
 
 from seoro.lang import ast
+from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.unsupported import refuse_statement
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names
@@ -15,46 +16,100 @@ from seoro.lang.loader import Module, Sources
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
     GLOBAL_NAMESPACE,
+    Declaration,
     EnumSymbol,
+    Export,
+    FieldSymbol,
     Home,
     Kind,
     Program,
     QuantitySymbol,
+    Space,
     TypeSymbol,
     UnitSymbol,
 )
+from seoro.lang.types import UNKNOWN
 from seoro.lang.units import BASE_UNITS, Dimension, dimension, unit_text
 
+RESERVED_NAMESPACES = "std"  # what the names of the standard's own namespaces begin with
 _BehaviorDeclaration = ast.ScenarioDeclaration | ast.ActionDeclaration | ast.ModifierDeclaration
+_Extension = ast.EnumTypeExtension | ast.StructuredTypeExtension | ast.PrimitiveTypeExtension
 
 
 @dataclass
 class Declared:
-    """What the pass leaves for the next one: declarations whose actor is still a name."""
+    """What the pass leaves for the next ones: declarations that refer to types by name."""
 
-    behaviors: list[tuple[_BehaviorDeclaration, Home]]
-    units: list[tuple[ast.UnitDeclaration, Home]]
+    behaviors: list[tuple[_BehaviorDeclaration, Home]] = field(default_factory=list)
+    units: list[tuple[ast.UnitDeclaration, Home]] = field(default_factory=list)
+    extensions: list[tuple[_Extension, Home]] = field(default_factory=list)
+    globals: list[tuple[ast.ParameterDeclaration, Home]] = field(default_factory=list)
+    spaces: list[tuple[ast.NamespaceStatement, Home]] = field(default_factory=list)
 
 
 def declare(sources: Sources, program: Program, bag: Bag) -> Declared:
-    """Declare types; collect units and behaviors, which need the types of all files."""
-    declared = Declared([], [])
+    """Declare types and namespaces; collect what needs the types of all files."""
+    declared = Declared()
     for module in sources.modules:
-        namespace = GLOBAL_NAMESPACE
+        home = Home(Space(GLOBAL_NAMESPACE, sources.uses), module.library)
         for statement in module.tree.statements:
+            _define(statement, home, program)
             if module.library is None and refuse_statement(statement, program, bag):
                 continue
             if isinstance(statement, ast.NamespaceStatement):
-                namespace = statement.name
+                home = Home(Space(statement.name, frozenset(statement.uses)), module.library)
+                declared.spaces.append((statement, home))
             else:
-                _declare(statement, module, Home(namespace, module.library), program, declared, bag)
-    for kind in program.types.values():
-        if isinstance(kind, EnumSymbol):
-            for member in kind.declaration.members:
-                holders = program.holders.setdefault(member.name.text, [])
-                if kind not in holders:
-                    holders.append(kind)
+                _declare(statement, module, home, program, declared, bag)
     return declared
+
+
+def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
+    """Report namespaces and exported names that nothing is defined in or as."""
+    lookup = Lookup(program, bag)
+    known = {GLOBAL_NAMESPACE, *(namespace for namespace, _ in program.defined), *program.exports}
+    for statement, _ in declared.spaces:
+        for used in statement.uses:
+            if used not in known:
+                bag.add(names.UnknownNamespace(statement.span, used, tuple(known)))
+    for namespace, items in program.exports.items():
+        for item in items:
+            if item.name is not None and not lookup.exported(namespace, item.name):
+                text = f"{item.namespace}::{item.name}" if item.namespace else item.name
+                bag.add(names.UnknownExport(item.span, text))
+            elif item.name is None and item.namespace is not None and item.namespace not in known:
+                bag.add(names.UnknownNamespace(item.span, item.namespace, tuple(known)))
+
+
+def _define(statement: ast.Statement, home: Home, program: Program) -> None:
+    """Note every identifier that a statement defines, for export lists."""
+    found: list[ast.Name] = []
+    match statement:
+        case ast.StructDeclaration(name) | ast.ActorDeclaration(name) | ast.PhysicalTypeDeclaration(name):
+            found.append(name)
+        case ast.ScenarioDeclaration(name) | ast.ActionDeclaration(name) | ast.ModifierDeclaration(name):
+            found.append(name.name)
+        case ast.EnumDeclaration(name, members):
+            found += [name, *(member.name for member in members)]
+        case ast.EnumTypeExtension(_, members):
+            found += [member.name for member in members]
+        case ast.GlobalParameterDeclaration(parameter):
+            found += parameter.names
+        case _:
+            pass
+    if isinstance(
+        statement,
+        ast.StructuredTypeDeclaration | ast.StructuredTypeExtension | ast.PrimitiveTypeExtension,
+    ):
+        for member in statement.members:
+            match member:
+                case ast.ParameterDeclaration(names_) | ast.VariableDeclaration(names_):
+                    found += names_
+                case ast.EventDeclaration(name) | ast.MethodDeclaration(name):
+                    found.append(name)
+                case _:
+                    pass
+    program.defined.update((home.namespace_of(name), name.text) for name in found)
 
 
 def _declare(
@@ -62,38 +117,72 @@ def _declare(
 ) -> None:
     match statement:
         case ast.PhysicalTypeDeclaration(name, exponents):
-            _add_type(program, QuantitySymbol(name.text, home, _dimension(exponents, bag), name.span), home, bag)
+            space, found = home.namespace_of(name), _dimension(exponents, bag)
+            _add_type(program, QuantitySymbol(name.text, space, home, found, name.span), bag)
         case ast.UnitDeclaration():
             declared.units.append((statement, home))
-        case ast.EnumDeclaration(name):
-            _add_type(program, EnumSymbol(name.text, home, statement, name.span), home, bag)
+        case ast.EnumDeclaration(name, members):
+            enum = EnumSymbol(name.text, home.namespace_of(name), home, name.span)
+            enum.declared += [(member, home) for member in members]
+            _add_type(program, enum, bag)
         case ast.StructDeclaration(name):
-            _add_type(program, TypeSymbol(Kind.STRUCT, name.text, home, statement, name.span), home, bag)
+            symbol = TypeSymbol(Kind.STRUCT, name.text, home.namespace_of(name), home, statement, name.span)
+            _add_type(program, symbol, bag)
         case ast.ActorDeclaration(name):
-            _add_type(program, TypeSymbol(Kind.ACTOR, name.text, home, statement, name.span), home, bag)
+            symbol = TypeSymbol(Kind.ACTOR, name.text, home.namespace_of(name), home, statement, name.span)
+            _add_type(program, symbol, bag)
         case ast.ScenarioDeclaration() | ast.ActionDeclaration() | ast.ModifierDeclaration():
             declared.behaviors.append((statement, home))
-        case (
-            ast.ImportModule()
-            | ast.ImportUri()
-            | ast.NamespaceStatement()
-            | ast.ExportStatement()
-            | ast.InvalidStatement()
-            | ast.EnumTypeExtension()
-            | ast.StructuredTypeExtension()
-            | ast.PrimitiveTypeExtension()
-            | ast.GlobalParameterDeclaration()
-        ):
+        case ast.EnumTypeExtension() | ast.StructuredTypeExtension() | ast.PrimitiveTypeExtension():
+            declared.extensions.append((statement, home))
+        case ast.GlobalParameterDeclaration(parameter):
+            declared.globals.append((parameter, home))
+            _declare_globals(parameter, home, program, bag)
+        case ast.ExportStatement(items):
+            exports = program.exports.setdefault(home.space.name, [])
+            for item in items:
+                name_ = item.text if isinstance(item, ast.Name) else None
+                exports.append(Export(item.namespace, name_, home, item.span))
+        case ast.ImportModule() | ast.ImportUri() | ast.NamespaceStatement() | ast.InvalidStatement():
             pass
         case _:
             assert_never(statement)
 
 
-def _add_type(program: Program, symbol: QuantitySymbol | EnumSymbol | TypeSymbol, home: Home, bag: Bag) -> None:
-    key = (home.namespace, symbol.name)
+def _declare_globals(parameter: ast.ParameterDeclaration, home: Home, program: Program, bag: Bag) -> None:
+    """Declare global parameters; their type is resolved later (7.3.14)."""
+    for name in parameter.names:
+        space = home.namespace_of(name)
+        unique = f"global {space}::{name.text}"
+        symbol = FieldSymbol(unique, UNKNOWN, parameter.default, None, name.span, home, name.text, space)
+        first = program.globals.setdefault((space, name.text), symbol)
+        if first is not symbol:
+            bag.add(names.Duplicate(name.span, "global parameter", name.text, first.span))
+
+
+def _add_type(program: Program, symbol: Declaration, bag: Bag) -> None:
+    key = (symbol.namespace, symbol.name)
     first = program.types.setdefault(key, symbol)
     if first is not symbol and not program.is_lenient:
         bag.add(names.Duplicate(symbol.span, "type", symbol.name, first.span))
+
+
+def name_for_plan(program: Program) -> None:
+    """Give types, scenarios and actions names that are unique: with the namespace, unless it is the global one, or
+    one of the standard and the name is free."""
+    for symbol in program.types.values():
+        if not isinstance(symbol, QuantitySymbol):
+            is_free = (GLOBAL_NAMESPACE, symbol.name) not in program.types
+            symbol.plan_name = _plan_name(symbol.namespace, symbol.name, is_free)
+    for behavior in program.behaviors.values():
+        is_free = (GLOBAL_NAMESPACE, behavior.actor, behavior.name) not in program.behaviors
+        name = _plan_name(behavior.namespace, behavior.name, is_free)
+        behavior.plan_name = f"{behavior.actor.plan_name}.{name}" if behavior.actor is not None else name
+
+
+def _plan_name(namespace: str, name: str, is_free: bool) -> str:
+    is_bare = namespace == GLOBAL_NAMESPACE or (is_free and namespace.startswith(RESERVED_NAMESPACES))
+    return name if is_bare else f"{namespace}::{name}"
 
 
 def _dimension(exponents: tuple[ast.SiBaseExponent, ...], bag: Bag) -> Dimension:
@@ -110,11 +199,12 @@ def _dimension(exponents: tuple[ast.SiBaseExponent, ...], bag: Bag) -> Dimension
 
 def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
     """Declare units, whose types are known now; unit names are global, whatever the namespace (7.3.4)."""
+    lookup = Lookup(program, bag)
     for unit, home in declared.units:
         name = unit.name.text
         found = _dimension(unit.exponents, bag)
         of: Dimension | None = found
-        quantity = program.find_type(home.namespace, unit.quantity)
+        quantity = lookup.type(home.space, unit.quantity)
         if not isinstance(quantity, QuantitySymbol):
             of = None
             if quantity is None:
@@ -136,28 +226,28 @@ def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
 
 def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
     """Declare scenarios, actions and modifiers with the actors that they belong to."""
+    lookup = Lookup(program, bag)
     kinds = {ast.ScenarioDeclaration: Kind.SCENARIO, ast.ActionDeclaration: Kind.ACTION}
     for declaration, home in declared.behaviors:
         name = declaration.name
         kind = kinds.get(type(declaration), Kind.MODIFIER)
         actor: TypeSymbol | None = None
         if name.actor is not None:
-            found = program.find_type(home.namespace, name.actor)
+            found = lookup.type(home.space, name.actor)
             if isinstance(found, TypeSymbol) and found.kind is Kind.ACTOR:
                 actor = found
             else:
                 _report_actor(found, name.actor, program, bag)
                 continue
-        symbol = TypeSymbol(kind, name.name.text, home, declaration, name.span, actor)
+        namespace = home.namespace_of(name.name)
+        symbol = TypeSymbol(kind, name.name.text, namespace, home, declaration, name.span, actor)
         table = program.modifiers if kind is Kind.MODIFIER else program.behaviors
-        first = table.setdefault((home.namespace, actor, symbol.name), symbol)
+        first = table.setdefault((namespace, actor, symbol.name), symbol)
         if first is not symbol and not program.is_lenient:
             bag.add(names.Duplicate(name.span, kind.value, symbol.qualified_name, first.span))
 
 
-def _report_actor(
-    found: QuantitySymbol | EnumSymbol | TypeSymbol | None, name: ast.Name, program: Program, bag: Bag
-) -> None:
+def _report_actor(found: Declaration | None, name: ast.Name, program: Program, bag: Bag) -> None:
     if found is not None:
         bag.add(names.WrongKind(name.span, name.text, describe_kind(found), "an actor"))
     elif not program.is_lenient:
@@ -167,7 +257,7 @@ def _report_actor(
         bag.add(names.UnknownType(name.span, name.text, actors, "actor"))
 
 
-def describe_kind(symbol: QuantitySymbol | EnumSymbol | TypeSymbol) -> str:
+def describe_kind(symbol: Declaration) -> str:
     """What a symbol is, for messages."""
     if isinstance(symbol, QuantitySymbol):
         return "a physical type"

@@ -109,21 +109,29 @@ class Events:
 
     def _foreign(self, base: ast.Expression, name: ast.Name, span: Span) -> None:
         """An event of another object: refused, unless there is no such object."""
-        if isinstance(base, ast.NameExpression) and not (
-            base.name.text in self._scope.fields or base.name.text in self._scope.bindings
-        ):
+        if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
             if not self._expressions.program.is_lenient and not is_open(self._owner):
-                candidates = (*self._labels, *self._scope.fields)
+                candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
                 self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
             return
         self._bag.add(NotSupported(span, Construct.FOREIGN_EVENT, name.text))
 
+    def _is_object(self, name: ast.Name) -> bool:
+        """Whether a name stands for something that may have events."""
+        if name.namespace is None and name.text in self._scope.bindings:
+            return True
+        lookup, space = self._expressions.lookup, self._scope.space
+        is_global = lookup.global_parameter(space, name) is not None
+        return is_global or lookup.member(space, self._scope.fields, name) is not None
+
     def named(self, name: ast.Name) -> tuple[plan.EventReference, EventSymbol | None] | None:
         """An event of the scenario itself; None if there is none, which is reported."""
-        if name.text in self._declared:
-            return plan.DeclaredEvent(name.text, name.span), self._declared[name.text]
+        declared = self._expressions.lookup.member(self._scope.space, self._declared, name)
+        if declared is not None:
+            return plan.DeclaredEvent(declared.name, name.span), declared
         if name.text in PHASES:
             return plan.PhaseEvent(None, PHASES[name.text], name.span), None
         if not is_open(self._owner) and not self._expressions.program.is_lenient:
-            self._bag.add(messages.UnknownEvent(name.span, name.text, (*self._declared, *PHASES)))
+            known = (*(event.text for event in self._declared.values()), *PHASES)
+            self._bag.add(messages.UnknownEvent(name.span, name.text, known))
         return None

@@ -1,4 +1,4 @@
-"""Third pass: expressions get their types and become expressions of the plan (7.4).
+"""Fourth pass: expressions get their types and become expressions of the plan (7.4).
 
 `expected` is a hint, not a demand: it decides between members of several enumerations with one name, gives the
 elements of a list their type, and says whether an integer literal is meant as `int`. Whether the value fits its
@@ -13,25 +13,31 @@ from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.aggregates import Aggregates
+from seoro.lang.check.calls import Calls
+from seoro.lang.check.casts import Casts
 from seoro.lang.check.convert import Converter, Typed, nothing
+from seoro.lang.check.lookup import Lookup, candidates
+from seoro.lang.check.methods import Methods
 from seoro.lang.check.operators import Operators
 from seoro.lang.check.plan_types import enum_value
+from seoro.lang.check.resolve import Resolver
 from seoro.lang.check.values import Values
 from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
     EnumSymbol,
     FieldSymbol,
+    Home,
     Kind,
     Program,
     QuantitySymbol,
+    Space,
     TypeSymbol,
     all_fields,
     is_open,
-    lineage,
 )
 from seoro.lang.types import (
     BOOL,
@@ -61,20 +67,27 @@ class Scope:
 
     Args:
         owner: The type whose fields can be named; None if there is none.
-        namespace: The namespace of the text.
-        bindings: `actor`, and the event objects of `as` clauses.
+        space: The scope of the text's namespace statement.
+        bindings: `actor`, the event objects of `as` clauses, and parameters of a method.
+        fields: The fields that can be named.
+        it: The type of `it`; None if it stands for nothing.
+        is_it_bound: Whether `it` is a binding; else it is the instance itself.
     """
 
     owner: TypeSymbol | None
-    namespace: str
+    space: Space
     bindings: Mapping[str, Type] = field(default_factory=dict)
     fields: Mapping[str, FieldSymbol] = field(default_factory=dict)
+    it: Type | None = None
+    is_it_bound: bool = False
 
 
-def scope_of(owner: TypeSymbol) -> Scope:
-    """The scope of the members of a type."""
+def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
+    """The scope of the members of a type, in its declaration or an extension; of None, of global parameters."""
+    if owner is None:
+        return Scope(None, home.space)
     bindings: dict[str, Type] = {"actor": Structured(owner.actor)} if owner.actor is not None else {}
-    return Scope(owner, owner.home.namespace, bindings, all_fields(owner))
+    return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner))
 
 
 class Expressions:
@@ -89,10 +102,15 @@ class Expressions:
     def __init__(self, program: Program, bag: Bag, strict: bool) -> None:
         self.program = program
         self.bag = bag
+        self.lookup = Lookup(program, bag)
+        self._resolver = Resolver(program, bag)
         self.converter = Converter(program, bag, strict)
         self.operators = Operators(program, self.converter, bag)
         self.values = Values(self)
         self.aggregates = Aggregates(self)
+        self.methods = Methods(self)
+        self.calls = Calls(self)
+        self.casts = Casts(self)
         self.strict = strict
         self._depth = 0
 
@@ -134,7 +152,7 @@ class Expressions:
             case ast.ElementAccess():
                 return self._element(node, scope)
             case ast.FunctionApplication():
-                return self._application(node, scope)
+                return self.calls.application(node, scope)
             case ast.Negation(operand, span):
                 return self.operators.negate(self.value(operand, scope, _signed(expected)), span)
             case ast.Inversion(operand, span):
@@ -153,18 +171,17 @@ class Expressions:
             case ast.RangeConstructor():
                 return self.aggregates.range_of(node, scope, expected)
             case ast.It(span):
-                return self.refuse(span, Construct.IT)
-            case ast.CastExp(span=span):
-                return self.refuse(span, Construct.CAST)
-            case ast.TypeTestExp(span=span):
-                return self.refuse(span, Construct.TYPE_TEST)
+                return self._it(span, scope)
+            case ast.CastExp():
+                return self.casts.cast(node, scope)
+            case ast.TypeTestExp():
+                return self.casts.test(node, scope)
             case _:
                 assert_never(node)
 
-    def refuse(self, span: Span, construct: Construct, name: str = "") -> Typed:
-        """Report what is not supported yet."""
-        self.bag.add(NotSupported(span, construct, name))
-        return nothing(span)
+    def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
+        """The type that a declarator means."""
+        return self._resolver.type_of(declarator, space)
 
     # ------------------------------------------------------------ literals and names
 
@@ -180,7 +197,7 @@ class Expressions:
 
     def _enum_value(self, node: ast.EnumValueReference, scope: Scope) -> Typed:
         assert node.enum is not None
-        enum = self.program.find_type(scope.namespace, node.enum)
+        enum = self.lookup.type(scope.space, node.enum)
         if isinstance(enum, EnumSymbol):
             return self._member(enum, node.member.text, node.span)
         if enum is not None:
@@ -200,15 +217,16 @@ class Expressions:
     def _name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         if name.namespace is None and name.text in scope.bindings:
             return Typed(plan.Binding(name.text, name.span), scope.bindings[name.text])
-        found = scope.fields.get(name.text)
-        is_expected = isinstance(expected, Enumeration) and name.text in expected.symbol.members
+        found = self.lookup.member(scope.space, scope.fields, name)
+        enums = self.lookup.enumerations(scope.space, name)
+        is_expected = isinstance(expected, Enumeration) and expected.symbol in enums
         if isinstance(expected, Enumeration) and is_expected and (found is None or found.type != expected):
             return self._member(expected.symbol, name.text, name.span)
         if found is not None:
-            return Typed(plan.Field(name.text, name.span), found.type)
-        enums = self._enums_with(name, scope)
-        if isinstance(expected, Enumeration) and len(enums) == 0:
-            return self._unknown_name(name, scope, expected)
+            return Typed(plan.Field(found.name, name.span), found.type)
+        parameter = self.lookup.global_parameter(scope.space, name)
+        if parameter is not None:
+            return Typed(plan.Global(parameter.name, name.span), parameter.type)
         if len(enums) == 1:
             return self._member(enums[0], name.text, name.span)
         if enums:
@@ -216,41 +234,45 @@ class Expressions:
             return nothing(name.span)
         return self._unknown_name(name, scope, expected)
 
-    def _enums_with(self, name: ast.Name, scope: Scope) -> list[EnumSymbol]:
-        spaces = self.program.search(scope.namespace, name)
-        return [enum for enum in self.program.holders.get(name.text, []) if enum.home.namespace in spaces]
-
     def is_open_member(self, node: ast.Expression, scope: Scope) -> bool:
         """Whether a name can only be a member of an enumeration, of which the other operand has to tell."""
         match node:
             case ast.NameExpression(name):
-                is_field = name.text in scope.fields or name.text in scope.bindings
-                return not is_field and bool(self._enums_with(name, scope))
+                is_bound = name.namespace is None and name.text in scope.bindings
+                is_field = self.lookup.member(scope.space, scope.fields, name) is not None
+                return not is_bound and not is_field and bool(self.lookup.enumerations(scope.space, name))
             case ast.ListConstructor(items):
                 return any(self.is_open_member(item, scope) for item in items)
             case _:
                 return False
 
+    def _it(self, span: Span, scope: Scope) -> Typed:
+        if scope.it is None:
+            self.bag.add(method_messages.NoIt(span))
+            return nothing(span)
+        return Typed(plan.Binding("it", span) if scope.is_it_bound else plan.Self(span), scope.it)
+
     def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         program = self.program
         is_hidden = program.is_lenient or (scope.owner is not None and is_open(scope.owner))
-        if is_hidden or name.text in program.globals:
+        if is_hidden:
             return nothing(name.span)
         if isinstance(expected, Enumeration):
             self.bag.add(
                 names.UnknownMember(name.span, expected.symbol.name, name.text, tuple(expected.symbol.members))
             )
             return nothing(name.span)
-        symbol = program.find_type(scope.namespace, name)
+        symbol = self.lookup.type(scope.space, name)
         if symbol is not None:
             kind = "a unit's type" if isinstance(symbol, QuantitySymbol) else "a type"
             hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
             self.bag.add(messages.NotAValue(name.span, name.text, kind, hint))
-        elif scope.owner is not None and any(name.text in type_.methods for type_ in lineage(scope.owner)):
+        elif self.methods.own(name, scope) is not None:
             self.bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
         else:
-            candidates = (*scope.fields, *scope.bindings, *program.holders)
-            self.bag.add(names.UnknownName(name.span, name.text, candidates))
+            members = candidates((*scope.fields.values(), *program.globals.values()), name)
+            known = (*members, *scope.bindings, *program.holders)
+            self.bag.add(names.UnknownName(name.span, name.text, known))
         return nothing(name.span)
 
     # ------------------------------------------------------------ postfix operators
@@ -269,13 +291,24 @@ class Expressions:
                 if is_known(base.type):
                     self.bag.add(messages.NoFields(node.base.span, self.converter.describe(base.type)))
                 return nothing(node.span)
-        if name.text in fields:
-            return Typed(plan.Member(base.expression, name.text, node.span), fields[name.text].type)
+        found = self._member_field(base.type, fields, name, scope)
+        if found is not None:
+            if isinstance(base.expression, plan.Self):
+                return Typed(plan.Field(found.name, node.span), found.type)
+            return Typed(plan.Member(base.expression, found.name, node.span), found.type)
         if isinstance(base.type, Structured) and is_open(base.type.symbol):
             return nothing(node.span)
         if not self.program.is_lenient:
-            self.bag.add(names.UnknownField(name.span, owner, name.text, tuple(fields)))
+            known = candidates(fields.values(), name)
+            self.bag.add(names.UnknownField(name.span, owner, name.text, known))
         return nothing(node.span)
+
+    def _member_field(
+        self, type_: Type, fields: Mapping[str, FieldSymbol], name: ast.Name, scope: Scope
+    ) -> FieldSymbol | None:
+        """The field that a name means; parameters of events need no prefix."""
+        find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member
+        return find(scope.space, fields, name)
 
     def _element(self, node: ast.ElementAccess, scope: Scope) -> Typed:
         base = self.value(node.base, scope)
@@ -287,60 +320,6 @@ class Expressions:
         if is_known(base.type):
             self.bag.add(messages.NoElements(node.base.span, self.converter.describe(base.type)))
         return nothing(node.span)
-
-    def _application(self, node: ast.FunctionApplication, scope: Scope) -> Typed:
-        match node.function:
-            case ast.NameExpression(name):
-                symbol = self.program.find_type(scope.namespace, name)
-                if isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT:
-                    if self.strict:
-                        self.bag.add(messages.StructConstructor(node.span, name.text))
-                    return self.values.from_arguments(symbol, node, scope)
-                return self._call(None, name, node, scope)
-            case ast.FieldAccess(base, name):
-                return self._call(base, name, node, scope)
-            case _:
-                self.bag.add(messages.NotCallable(node.span, node.function.span.text))
-                return nothing(node.span)
-
-    def _call(
-        self, base: ast.Expression | None, name: ast.Name, node: ast.FunctionApplication, scope: Scope
-    ) -> Typed:
-        """The call of a method: refused, if there is one of that name."""
-        owner = scope.owner
-        if isinstance(base, ast.NameExpression) and base.name.text not in scope.fields:
-            named = self.program.find_type(scope.namespace, base.name)
-            if isinstance(named, TypeSymbol) and base.name.text not in scope.bindings:
-                return self._call_of(named, name, node)
-        if base is not None:
-            found = self.value(base, scope).type
-            if not isinstance(found, Structured):
-                return (
-                    self.refuse(node.span, Construct.METHOD_CALL, name.text)
-                    if is_known(found)
-                    else nothing(node.span)
-                )
-            owner = found.symbol
-        return self._call_of(owner, name, node)
-
-    def _call_of(self, owner: TypeSymbol | None, name: ast.Name, node: ast.FunctionApplication) -> Typed:
-        if owner is not None and any(name.text in type_.methods for type_ in lineage(owner)):
-            return self.refuse(node.span, Construct.METHOD_CALL, name.text)
-        if not (self.program.is_lenient or (owner is not None and is_open(owner))):
-            hint = "scenarios and actions are invoked below `do`" if self._is_behavior(name) else ""
-            known = tuple(method for type_ in lineage(owner) for method in type_.methods) if owner else ()
-            what = "method"
-            if isinstance(node.function, ast.NameExpression):
-                what = "method or struct"
-                known += tuple(symbol.name for symbol in self.program.types.values() if _is_struct(symbol))
-            if hint:
-                self.bag.add(messages.NotCallable(name.span, name.text, hint))
-            else:
-                self.bag.add(names.UnknownType(name.span, name.text, known, what))
-        return nothing(node.span)
-
-    def _is_behavior(self, name: ast.Name) -> bool:
-        return any(key[2] == name.text for key in self.program.behaviors)
 
     # ------------------------------------------------------------ operators
 

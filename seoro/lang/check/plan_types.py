@@ -23,14 +23,14 @@ from seoro.lang.units import unit_text
 
 def struct_type(symbol: TypeSymbol) -> plan.StructType | plan.ActorType:
     """A struct or an actor as the plan has it."""
-    bases = tuple(base.name for base in lineage(symbol))[1:]
+    bases = tuple(base.plan_name for base in lineage(symbol))[1:]
     make = plan.ActorType if symbol.kind is Kind.ACTOR else plan.StructType
-    return make(symbol.name, bases, tuple(all_fields(symbol)))
+    return make(symbol.plan_name, bases, tuple(all_fields(symbol)))
 
 
 def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:
     """A member of an enumeration as the plan has it."""
-    return plan.EnumValue(symbol.name, member, symbol.members[member])
+    return plan.EnumValue(symbol.plan_name, member, symbol.members[member])
 
 
 def plan_type(type_: Type, program: Program) -> plan.ValueType:
@@ -42,7 +42,7 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
             unit = unit_text(dimension)
             return plan.PhysicalType(program.quantities.get(dimension, unit), unit)
         case Enumeration(symbol):
-            return plan.EnumType(symbol.name, tuple(symbol.members.items()))
+            return plan.EnumType(symbol.plan_name, tuple(symbol.members.items()))
         case Structured(symbol):
             return struct_type(symbol)
         case ListOf(element):

@@ -2,26 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TypeAlias, assert_never
+from typing import assert_never
 
 from seoro.lang import plan
 
-Reference: TypeAlias = plan.Field | plan.Binding
+Implementations = Callable[[str], Iterable[plan.Method]]
 
 
-def fields_used(expression: plan.Expression) -> set[str]:
-    """Names of the fields that an expression reads, of the instance in whose scope it stands."""
+def names_used(expression: plan.Expression, implementations: Implementations) -> set[str]:
+    """Names of the fields that an expression reads, of the instance in whose scope it stands, and of all global
+    parameters that it may read.
+
+    Args:
+        expression: The expression.
+        implementations: All implementations of a method.
+    """
     found: set[str] = set()
+    seen: set[tuple[str, bool]] = set()
+    pending = [(expression, True)]  # with whether its scope is that of the expression
 
-    def note(reference: Reference) -> plan.Expression:
-        if isinstance(reference, plan.Field):
-            found.add(reference.name)
-        return reference
+    while pending:
+        current, is_own = pending.pop()
 
-    rewrite(expression, note)
+        def note(node: plan.Expression, is_own: bool = is_own) -> plan.Expression:
+            match node:
+                case plan.Field(name) if is_own:
+                    found.add(name)
+                case plan.Global(name):
+                    found.add(name)
+                case plan.Construct(defaults=defaults, latents=latents):
+                    pending.extend((value, False) for _, value in defaults)
+                    pending.extend((value, False) for latent in latents for _, value in latent.defaults)
+                case plan.Call(receiver, method) if (method, is_own and receiver is None) not in seen:
+                    seen.add((method, is_own and receiver is None))
+                    bodies = (body for each in implementations(method) for body in _bodies(each))
+                    pending.extend((body, is_own and receiver is None) for body in bodies)
+                case _:
+                    pass
+            return node
+
+        rewrite(current, note)
     return found
+
+
+def _bodies(method: plan.Method) -> Iterable[plan.Expression]:
+    """The expressions of a method."""
+    yield from (default for _, default in method.parameters if default is not None)
+    match method.body:
+        case plan.External(_, positional, named):
+            yield from positional
+            yield from (value for _, value in named)
+        case plan.Undefined():
+            pass
+        case body:
+            yield body
 
 
 def substitute(
@@ -29,45 +65,81 @@ def substitute(
 ) -> plan.Expression:
     """The expression with values in the place of fields and of `actor`, to stand in another scope."""
 
-    def put(reference: Reference) -> plan.Expression:
-        if isinstance(reference, plan.Field):
-            return fields.get(reference.name, reference)
-        return actor if reference.name == "actor" and actor is not None else reference
+    def put(node: plan.Expression) -> plan.Expression:
+        match node:
+            case plan.Field(name):
+                return fields.get(name, node)
+            case plan.Binding("actor") if actor is not None:
+                return actor
+            case _:
+                return node
 
     return rewrite(expression, put)
 
 
-def rewrite(expression: plan.Expression, leaf: Callable[[Reference], plan.Expression]) -> plan.Expression:
-    """The expression with each reference to a field or a binding replaced.
+def needs_instance(expression: plan.Expression) -> plan.Expression | None:
+    """What in an expression needs the instance itself in whose scope it stands, and not only fields of it."""
+    found: list[plan.Expression] = []
+
+    def note(node: plan.Expression) -> plan.Expression:
+        if isinstance(node, plan.Self) or (isinstance(node, plan.Call) and node.receiver is None):
+            found.append(node)
+        return node
+
+    rewrite(expression, note)
+    return found[0] if found else None
+
+
+def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan.Expression]) -> plan.Expression:
+    """The expression with each part replaced by what `visit` makes of it, inner ones first.
 
     The defaults of constructed values have a scope of their own and stay as they are.
     """
 
     def go(inner: plan.Expression) -> plan.Expression:
-        return rewrite(inner, leaf)
+        return rewrite(inner, visit)
+
+    def go_all(inner: tuple[plan.Expression, ...]) -> tuple[plan.Expression, ...]:
+        return tuple(rewrite(each, visit) for each in inner)
+
+    def go_named(inner: tuple[tuple[str, plan.Expression], ...]) -> tuple[tuple[str, plan.Expression], ...]:
+        return tuple((name, rewrite(value, visit)) for name, value in inner)
 
     match expression:
-        case plan.Literal():
-            return expression
-        case plan.Field() | plan.Binding():
-            return leaf(expression)
+        case plan.Literal() | plan.Field() | plan.Binding() | plan.Self() | plan.Global():
+            return visit(expression)
         case plan.Member(base):
-            return replace(expression, base=go(base))
+            return visit(replace(expression, base=go(base)))
         case plan.Negate(operand) | plan.Not(operand) | plan.Convert(operand):
-            return replace(expression, operand=go(operand))
+            return visit(replace(expression, operand=go(operand)))
+        case plan.TypeTest(operand) | plan.Cast(operand):
+            return visit(replace(expression, operand=go(operand)))
         case plan.Arithmetic() | plan.Concatenate() | plan.Compare() | plan.Logic():
-            return replace(expression, left=go(expression.left), right=go(expression.right))
+            return visit(replace(expression, left=go(expression.left), right=go(expression.right)))
         case plan.Contains(item, container):
-            return replace(expression, item=go(item), container=go(container))
+            return visit(replace(expression, item=go(item), container=go(container)))
         case plan.Conditional(condition, then, otherwise):
-            return replace(expression, condition=go(condition), then=go(then), otherwise=go(otherwise))
+            return visit(replace(expression, condition=go(condition), then=go(then), otherwise=go(otherwise)))
         case plan.ListOf(items):
-            return replace(expression, items=tuple(go(item) for item in items))
+            return visit(replace(expression, items=go_all(items)))
+        case plan.Join(lists):
+            return visit(replace(expression, lists=go_all(lists)))
+        case plan.ForEach(_, items, body):
+            return visit(replace(expression, items=go(items), body=go(body)))
+        case plan.Size(items):
+            return visit(replace(expression, items=go(items)))
+        case plan.Bound(_, bounds):
+            return visit(replace(expression, range=go(bounds)))
+        case plan.StringCall(_, text, arguments):
+            return visit(replace(expression, text=go(text), arguments=go_all(arguments)))
         case plan.RangeOf(low, high):
-            return replace(expression, low=go(low), high=go(high))
+            return visit(replace(expression, low=go(low), high=go(high)))
         case plan.Index(items, position):
-            return replace(expression, items=go(items), position=go(position))
-        case plan.Construct(arguments=arguments):
-            return replace(expression, arguments=tuple((name, go(value)) for name, value in arguments))
+            return visit(replace(expression, items=go(items), position=go(position)))
+        case plan.Construct(arguments=given):
+            return visit(replace(expression, arguments=go_named(given)))
+        case plan.Call(receiver, arguments=given):
+            of = go(receiver) if receiver is not None else None
+            return visit(replace(expression, receiver=of, arguments=go_named(given)))
         case _:
             assert_never(expression)

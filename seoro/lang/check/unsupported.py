@@ -20,23 +20,9 @@ def head(span: Span, word: str) -> Span:
 
 def refuse_statement(statement: ast.Statement, program: Program, bag: Bag) -> bool:
     """Report a statement of a user's file that is not supported; names that it declares may then be missing."""
-    refused: NotSupported | None = None
     match statement:
-        case ast.NamespaceStatement(span=span):
-            refused = NotSupported(head(span, "namespace"), Construct.NAMESPACE)
-        case ast.ExportStatement(span=span):
-            refused = NotSupported(head(span, "export"), Construct.EXPORT)
         case ast.ModifierDeclaration(name, span=span):
             refused = NotSupported(head(span, "modifier"), Construct.MODIFIER_DECLARATION, name.name.text)
-        case ast.EnumTypeExtension(name, span=span):
-            refused = NotSupported(head(span, "extend"), Construct.EXTEND, name.text)
-        case ast.StructuredTypeExtension(behavior, span=span):
-            refused = NotSupported(head(span, "extend"), Construct.EXTEND, behavior.name.text)
-        case ast.PrimitiveTypeExtension(primitive, span=span):
-            refused = NotSupported(head(span, "extend"), Construct.EXTEND, primitive.text)
-        case ast.GlobalParameterDeclaration(parameter, span=span):
-            refused = NotSupported(head(span, "global"), Construct.GLOBAL)
-            program.globals.update((name.text, name.span) for name in parameter.names)
         case _:
             return False
     bag.add(refused)
@@ -44,8 +30,8 @@ def refuse_statement(statement: ast.Statement, program: Program, bag: Bag) -> bo
     return True
 
 
-def refuse_member(member: ast.TypeMember, is_library: bool, bag: Bag) -> bool:
-    """Report a member of a type that is not supported; libraries may declare methods."""
+def refuse_member(member: ast.TypeMember, bag: Bag) -> bool:
+    """Report a member of a type that is not supported."""
     match member:
         case ast.KeepConstraint(span=span):
             bag.add(NotSupported(head(span, "keep"), Construct.KEEP))
@@ -63,8 +49,6 @@ def refuse_member(member: ast.TypeMember, is_library: bool, bag: Bag) -> bool:
             bag.add(NotSupported(first.span, Construct.WITH, names[0].text))
         case ast.EventDeclaration(name, specification=specification) if specification is not None:
             bag.add(NotSupported(specification.span, Construct.EVENT_IS, name.text))
-        case ast.MethodDeclaration(name) if not is_library:
-            bag.add(NotSupported(name.span, Construct.METHOD_DECLARATION, name.text))
         case _:
             return False
     return True

@@ -14,13 +14,24 @@ from typing import TYPE_CHECKING
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed
-from seoro.lang.check.plan_types import struct_type
-from seoro.lang.check.rewrite import fields_used
+from seoro.lang.check.plan_types import enum_value, struct_type
+from seoro.lang.check.rewrite import names_used
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names
+from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, is_open, may_lack_values
-from seoro.lang.types import FLOAT, ListOf, Quantity, Structured, Type, is_number
+from seoro.lang.symbols import (
+    Condition,
+    FieldSymbol,
+    Home,
+    Kind,
+    TypeSymbol,
+    all_fields,
+    is_open,
+    lineage,
+    may_lack_values,
+)
+from seoro.lang.types import FLOAT, Enumeration, ListOf, Quantity, Structured, Type, is_number
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
@@ -35,10 +46,12 @@ class Defaults:
     Args:
         values: In an order in which each can refer to the ones before it.
         missing: Paths of fields that have none.
+        latents: The conditional subtypes that a value may be of.
     """
 
     values: Mapping[str, plan.Expression]
     missing: tuple[str, ...]
+    latents: tuple[plan.Latent, ...] = ()
 
 
 class Values:
@@ -52,13 +65,14 @@ class Values:
         self._expressions = expressions
         self._known: dict[TypeSymbol, Defaults] = {}
         self._open: list[TypeSymbol] = []
-        self._scopes: dict[TypeSymbol, Scope] = {}
+        self._scopes: dict[tuple[TypeSymbol | None, Home], Scope] = {}
         self._of_fields: dict[FieldSymbol, tuple[plan.Expression | None, tuple[str, ...]]] = {}
 
     def from_arguments(self, symbol: TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
         """`name(arguments)`: other fields take their defaults."""
         fields = all_fields(symbol)
         given = bind(self._expressions, symbol.name, fields, node.arguments, scope, is_open(symbol))
+        self.check_conditions(symbol, given, is_told_later=True)
         value, missing = self.construct(symbol, given, node.span)
         if missing and not may_lack_values(symbol):
             self._expressions.bag.add(messages.MissingArgument(node.span, symbol.name, missing[0]))
@@ -72,7 +86,33 @@ class Values:
         arguments = tuple((name, given[name]) for name in all_fields(symbol) if name in given)
         rest = tuple((name, value) for name, value in defaults.values.items() if name not in given)
         missing = tuple(path for path in defaults.missing if path.partition(".")[0] not in given)
-        return plan.Construct(struct_type(symbol), arguments, rest, span), missing
+        conditions = self.conditions(symbol)
+        made = plan.Construct(struct_type(symbol), arguments, rest, conditions, defaults.latents, span)
+        return made, missing
+
+    def conditions(self, symbol: TypeSymbol) -> tuple[tuple[str, bool | plan.EnumValue], ...]:
+        """What the values of a conditional subtype hold in the fields that decide about it (7.3.8.2)."""
+        conditions = [type_.condition for type_ in reversed(list(lineage(symbol)))]
+        return tuple((found.field.name, _condition_value(found)) for found in conditions if found is not None)
+
+    def check_conditions(
+        self, symbol: TypeSymbol, given: Mapping[str, plan.Expression], is_told_later: bool = False
+    ) -> None:
+        """Report what contradicts the conditions of a type.
+
+        Args:
+            symbol: The type.
+            given: Values for its fields.
+            is_told_later: Whether values that only the run tells are compared then.
+        """
+        for name, needed in self.conditions(symbol):
+            value = given.get(name)
+            if value is None or (is_told_later and not isinstance(value, plan.Literal)):
+                continue
+            if not isinstance(value, plan.Literal) or value.value != needed:
+                shown = needed.member if isinstance(needed, plan.EnumValue) else str(needed).lower()
+                message = type_messages.FixedByCondition(value.span, symbol.name, name, shown)
+                self._expressions.bag.add(message)
 
     def defaults(self, symbol: TypeSymbol) -> Defaults:
         """The default values of the fields of a type."""
@@ -85,15 +125,51 @@ class Values:
         self._open.append(symbol)
         values: dict[str, plan.Expression] = {}
         missing: list[str] = []
+        decided = dict(self.conditions(symbol))
         for field in all_fields(symbol).values():
+            if field.name in decided:
+                values[field.name] = plan.Literal(decided[field.name], field.span)
+                continue
             value, lacking = self.default(field)
             missing += lacking
             if value is not None:
                 values[field.name] = value
+        latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
         self._open.pop()
-        found = Defaults(self.ordered(values, all_fields(symbol)), tuple(missing))
+        found = Defaults(self.ordered(values, all_fields(symbol)), tuple(missing), latents)
         self._known[symbol] = found
         return found
+
+    def _subtypes(self, symbol: TypeSymbol) -> list[TypeSymbol]:
+        """The conditional subtypes, apart from its own, that a value of a type may be of."""
+        own = list(lineage(symbol))
+        found: list[TypeSymbol] = []
+        for subtype in self._expressions.program.conditionals:
+            assert subtype.base is not None
+            if subtype not in own and (subtype.base in own or subtype.base in found):
+                found.append(subtype)
+        return found
+
+    def _latent(self, symbol: TypeSymbol) -> plan.Latent:
+        assert symbol.base is not None and symbol.condition is not None
+        values: dict[str, plan.Expression] = {}
+        missing: list[str] = []
+        for field in symbol.fields.values():
+            value, lacking = self.default(field)
+            missing += lacking
+            if value is not None:
+                values[field.name] = value
+        defaults = tuple(self.ordered(values, symbol.fields).items())
+        condition = symbol.condition
+        return plan.Latent(
+            symbol.plan_name,
+            symbol.base.plan_name,
+            condition.field.name,
+            _condition_value(condition),
+            defaults,
+            tuple(missing),
+            symbol.span,
+        )
 
     def default(self, field: FieldSymbol) -> tuple[plan.Expression | None, tuple[str, ...]]:
         """The value that a field has by itself, and the paths of what lacks one."""
@@ -105,7 +181,8 @@ class Values:
         from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
 
         if field.default is not None:
-            scope = self._scopes.get(field.owner) or self._scopes.setdefault(field.owner, scope_of(field.owner))
+            key = (field.owner, field.home)
+            scope = self._scopes.get(key) or self._scopes.setdefault(key, scope_of(*key))
             return self._expressions.converted(field.default, field.type, scope, f"`{field.name}`"), ()
         return self._default_of_type(field)
 
@@ -126,7 +203,8 @@ class Values:
         self, values: Mapping[str, plan.Expression], fields: Mapping[str, FieldSymbol]
     ) -> dict[str, plan.Expression]:
         """The values, each after those that it refers to; a circle is reported."""
-        uses = {name: sorted(fields_used(value) & values.keys()) for name, value in values.items()}
+        implementations = self._expressions.methods.implementations
+        uses = {name: sorted(names_used(value, implementations) & values.keys()) for name, value in values.items()}
         done: dict[str, plan.Expression] = {}
         for first in values:
             path = [first]  # each is needed by the one before it
@@ -146,8 +224,15 @@ class Values:
         return done
 
 
-def _is_standard_struct(symbol: TypeSymbol) -> bool:
-    return symbol.kind is Kind.STRUCT and symbol.home.namespace == STANDARD_TYPES
+def _is_standard_struct(symbol: TypeSymbol | None) -> bool:
+    return symbol is not None and symbol.kind is Kind.STRUCT and symbol.namespace == STANDARD_TYPES
+
+
+def _condition_value(condition: Condition) -> bool | plan.EnumValue:
+    if isinstance(condition.value, ast.BoolLiteral):
+        return condition.value.value
+    assert isinstance(condition.field.type, Enumeration), "checked with the condition"
+    return enum_value(condition.field.type.symbol, condition.value.member.text)
 
 
 def _zero(type_: Type) -> int | float:

@@ -3,7 +3,8 @@
 A message is an immutable object (a named tuple, since all of them are loaded at every start and few are ever made)
 that turns itself into a `Diagnostic`.
 
-The phases: `syntax` (E01), `imports` and `names` (E02), `types` (E03), `behaviors` (E04), `unsupported` (E09).
+The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors` (E04),
+`unsupported` (E09).
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ def near(name: str, candidates: Iterable[str]) -> str:
     """A help text that names what may have been meant; empty if nothing comes near."""
     from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and seldom needed
 
-    found = get_close_matches(name, sorted(set(candidates)), n=3, cutoff=0.6)
+    known = sorted(set(candidates))
+    prefixed = [candidate for candidate in known if candidate.endswith(f"::{name}")]
+    found = prefixed or get_close_matches(name, known, n=3, cutoff=0.6)
     return f"did you mean {listing(found, 'or')}?" if found else ""
 
 

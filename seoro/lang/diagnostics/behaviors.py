@@ -38,6 +38,29 @@ class NotAnActor(NamedTuple):
         return error("E0402", self.span, f"behaviors belong to actors, this is {self.found}")
 
 
+class MethodInvoked(NamedTuple):
+    """A method where a behavior is invoked."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "methods with a result are called in expressions, others by `call`"
+        return error("E0427", self.span, f"`{self.name}` is a method, not a scenario or an action", help=hint)
+
+
+class GlobalWithoutValue(NamedTuple):
+    """A global parameter that nothing gives a value."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0428", self.span, f"global parameter `{self.name}` has no value: give it a default")
+
+
 class UnknownArgument(NamedTuple):
     """A named argument that the parameters do not have."""
 

@@ -164,6 +164,57 @@ class WrongBase(NamedTuple):
         return error("E0220", self.span, f"`{self.name}` cannot inherit from `{self.base}`", help=hint)
 
 
+class AmbiguousName(NamedTuple):
+    """A name that several namespaces in use export (7.7.4.2)."""
+
+    span: Span
+    name: str
+    namespaces: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = f"write {listing((f'{namespace}::{self.name}' for namespace in self.namespaces), 'or')}"
+        return error("E0221", self.span, f"several namespaces in use export `{self.name}`", help=hint)
+
+
+class UnknownNamespace(NamedTuple):
+    """A namespace in which nothing is defined."""
+
+    span: Span
+    name: str
+    candidates: tuple[str, ...]
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = near(self.name, self.candidates)
+        return error("E0222", self.span, f"nothing is defined in a namespace `{self.name}`", help=hint)
+
+
+class UnknownExport(NamedTuple):
+    """An exported name that nothing has."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0223", self.span, f"nothing is called `{self.name}`, so it cannot be exported")
+
+
+class UnconditionalBase(NamedTuple):
+    """A type that inherits a conditional one without a condition (7.3.8.2.3)."""
+
+    span: Span
+    name: str
+    base: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = f"give it a condition as well: `inherits {self.base}(<field> == <value>)`"
+        text = f"`{self.base}` depends on a condition, so `{self.name}` cannot inherit it without one"
+        return error("E0224", self.span, text, help=hint)
+
+
 _LIBRARIES = {
     **dict.fromkeys(("length", "time", "speed", "angle", "acceleration", "pose_3d", "position_3d"), "osc.types"),
     **dict.fromkeys(("differential_drive_robot",), "osc.ros"),

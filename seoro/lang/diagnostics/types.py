@@ -245,6 +245,31 @@ class IntTooLarge(NamedTuple):
         return error("E0328", self.span, "this number is too large for `int`", help="`uint` holds it")
 
 
+class WrongCondition(NamedTuple):
+    """A condition of inheritance whose value is not one of its field (7.3.8.2)."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "a condition compares a `bool` or an enumeration with one of its values"
+        return error("E0329", self.span, "this value cannot decide about the field", help=hint)
+
+
+class FixedByCondition(NamedTuple):
+    """A value for a field to which the condition of a conditional type gives another (7.3.8.2)."""
+
+    span: Span
+    owner: str
+    name: str
+    value: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.name}` of `{self.owner}` is always {self.value}"
+        return error("E0330", self.span, text, help="leave it out, or use the type that it inherits")
+
+
 class BareNumber(NamedTuple):
     """A number without a unit for a physical parameter, which the standard does not have."""
 

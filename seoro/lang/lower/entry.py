@@ -18,25 +18,34 @@ def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
     top = Span(file, 0, 0)
     candidates = checked.scenarios
     if name is not None:
-        if name not in candidates:
-            raise _invalid(messages.UnknownEntry(top, name, candidates))
-        chosen = name
+        named = _called(name, candidates)
+        if len(named) != 1:
+            missing = messages.UnknownEntry(top, name, candidates)
+            raise _invalid(messages.AmbiguousEntry(top, named) if named else missing)
+        chosen = named[0]
     elif not candidates:
         raise _invalid(messages.NoScenario(top))
     elif len(candidates) == 1:
         chosen = candidates[0]
-    elif DEFAULT in candidates:
-        chosen = DEFAULT
+    elif len(named := _called(DEFAULT, candidates)) == 1:
+        chosen = named[0]
     else:
         raise _invalid(messages.AmbiguousEntry(top, candidates))
     symbol = next(
         symbol
         for symbol in checked.program.behaviors.values()
-        if symbol.qualified_name == chosen and symbol.span.file is file
+        if symbol.plan_name == chosen and symbol.span.file is file
     )
     if symbol.actor is not None:
         raise _invalid(messages.ActorEntry(symbol.span, chosen))
     return symbol
+
+
+def _called(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
+    """The scenarios that a name means: the one with exactly this name, else those of any namespace."""
+    if name in candidates:
+        return (name,)
+    return tuple(candidate for candidate in candidates if candidate.endswith(f"::{name}"))
 
 
 def _invalid(message: Message) -> InvalidScenario:

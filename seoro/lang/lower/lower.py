@@ -15,7 +15,7 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.lower.overrides import Overrides
-from seoro.lang.symbols import FieldSymbol, TypeSymbol, all_events, all_fields, do_directive
+from seoro.lang.symbols import FieldSymbol, TypeSymbol, all_events, all_fields, do_directive, lineage
 
 
 def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[str, str]) -> plan.Plan:
@@ -25,6 +25,7 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
     entry = find_entry(checked, scenario)
     lowering = _Lowering(checked)
     first = lowering.entry(entry, overrides)
+    global_parameters = lowering.globals()
     if len(lowering.bag):
         raise InvalidScenario(lowering.bag.diagnostics)
     scenarios = {first.name: first}
@@ -38,7 +39,7 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
             elif invocation.scenario not in scenarios:
                 scenarios[invocation.scenario] = lowering.scenario(invocation.scenario)
                 pending.append(scenarios[invocation.scenario])
-    return plan.Plan(first.name, scenarios, actions, checked.sources.entry.file.name)
+    return plan.Plan(first.name, scenarios, actions, global_parameters, checked.sources.entry.file.name)
 
 
 def _invocations(body: plan.Behavior | None) -> Iterator[plan.InvokeAction | plan.InvokeScenario]:
@@ -65,7 +66,7 @@ class _Lowering:
         self._checked = checked
         self._program = checked.program
         self._expressions = Expressions(checked.program, self.bag, strict=False)
-        self._symbols = {symbol.qualified_name: symbol for symbol in checked.program.behaviors.values()}
+        self._symbols = {symbol.plan_name: symbol for symbol in checked.program.behaviors.values()}
 
     def entry(self, symbol: TypeSymbol, overrides: Mapping[str, str]) -> plan.Scenario:
         """The entry scenario, each of whose parameters has a value."""
@@ -77,7 +78,11 @@ class _Lowering:
             if value is not None:
                 values[field.name] = value
             lacking.update(dict.fromkeys(missing, field))
-        values = Overrides(self._expressions, scope_of(symbol), self.bag).apply(values, overrides)
+        for name, condition in self._expressions.values.conditions(symbol):
+            values[name] = plan.Literal(condition, fields[name].span)
+            lacking.pop(name, None)
+        values = Overrides(self._expressions, scope_of(symbol, symbol.home), self.bag).apply(values, overrides)
+        self._expressions.values.check_conditions(symbol, values)
         for path, field in lacking.items():
             if not any(path == given or path.startswith(f"{given}.") for given in overrides):
                 self.bag.add(messages.NoValue(field.span, path))
@@ -91,6 +96,8 @@ class _Lowering:
             value, missing = self._expressions.values.default(field)
             if value is not None and not missing:
                 values[field.name] = value
+        for field_name, condition in self._expressions.values.conditions(symbol):
+            values[field_name] = plan.Literal(condition, all_fields(symbol)[field_name].span)
         return self._scenario(symbol, values)
 
     def _scenario(self, symbol: TypeSymbol, values: Mapping[str, plan.Expression]) -> plan.Scenario:
@@ -105,8 +112,24 @@ class _Lowering:
             plan.Event(event.name, tuple(event.parameters), event.span) for event in all_events(symbol).values()
         )
         declared = do_directive(symbol)
-        body = self._checked.behaviors[declared[0]] if declared is not None else None
-        return plan.Scenario(symbol.qualified_name, parameters, events, body, symbol.span)
+        body = self._checked.behaviors[declared.owner] if declared is not None else None
+        bases = tuple(base.plan_name for base in lineage(symbol))[1:]
+        return plan.Scenario(symbol.plan_name, bases, parameters, events, body, symbol.span)
+
+    def globals(self) -> tuple[plan.Parameter, ...]:
+        """The global parameters, each after those that it refers to."""
+        symbols = {symbol.name: symbol for symbol in self._program.globals.values()}
+        values: dict[str, plan.Expression] = {}
+        for symbol in symbols.values():
+            value, missing = self._expressions.values.default(symbol)
+            if missing or value is None:
+                self.bag.add(messages.GlobalWithoutValue(symbol.span, symbol.text))
+            else:
+                values[symbol.name] = value
+        return tuple(
+            plan.Parameter(name, plan_type(symbols[name].type, self._program), value, symbols[name].span)
+            for name, value in self._expressions.values.ordered(values, symbols).items()
+        )
 
     def action(self, name: str) -> plan.Action:
         """The declaration of an action."""

@@ -1,0 +1,142 @@
+"""What names mean: identifiers with and without a prefix (7.7.4.2).
+
+A name with a prefix is looked for in that namespace, then among what the namespace exports again. A name without
+one is looked for in the current namespace, then among what the namespaces in use export; several there are an
+error. Only declarations of the kind that is asked for count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Protocol, TypeVar, cast
+
+from seoro.lang import ast
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import names
+from seoro.lang.symbols import Declaration, EnumSymbol, FieldSymbol, Program, Space, TypeSymbol, TypeTable, lineage
+
+
+class Member(Protocol):
+    """A member of a type."""
+
+    text: str
+    namespace: str
+
+
+T = TypeVar("T")
+M = TypeVar("M", bound=Member)
+
+
+class Lookup:
+    """Finds declarations by name.
+
+    Args:
+        program: The program, with all declarations.
+        bag: Where ambiguous names are reported.
+    """
+
+    def __init__(self, program: Program, bag: Bag) -> None:
+        self._program = program
+        self._bag = bag
+
+    def type(self, space: Space, name: ast.Name) -> Declaration | None:
+        """The type that a name means."""
+        found = self._pick(space, name, lambda namespace: self._program.types.get((namespace, name.text)))
+        return cast(Declaration | None, found)
+
+    def behavior(self, space: Space, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
+        """The scenario or action of an actor, or of none, that a name means; an actor has those of its bases."""
+        return self._of_actor(self._program.behaviors, space, actor, name)
+
+    def modifier(self, space: Space, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
+        """The modifier that a name means."""
+        return self._of_actor(self._program.modifiers, space, actor, name)
+
+    def global_parameter(self, space: Space, name: ast.Name) -> FieldSymbol | None:
+        """The global parameter that a name means."""
+        return self._pick(space, name, lambda namespace: self._program.globals.get((namespace, name.text)))
+
+    def member(self, space: Space, members: Mapping[str, M], name: ast.Name) -> M | None:
+        """The one of some members of a type that a name means."""
+        found = [member for member in members.values() if member.text == name.text]
+        if not found:
+            return None
+        return self._pick(space, name, lambda namespace: _in_namespace(found, namespace))
+
+    def parameter(self, space: Space, members: Mapping[str, M], name: ast.Name) -> M | None:
+        """The parameter that the name of an argument means, which needs no prefix if it is the only one."""
+        found = [member for member in members.values() if member.text == name.text]
+        if name.namespace is None and len(found) == 1:
+            return found[0]
+        return self.member(space, members, name)
+
+    def enumerations(self, space: Space, name: ast.Name) -> list[EnumSymbol]:
+        """The enumerations with a member of this name."""
+        holders = self._program.holders.get(name.text, [])
+        if not holders:
+            return []
+        found: list[EnumSymbol] = []
+        for tier in self._tiers(space, name):
+            found += [enum for enum in holders if enum.spaces[name.text] in tier and enum not in found]
+        return found
+
+    # ------------------------------------------------------------ namespaces
+
+    def exported(self, namespace: str, text: str, seen: frozenset[str] = frozenset()) -> frozenset[str]:
+        """The namespaces of all identifiers that a namespace exports under a name."""
+        if namespace in seen:
+            return frozenset()
+        found: set[str] = set()
+        for item in self._program.exports.get(namespace, []):
+            if item.name is None:
+                source = item.namespace or namespace
+                found |= {source} if (source, text) in self._program.defined else set()
+            elif item.name == text:
+                own = item.namespace or namespace
+                uses = () if item.namespace is not None else item.home.space.uses
+                if (own, text) in self._program.defined:
+                    found.add(own)
+                    continue
+                for used in (own, *sorted(uses)):
+                    found |= self.exported(used, text, seen | {namespace})
+        return frozenset(found)
+
+    def _tiers(self, space: Space, name: ast.Name) -> Iterator[Iterable[str]]:
+        """The namespaces in which a name may be found; those found earlier hide those found later."""
+        if name.namespace is not None:
+            yield (name.namespace,)
+            yield self.exported(name.namespace, name.text)
+            return
+        yield (space.name,)
+        if space.uses:
+            yield frozenset[str]().union(*(self.exported(used, name.text) for used in space.uses))
+
+    def _pick(self, space: Space, name: ast.Name, find: Callable[[str], T | None]) -> T | None:
+        for tier in self._tiers(space, name):
+            found = {namespace: thing for namespace in sorted(tier) if (thing := find(namespace)) is not None}
+            if len(found) > 1:
+                self._bag.add(names.AmbiguousName(name.span, name.text, tuple(found)))
+            if found:
+                return next(iter(found.values()))
+        return None
+
+    def _of_actor(
+        self, table: TypeTable, space: Space, actor: TypeSymbol | None, name: ast.Name
+    ) -> TypeSymbol | None:
+        owners: list[TypeSymbol | None] = list(lineage(actor)) if actor is not None else [None]
+        for owner in owners:
+            found = self._pick(space, name, lambda namespace, of=owner: table.get((namespace, of, name.text)))  # type: ignore[misc]
+            if found is not None:
+                return found
+        return None
+
+
+def candidates(members: Iterable[Member], name: ast.Name) -> tuple[str, ...]:
+    """What may have been meant by a name that was not found; one that has it needs a prefix here."""
+    return tuple(
+        f"{member.namespace}::{member.text}" if member.text == name.text else member.text for member in members
+    )
+
+
+def _in_namespace(members: Iterable[M], namespace: str) -> M | None:
+    return next((member for member in members if member.namespace == namespace), None)

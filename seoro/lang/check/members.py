@@ -1,0 +1,231 @@
+"""Third pass: the members of types, bases first: their own, then those of extensions in the order of the text.
+
+A member has a name in a namespace (7.7.4.2). Two members of one type with one name in one namespace are an error,
+except for methods that override with `only` (7.3.7.2) and events, which subtypes may declare again (7.3.10.2).
+"""
+
+from __future__ import annotations
+
+from seoro.lang import ast
+from seoro.lang.check.declare import Declared
+from seoro.lang.check.lookup import Lookup
+from seoro.lang.check.resolve import Resolver
+from seoro.lang.check.unsupported import head, refuse_member
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import methods as method_messages
+from seoro.lang.diagnostics import names
+from seoro.lang.symbols import (
+    EventSymbol,
+    FieldSymbol,
+    Home,
+    MethodSymbol,
+    Part,
+    Program,
+    TypeSymbol,
+    all_events,
+    all_fields,
+    all_methods,
+    do_directive,
+)
+from seoro.lang.types import PRIMITIVES, Primitive, Structured, Type
+
+_Member = FieldSymbol | EventSymbol | MethodSymbol
+
+
+class Members:
+    """Declares the members of all types.
+
+    Args:
+        program: The program, with all types and their bases.
+        resolver: For the types of members.
+        bag: Where messages go.
+    """
+
+    def __init__(self, program: Program, resolver: Resolver, bag: Bag) -> None:
+        self._program = program
+        self._resolver = resolver
+        self._lookup = Lookup(program, bag)
+        self._bag = bag
+        self._done: set[TypeSymbol] = set()
+
+    def declare(self, declared: Declared) -> None:
+        """Declare them all."""
+        for symbol in self._program.structured():
+            self._declare(symbol)
+        for extension, home in declared.extensions:
+            if isinstance(extension, ast.PrimitiveTypeExtension):
+                receiver = PRIMITIVES[extension.type.text]
+                methods = self._program.primitives.setdefault(extension.type.text, {})
+                for member in extension.members:
+                    if isinstance(member, ast.MethodDeclaration):
+                        method = self._method(member, None, receiver, home, methods)
+                        self._take(method, methods, methods.get(method.name), member.only)
+
+    def _declare(self, symbol: TypeSymbol) -> None:
+        """Declare the members of a type, after those of its bases; chains of bases may be long."""
+        pending = [symbol]
+        while pending:
+            current = pending[-1]
+            if current.base is not None and current.base not in self._done:
+                pending.append(current.base)
+                continue
+            pending.pop()
+            if current not in self._done:
+                self._done.add(current)
+                for part in current.parts:
+                    self._declare_part(current, part)
+                self._check_do(current)
+
+    def _declare_part(self, symbol: TypeSymbol, part: Part) -> None:
+        home = part.home
+        for member in part.members:
+            is_refused = refuse_member(member, self._bag)
+            match member:
+                case ast.ParameterDeclaration(field_names, declared, default, constraints):
+                    symbol.is_constrained |= bool(constraints)
+                    self._add_fields(symbol, field_names, declared, default, home)
+                case ast.VariableDeclaration(field_names, declared):
+                    self._add_fields(symbol, field_names, declared, None, home)
+                    symbol.is_open = True
+                case ast.EventDeclaration(name, parameters):
+                    self._add_event(symbol, name, parameters, home)
+                case ast.MethodDeclaration():
+                    method = self._method(member, symbol, Structured(symbol), home, all_methods(symbol))
+                    self._add_method(symbol, method, member.only)
+                case _:
+                    symbol.is_constrained |= is_refused and isinstance(member, ast.KeepConstraint)
+
+    def _check_do(self, symbol: TypeSymbol) -> None:
+        """There is one `do`, inherited ones and those of extensions included (7.3.5.1.3)."""
+        own = [found.span for part in symbol.parts for found in part.members if isinstance(found, ast.DoDirective)]
+        inherited = do_directive(symbol.base) if symbol.base is not None else None
+        first = inherited.directive.span if inherited is not None else own[0] if own else None
+        for span in own if inherited is not None else own[1:]:
+            assert first is not None
+            message = behavior_messages.SecondDo(head(span, "do"), head(first, "do"), inherited is not None)
+            self._bag.add(message)
+
+    # ------------------------------------------------------------ fields and events
+
+    def _add_fields(
+        self,
+        symbol: TypeSymbol,
+        field_names: tuple[ast.Name, ...],
+        declared: ast.TypeDeclarator,
+        default: ast.Expression | None,
+        home: Home,
+    ) -> None:
+        type_ = self._resolver.type_of(declared, home.space)
+        for name in field_names:
+            space = home.namespace_of(name)
+            unique = self._unique(name.text, space, all_fields(symbol))
+            field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space)
+            if self._is_new(symbol, field):
+                symbol.fields[unique] = field
+
+    def _add_event(
+        self,
+        symbol: TypeSymbol,
+        name: ast.Name,
+        parameters: tuple[ast.ArgumentSpecification, ...],
+        home: Home,
+    ) -> None:
+        space = home.namespace_of(name)
+        unique = self._unique(name.text, space, all_events(symbol))
+        event = EventSymbol(unique, symbol, name.span, name.text, space)
+        event.parameters.update(self._parameters(parameters, symbol, home))
+        if self._is_new(symbol, event):
+            symbol.events[unique] = event
+
+    def _parameters(
+        self, parameters: tuple[ast.ArgumentSpecification, ...], owner: TypeSymbol | None, home: Home
+    ) -> dict[str, FieldSymbol]:
+        """The parameters of an event or a method."""
+        found: dict[str, FieldSymbol] = {}
+        for parameter in parameters:
+            name, space = parameter.name, home.namespace_of(parameter.name)
+            type_ = self._resolver.type_of(parameter.type, home.space)
+            if name.text in found:
+                self._bag.add(names.Duplicate(name.span, "parameter", name.text, found[name.text].span))
+                continue
+            found[name.text] = FieldSymbol(
+                name.text, type_, parameter.default, owner, name.span, home, name.text, space
+            )
+        return found
+
+    def _is_new(self, symbol: TypeSymbol, member: _Member) -> bool:
+        """Whether a type and its bases have no such member yet; a second one is reported."""
+        members: list[_Member] = [*all_fields(symbol).values(), *all_methods(symbol).values()]
+        members += (symbol.events if isinstance(member, EventSymbol) else all_events(symbol)).values()
+        for other in members:
+            if (other.text, other.namespace) == (member.text, member.namespace):
+                if not self._program.is_lenient:
+                    self._bag.add(names.Duplicate(member.span, "member", member.text, other.span))
+                return False
+        return True
+
+    @staticmethod
+    def _unique(text: str, namespace: str, others: dict[str, FieldSymbol] | dict[str, EventSymbol]) -> str:
+        """The name of a field or an event, apart from those of other namespaces with the same identifier."""
+        other = others.get(text)
+        return text if other is None or other.namespace == namespace else f"{namespace}::{text}"
+
+    # ------------------------------------------------------------ methods (7.3.7)
+
+    def _method(
+        self,
+        node: ast.MethodDeclaration,
+        owner: TypeSymbol | None,
+        receiver: Type,
+        home: Home,
+        others: dict[str, MethodSymbol],
+    ) -> MethodSymbol:
+        """A method; with `only` its name may be that of a method of a used namespace, which it overrides."""
+        name, namespace = node.name, home.namespace_of(node.name)
+        if node.only and (overridden := self._lookup.member(home.space, others, name)) is not None:
+            namespace = overridden.namespace
+        parameters = self._parameters(node.parameters, owner, home)
+        result = self._resolver.type_of(node.result, home.space) if node.result is not None else None
+        unique = f"{namespace}::{name.text}"
+        if isinstance(receiver, Primitive):
+            unique = (
+                f"{receiver.name} {unique}"  # the declared type decides, since values do not tell int from uint
+            )
+        return MethodSymbol(
+            unique, name.text, namespace, owner, receiver, parameters, result, node.implementation, home, name.span
+        )
+
+    def _add_method(self, symbol: TypeSymbol, method: MethodSymbol, only: bool) -> None:
+        overridden = all_methods(symbol).get(method.name)
+        if overridden is not None or self._is_new(symbol, method):
+            self._take(method, symbol.methods, overridden, only)
+
+    def _take(
+        self, method: MethodSymbol, methods: dict[str, MethodSymbol], overridden: MethodSymbol | None, only: bool
+    ) -> None:
+        """Add a method, unless it overrides another wrongly."""
+        if overridden is not None:
+            if not only:
+                self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
+                return
+            difference = _difference(method, overridden)
+            if difference:
+                message = method_messages.OtherSignature(method.span, method.text, difference, overridden.span)
+                self._bag.add(message)
+                return
+            for name, parameter in method.parameters.items():
+                if parameter.default is None:
+                    inherited = overridden.parameters[name]
+                    parameter.default, parameter.home = inherited.default, inherited.home
+        methods[method.name] = method
+
+
+def _difference(method: MethodSymbol, overridden: MethodSymbol) -> str:
+    """How the signature of a method differs from that of what it overrides (7.3.7.2)."""
+    if [*method.parameters] != [*overridden.parameters]:
+        return "its parameters"
+    for name, parameter in method.parameters.items():
+        if parameter.type != overridden.parameters[name].type:
+            return f"the type of `{name}`"
+    return "" if method.result == overridden.result else "its result"

@@ -1,0 +1,161 @@
+"""Methods: their bodies, and calls of them (7.3.7, 7.4.2.1).
+
+Which implementation a call reaches is for the run to say, by the type of the value; here the one that the declared
+type has gives the signature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, assert_never
+
+from seoro.lang import ast, plan
+from seoro.lang.check.arguments import bind
+from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.plan_types import plan_type
+from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import methods as method_messages
+from seoro.lang.diagnostics import names
+from seoro.lang.source import Span
+from seoro.lang.symbols import Kind, MethodSymbol, all_methods
+from seoro.lang.types import Primitive, Type
+
+if TYPE_CHECKING:
+    from seoro.lang.check.expressions import Expressions, Scope
+
+
+class Methods:
+    """Elaborates methods.
+
+    Args:
+        expressions: For their bodies and arguments, and for messages.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._elaborated: dict[MethodSymbol, plan.Method] = {}
+        self._open: set[MethodSymbol] = set()
+
+    def elaborate_all(self) -> None:
+        """Elaborate every method, and give it to those that call it."""
+        program = self._expressions.program
+        for method in self._all:
+            program.methods.add(_type_name(method), method.name, self._method(method))
+
+    def implementations(self, name: str) -> list[plan.Method]:
+        """All implementations of a method, but those that are being elaborated."""
+        return [self._method(found) for found in self._by_name.get(name, []) if found not in self._open]
+
+    @cached_property
+    def _all(self) -> list[MethodSymbol]:
+        program = self._expressions.program
+        found = [method for symbol in program.structured() for method in symbol.methods.values()]
+        return [*found, *(method for methods in program.primitives.values() for method in methods.values())]
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[MethodSymbol]]:
+        found: dict[str, list[MethodSymbol]] = {}
+        for method in self._all:
+            found.setdefault(method.name, []).append(method)
+        return found
+
+    # ------------------------------------------------------------ calls
+
+    def own(self, name: ast.Name, scope: Scope) -> MethodSymbol | None:
+        """The method that a name means without a value in front of it."""
+        if scope.owner is not None:
+            return self._expressions.lookup.member(scope.space, all_methods(scope.owner), name)
+        return self.of_primitive(scope.it, name, scope) if scope.it is not None else None
+
+    def of_primitive(self, type_: Type, name: ast.Name, scope: Scope) -> MethodSymbol | None:
+        """The method of a primitive type that a name means."""
+        if not isinstance(type_, Primitive):
+            return None
+        methods = self._expressions.program.primitives.get(type_.name, {})
+        return self._expressions.lookup.member(scope.space, methods, name)
+
+    def call(
+        self, method: MethodSymbol, receiver: plan.Expression | None, node: ast.FunctionApplication, scope: Scope
+    ) -> Typed:
+        """The call of a method on a value; None is the instance in whose scope it stands."""
+        expressions = self._expressions
+        given = bind(expressions, method.text, method.parameters, node.arguments, scope, is_method=True)
+        for parameter in method.parameters.values():
+            if parameter.default is None and parameter.name not in given:
+                expressions.bag.add(messages.MissingArgument(node.span, method.text, parameter.name))
+        if method.result is None:
+            expressions.bag.add(method_messages.NoResult(node.span, method.text))
+            return nothing(node.span)
+        methods = expressions.program.methods
+        return Typed(plan.Call(receiver, method.name, tuple(given.items()), methods, node.span), method.result)
+
+    # ------------------------------------------------------------ bodies
+
+    def _method(self, symbol: MethodSymbol) -> plan.Method:
+        if symbol in self._elaborated:
+            return self._elaborated[symbol]
+        self._open.add(symbol)
+        scope = self._scope(symbol)
+        parameters: list[tuple[str, plan.Expression | None]] = []
+        for parameter in symbol.parameters.values():
+            default: plan.Expression | None = None
+            if parameter.default is not None:
+                inside = replace(scope, space=parameter.home.space)
+                context = f"`{parameter.name}`"
+                default = self._expressions.converted(parameter.default, parameter.type, inside, context)
+            parameters.append((parameter.name, default))
+            scope = replace(scope, bindings={**scope.bindings, parameter.name: parameter.type})
+        body = self._body(symbol, scope)
+        result = plan_type(symbol.result, self._expressions.program) if symbol.result is not None else None
+        made = plan.Method(symbol.text, tuple(parameters), result, body, symbol.span)
+        self._open.remove(symbol)
+        self._elaborated[symbol] = made
+        return made
+
+    def _scope(self, symbol: MethodSymbol) -> Scope:
+        from seoro.lang.check.expressions import Scope, scope_of  # noqa: PLC0415 - they need each other
+
+        if symbol.owner is not None:
+            return scope_of(symbol.owner, symbol.home)
+        return Scope(None, symbol.home.space, it=symbol.receiver, is_it_bound=True)
+
+    def _body(self, symbol: MethodSymbol, scope: Scope) -> plan.Expression | plan.External | plan.Undefined:
+        expressions = self._expressions
+        match symbol.implementation:
+            case ast.ExpressionMethod(value, span):
+                if symbol.result is None:
+                    return expressions.value(value, scope).expression
+                context = f"the result of `{symbol.text}`"
+                return expressions.converted(value, symbol.result, scope, context)
+            case ast.UndefinedMethod(span):
+                return plan.Undefined(span)
+            case ast.ExternalMethod(path, arguments, span):
+                return self._external(symbol, path, arguments, span, scope)
+            case _:
+                assert_never(symbol.implementation)
+
+    def _external(
+        self, symbol: MethodSymbol, path: tuple[str, ...], arguments: ast.ArgumentList, span: Span, scope: Scope
+    ) -> plan.External:
+        expressions = self._expressions
+        if len(path) < 2:
+            expressions.bag.add(method_messages.NoPath(span, ".".join(path)))
+        positional = tuple(expressions.value(value, scope).expression for value in arguments.positional)
+        named: dict[str, plan.Expression] = {}
+        for argument in arguments.named:
+            name = argument.name.text
+            if name in named or name in symbol.parameters:
+                first = symbol.parameters[name].span if name in symbol.parameters else named[name].span
+                expressions.bag.add(names.Duplicate(argument.name.span, "argument", name, first))
+            named[name] = expressions.value(argument.value, scope).expression
+        return plan.External(".".join(path), positional, tuple(named.items()), span)
+
+
+def _type_name(method: MethodSymbol) -> str:
+    """What the plan calls the type that has a method."""
+    if method.owner is None:
+        assert isinstance(method.receiver, Primitive)
+        return method.receiver.name
+    name = method.owner.plan_name
+    return name if method.owner.kind in {Kind.STRUCT, Kind.ACTOR} else plan.behavior_type(name)

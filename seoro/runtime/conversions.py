@@ -1,0 +1,127 @@
+"""`.is()` and `.as()` on values (7.4.2.5, 7.4.2.6), and results of Python as values of a declared type."""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+from seoro.lang.plan import (
+    ActorType,
+    EnumType,
+    EnumValue,
+    ListType,
+    PhysicalType,
+    PrimitiveType,
+    RangeType,
+    StructType,
+    ValueType,
+)
+from seoro.lang.source import Span
+from seoro.runtime.environment import EvaluationError
+from seoro.runtime.values import Actor, Range, Struct, Value
+
+_LIMITS = {"int": (-(1 << 63), (1 << 63) - 1), "uint": (0, (1 << 64) - 1)}
+
+
+def to_float(value: Value) -> Value:
+    """A number as a float; of a list or a range, each element."""
+    match value:
+        case tuple():
+            return tuple(map(to_float, value))
+        case Range(low, high):
+            return Range(float(low), float(high))
+        case _:
+            assert isinstance(value, int | float)
+            return float(value)
+
+
+def is_of(value: Value, type_: ValueType) -> bool:
+    """Whether a value is of a structured type, or a list all of whose members are."""
+    match type_:
+        case StructType(name) | ActorType(name):
+            return isinstance(value, Struct | Actor) and name in value.types
+        case ListType(element):
+            return isinstance(value, tuple) and all(is_of(item, element) for item in value)
+        case PrimitiveType() | PhysicalType() | EnumType() | RangeType():
+            raise AssertionError("known when it was checked")
+        case _:
+            assert_never(type_)
+
+
+def cast(value: Value, type_: ValueType, span: Span) -> Value:
+    """The value as one of a type.
+
+    Raises:
+        EvaluationError: It cannot be converted.
+    """
+    match type_:
+        case PrimitiveType("float") | PhysicalType():
+            return to_float(value)
+        case PrimitiveType(name):
+            return _to_integer(value, name, span)
+        case EnumType(name, members):
+            found = next((member for member, number in members if number == value), None)
+            if found is None:
+                raise EvaluationError(f"no member of `{name}` has the number {value}", span)
+            return EnumValue(name, found, dict(members)[found])
+        case ListType(element):
+            assert isinstance(value, tuple)
+            return tuple(cast(item, element, span) for item in value)
+        case RangeType(element):
+            bounds = (value.low, value.high) if isinstance(value, Range) else (value, value)
+            low, high = (cast(bound, element, span) for bound in bounds)
+            assert isinstance(low, int | float) and isinstance(high, int | float)
+            return Range(low, high)
+        case StructType(name) | ActorType(name):
+            if not is_of(value, type_):
+                assert isinstance(value, Struct | Actor)
+                raise EvaluationError(f"this is `{value.type.name}`, not `{name}`", span)
+            return value
+        case _:
+            assert_never(type_)
+
+
+def _to_integer(value: Value, name: str, span: Span) -> int:
+    """A number, or the number of a member of an enumeration, as an integer; fractions are cut off."""
+    number = value.number if isinstance(value, EnumValue) else value
+    assert isinstance(number, int | float)
+    low, high = _LIMITS[name]
+    if isinstance(number, float) and not math.isfinite(number):
+        raise EvaluationError(f"{number} is no `{name}`", span)
+    if not low <= int(number) <= high:
+        raise EvaluationError(f"{number} does not fit into `{name}`", span)
+    return int(number)
+
+
+def from_python(result: object, type_: ValueType) -> Value | None:
+    """What a Python function returned, as a value of a type; None if it is none."""
+    match type_:
+        case PrimitiveType("bool"):
+            return result if isinstance(result, bool) else None
+        case PrimitiveType("string"):
+            return result if isinstance(result, str) else None
+        case PrimitiveType("float") | PhysicalType():
+            is_number = isinstance(result, int | float) and not isinstance(result, bool)
+            return float(result) if is_number else None  # type: ignore[arg-type]
+        case PrimitiveType(name):
+            low, high = _LIMITS[name]
+            is_integer = isinstance(result, int) and not isinstance(result, bool) and low <= result <= high
+            return result if is_integer else None  # type: ignore[return-value]
+        case EnumType(name):
+            return result if isinstance(result, EnumValue) and result.type_name == name else None
+        case ListType(element):
+            if not isinstance(result, list | tuple):
+                return None
+            items = [from_python(item, element) for item in result]
+            return (
+                None if any(item is None for item in items) else tuple(item for item in items if item is not None)
+            )
+        case RangeType(element):
+            if not isinstance(result, Range):
+                return None
+            low_, high_ = from_python(result.low, element), from_python(result.high, element)
+            return None if low_ is None or high_ is None else result
+        case StructType() | ActorType():
+            return result if isinstance(result, Struct | Actor) and is_of(result, type_) else None
+        case _:
+            assert_never(type_)

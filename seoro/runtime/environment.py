@@ -1,0 +1,55 @@
+"""What names in an expression stand for while it is evaluated, and the error of those that have no value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+from seoro.lang.plan import Expression
+from seoro.lang.source import Span
+from seoro.runtime.values import Value
+
+
+class EvaluationError(Exception):
+    """An expression has no value, such as a division of integers by zero."""
+
+    def __init__(self, message: str, span: Span) -> None:
+        super().__init__(message)
+        self.span = span
+
+
+class HasFields(Protocol):
+    """Anything with fields by name: structs, actors, instances of scenarios, event objects."""
+
+    @property
+    def fields(self) -> Mapping[str, Value]:
+        """Values by name."""
+        ...
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What names in an expression stand for.
+
+    Args:
+        instance: Whose fields they are.
+        bindings: `actor`, what an `as` clause binds, the parameters of a method, and `it` of lists.
+        path: Where a value that is constructed will be held; names actors.
+        scenario: The scenario around, whose fields hold the global parameters too; None if it is the instance.
+        depth: How many methods have been called to get here.
+    """
+
+    instance: HasFields
+    bindings: Mapping[str, Value | HasFields] = field(default_factory=dict)
+    path: str = ""
+    scenario: HasFields | None = None
+    depth: int = 0
+
+    @property
+    def outermost(self) -> HasFields:
+        """The scenario around."""
+        return self.scenario or self.instance
+
+
+Evaluate: TypeAlias = Callable[[Expression, Environment], Value]
