@@ -62,6 +62,7 @@ class Flow:
     path: tuple[int, ...]
     parent: Scope | None
     started: int
+    task: asyncio.Task[Any] | None = None  # once it has begun
     on_end: Callable[[Flow], None] | None = None
     guard: Callable[[Flow], None] | None = None  # called when its next wait is over, between rounds
     scopes: list[Scope] = field(default_factory=list)
@@ -149,6 +150,7 @@ class Agenda:
     async def first_step(self, flow: Flow) -> None:
         """Wait for the first step of a forked flow; the first thing its task does."""
         assert flow.parked is not None
+        flow.task = asyncio.current_task()
         try:
             await flow.parked
         except asyncio.CancelledError:

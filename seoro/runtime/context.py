@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable
 from typing import TypeVar
 
@@ -39,7 +40,8 @@ class Pending:
 class ActionContext:
     """The run, as one invocation of an action sees it.
 
-    Time is the run's clock: use `sleep` and `now`, not those of asyncio or `time`.
+    Time is the run's clock: use `sleep` and `now`, not those of asyncio or `time`. What waits here (`sleep`,
+    `ask`, `report`) is for the action's own task, not for tasks that it starts.
     """
 
     def __init__(self, place: Place, invocation: InvokeAction) -> None:
@@ -57,12 +59,14 @@ class ActionContext:
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s] of the run's clock."""
+        self._check_task()
         waiter = Waiter(self._place.flow)
         self._place.agenda.fire_at(self.now + duration, waiter)
         await self._place.agenda.wait(waiter)
 
     async def ask(self, request: Awaitable[T]) -> T:
         """Await a request to a backend, which takes no time of the run's clock."""
+        self._check_task()
         flow = self._place.flow
         flow.asking = True
         try:
@@ -72,6 +76,7 @@ class ActionContext:
 
     async def report(self, pending: Pending) -> Report:
         """Wait for a report of a backend."""
+        self._check_task()
         if pending._report is None:
             waiter = Waiter(self._place.flow)
             pending._waiter = (self._place, waiter)
@@ -79,6 +84,11 @@ class ActionContext:
                 await self._place.agenda.wait(waiter)
         assert pending._report is not None
         return pending._report
+
+    def _check_task(self) -> None:
+        """The agenda knows one task for a flow; another that waits would be taken for it."""
+        if asyncio.current_task() is not self._place.flow.task:
+            raise RuntimeError("an action waits on its context in its own task only, not in tasks that it starts")
 
     def home(self, actor: Actor, contract: type[C]) -> tuple[C, str]:
         """The backend in which an actor lives, and what the actor is called there.

@@ -280,3 +280,35 @@ scenario main:
     assert ran.logs == [(1.0, "`work` failed: a could not clean up")]
     assert ran.verdict.passed
     assert ran.verdict.duration == 21.0
+
+
+@action("work")
+async def work_in_other_tasks(ctx: ActionContext, name: str, seconds: float) -> None:
+    async with anyio.create_task_group() as group:
+        group.start_soon(ctx.sleep, seconds)
+
+
+async def test_waiting_on_the_context_in_another_task_is_told_apart(run_text: RunText) -> None:
+    with anyio.fail_after(5):
+        ran = await run_text(
+            DECLARATIONS + 'scenario main:\n    do work("a", 1.0)\n', actions=[work_in_other_tasks]
+        )
+    assert ran.verdict.status is RunStatus.ERROR
+    assert "in its own task only" in ran.verdict.reason
+
+
+@action("work")
+async def work_that_fails_in_another_task(ctx: ActionContext, name: str, seconds: float) -> None:
+    async def fail() -> None:
+        raise ActionFailed(f"{name} fell")
+
+    async with anyio.create_task_group() as group:
+        group.start_soon(fail)
+
+
+async def test_a_failure_in_a_task_of_an_action_is_a_failure(run_text: RunText) -> None:
+    ran = await run_text(
+        DECLARATIONS + 'scenario main:\n    do work("a", 1.0)\n', actions=[work_that_fails_in_another_task]
+    )
+    assert ran.verdict.status is RunStatus.FAILED
+    assert ran.verdict.reason == "`work` failed: a fell"

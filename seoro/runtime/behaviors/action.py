@@ -35,13 +35,8 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
     outcome = SUCCEEDED
     try:
         await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
-    except (ActionFailed, BackendRefused) as error:
-        outcome = failure(f"`{plan.action}` failed: {error}", plan.span)
-    except BackendLost as error:
-        services.decide(RunStatus.ERROR, str(error), plan.span)
     except Exception as error:
-        services.fault = error
-        services.decide(RunStatus.ERROR, f"`{plan.action}` raised {type(error).__name__}: {error}", plan.span)
+        outcome = _judge(_cause(error), plan, place)
     if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
         if outcome.failed:
             services.trace.record("log", level="warning", message=outcome.reason, source=str(plan.span))
@@ -49,3 +44,25 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
     return outcome
+
+
+def _cause(error: Exception) -> Exception:
+    """What went wrong; of what several tasks of an action raised, a fault before a failure."""
+    if not isinstance(error, ExceptionGroup):
+        return error
+    causes = [_cause(part) for part in error.exceptions]
+    return next((cause for cause in causes if not isinstance(cause, ActionFailed)), causes[0])
+
+
+def _judge(error: Exception, plan: InvokeAction, place: Place) -> Outcome:
+    """The outcome of an action that raised; faults and lost backends end the run."""
+    services = place.services
+    match error:
+        case ActionFailed() | BackendRefused():
+            return failure(f"`{plan.action}` failed: {error}", plan.span)
+        case BackendLost():
+            services.decide(RunStatus.ERROR, str(error), plan.span)
+        case _:
+            services.fault = error
+            services.decide(RunStatus.ERROR, f"`{plan.action}` raised {type(error).__name__}: {error}", plan.span)
+    return SUCCEEDED  # of no account: the run is ended
