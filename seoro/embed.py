@@ -81,9 +81,8 @@ def load(path: str | Path) -> Scenario:
         InvalidScenario: Its text has errors; the exception prints them with their places.
     """
     scenario = check_file(path)
-    errors = [found for found in scenario.checked.diagnostics if found.severity.value == "error"]
-    if errors:
-        raise InvalidScenario(errors)
+    if scenario.checked.errors:
+        raise InvalidScenario(scenario.checked.errors)
     return scenario
 
 

@@ -4,7 +4,6 @@ SeoroError
 |-- InvalidScenario   the scenario's text: has diagnostics, prints them with carets
 |-- InvalidUse        the caller: an option, a name, a combination that cannot work
 |-- ActionFailed      the system under test: an action did not reach what it was asked for
-|-- ActionFault       an action's own code: it raised something else
 `-- BackendError      a simulator or a robot's bridge
     |-- BackendRefused    it said no to a request, with a reason
     `-- BackendLost       it is gone, or does not answer any more
@@ -55,10 +54,6 @@ class InvalidUse(SeoroError):
 
 class ActionFailed(SeoroError):
     """An action did not reach what it was asked for. Raised by actions; the scenario goes on from there."""
-
-
-class ActionFault(SeoroError):
-    """An action's code raised an exception that is no `ActionFailed`: a fault of the test, not of the robot."""
 
 
 class BackendError(SeoroError):

@@ -11,6 +11,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
+from seoro.lang.loader import ENTRY_POINTS, own_libraries
+
 
 def modules_of(libraries: Iterable[str]) -> Iterator[ModuleType]:
     """The Python modules that implement libraries.
@@ -21,10 +23,11 @@ def modules_of(libraries: Iterable[str]) -> Iterator[ModuleType]:
     for library in libraries:
         name = library.removeprefix("osc.")
         own = f"{__name__}.{name}"
-        if "." not in name and find_spec(own) is not None:
-            yield import_module(own)
+        if library in own_libraries():
+            if "." not in name and find_spec(own) is not None:
+                yield import_module(own)
             continue
         from importlib.metadata import entry_points  # noqa: PLC0415 - slow to load, and seldom needed
 
-        for entry in entry_points(group="seoro.libraries", name=name):
+        for entry in entry_points(group=ENTRY_POINTS, name=name):
             yield import_module(entry.module)

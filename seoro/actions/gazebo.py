@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import MobileRobots, Pose3D, Simulation
+from seoro.runtime.contracts import Pose3D, Simulation
 from seoro.runtime.values import Actor
 
 DEFAULT_WORLD = "default"
@@ -50,8 +50,9 @@ async def relative_spawn(
 ) -> None:
     """Spawn the actor's model at a distance ahead of a frame."""
     _check(world_name, xacro_arguments)
-    pose = await ctx.ask(ctx.anywhere(MobileRobots).relative_pose(frame_id, parent_frame_id, distance))
-    await ctx.ask(ctx.anywhere(Simulation).spawn_entity(_entity(actor), model, pose))
+    simulation = ctx.anywhere(Simulation)
+    pose = await ctx.ask(simulation.relative_pose(frame_id, parent_frame_id, distance))
+    await ctx.ask(simulation.spawn_entity(_entity(actor), model, pose))
 
 
 @action("osc_actor.delete", anywhere=Simulation)

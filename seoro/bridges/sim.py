@@ -161,15 +161,6 @@ class SimulatorNode:
         """See `MobileRobots`."""
         await self._forget(wire.CANCEL_WATCH, wire.CancelWatch(id=watch), watch)
 
-    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
-        """See `MobileRobots`."""
-        request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
-        pose = await self._ask(wire.GET_RELATIVE_POSE, request)
-        return Pose3D(
-            Position3D(pose.position.x, pose.position.y, pose.position.z),
-            Orientation3D(pose.orientation.roll, pose.orientation.pitch, pose.orientation.yaw),
-        )
-
     # -------------------------------------------------------- simulation
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
@@ -182,6 +173,15 @@ class SimulatorNode:
             name=name, uri=model, resource_string=text, initial_pose=_pose(pose), allow_renaming=allow_renaming
         )
         return (await self._ask(wire.SPAWN_ENTITY, request)).name
+
+    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
+        """See `Simulation`."""
+        request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
+        pose = await self._ask(wire.GET_RELATIVE_POSE, request)
+        return Pose3D(
+            Position3D(pose.position.x, pose.position.y, pose.position.z),
+            Orientation3D(pose.orientation.roll, pose.orientation.pitch, pose.orientation.yaw),
+        )
 
     async def delete_entity(self, name: str) -> None:
         """See `Simulation`."""

@@ -135,7 +135,7 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[SourceFile, Path, str] | None:
     """The file of a module, unless it was read already or there is none."""
     name = ".".join(statement.path)
-    own = _own_libraries()
+    own = own_libraries()
     path: Path | None = own.get(name)
     uses = _STANDARD[name][1] if name in _STANDARD else frozenset[str]()
     if path is None:
@@ -185,7 +185,7 @@ def _path_of(loading: _Loading, statement: ast.ImportUri) -> Path | None:
     return Path(unquote(parts.path))
 
 
-def _own_libraries() -> dict[str, Path]:
+def own_libraries() -> dict[str, Path]:
     """Modules of seoro's own libraries."""
     found = {f"osc.{path.stem}": path for path in sorted(_LIBRARY.glob("*.osc"))}
     return {**found, **{name: _LIBRARY / file for name, (file, _) in _STANDARD.items()}}

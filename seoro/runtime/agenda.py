@@ -79,6 +79,12 @@ class Flow:
     past: set[int] = field(default_factory=set)  # occurrences of this instant it must not see (again)
     past_instant: int = -1
 
+    def past_in(self, instant: int) -> set[int]:
+        """What it must not see (again) of an instant, to read and to add to; the past of others is forgotten."""
+        if self.past_instant != instant:
+            self.past, self.past_instant = set(), instant
+        return self.past
+
     def within(self, scope: Scope) -> bool:
         """Whether the flow was forked, at any remove, from a scope that belongs to the given one."""
         parent = self.parent

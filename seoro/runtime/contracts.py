@@ -218,10 +218,6 @@ class MobileRobots(Protocol):
         """Forget a watch; one that has fired is left alone."""
         ...
 
-    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
-        """The pose `distance` [m] ahead of a frame, in the parent frame."""
-        ...
-
 
 @runtime_checkable
 class Simulation(Protocol):
@@ -229,6 +225,10 @@ class Simulation(Protocol):
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
         """Spawn a model, found along the model path; returns the name it got."""
+        ...
+
+    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
+        """The pose `distance` [m] ahead of a frame, in the parent frame."""
         ...
 
     async def delete_entity(self, name: str) -> None:

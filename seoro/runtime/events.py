@@ -53,18 +53,18 @@ class Events:
 
     def emit(self, event: Event, arguments: Mapping[str, Value], flow: Flow) -> None:
         """Emit; it takes hold between this round and the next."""
-        self._begin_instant(event, flow)
+        self._begin_instant(event)
         key = (id(event), repr([(name, plain(value)) for name, value in arguments.items()]))
         occurrence = self._pending.get(key)
         if occurrence is None:
             occurrence = self._pending[key] = Occurrence(next(self._numbers), dict(arguments))
             self._emitted(event.path, arguments)
             self._agenda.emit(lambda: self._take_hold(event, occurrence))
-        flow.past.add(occurrence.number)
+        flow.past_in(self._agenda.instant).add(occurrence.number)
 
     def arm(self, event: Event, waiter: Waiter, accepts: Accepts) -> None:
         """Let a flow wait; fires at once if the event has happened in this instant, unseen by the flow."""
-        self._begin_instant(event, waiter.flow)
+        self._begin_instant(event)
         event.waiters = [(other, accept) for other, accept in event.waiters if not other.over]
         for occurrence in event.occurrences:
             if self._offer(occurrence, waiter, accepts):
@@ -80,17 +80,14 @@ class Events:
         ]
 
     def _offer(self, occurrence: Occurrence, waiter: Waiter, accepts: Accepts) -> bool:
-        flow = waiter.flow
-        past = flow.past if flow.past_instant == self._agenda.instant else ()
+        past = waiter.flow.past_in(self._agenda.instant)
         if occurrence.number in past or not accepts(occurrence):
             return False
-        if flow.past_instant != self._agenda.instant:
-            flow.past, flow.past_instant = set(), self._agenda.instant
-        flow.past.add(occurrence.number)
+        past.add(occurrence.number)
         self._agenda.fire(waiter, occurrence)
         return True
 
-    def _begin_instant(self, event: Event, flow: Flow) -> None:
+    def _begin_instant(self, event: Event) -> None:
         """Forget what happened in earlier instants: nobody can see it any more."""
         instant = self._agenda.instant
         if self._instant != instant:
@@ -99,6 +96,3 @@ class Events:
         if event.instant != instant:
             event.instant = instant
             event.occurrences.clear()
-        if flow.past_instant != instant:
-            flow.past_instant = instant
-            flow.past.clear()

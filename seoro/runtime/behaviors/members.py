@@ -107,12 +107,10 @@ class Members:
 
     def inherit_pasts(self) -> None:
         """What members emitted and consumed in this instant is in the past of who joins them."""
-        flow, instant = self.place.flow, self.place.agenda.instant
-        if flow.past_instant != instant:
-            flow.past, flow.past_instant = set(), instant
+        instant = self.place.agenda.instant
+        past = self.place.flow.past_in(instant)
         for member in self.flows:
-            if member.past_instant == instant:
-                flow.past |= member.past
+            past |= member.past_in(instant)
 
 
 @asynccontextmanager
