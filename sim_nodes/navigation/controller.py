@@ -21,7 +21,7 @@ HORIZON = 1.5  # [s]
 SAMPLES = 12  # points on an arc
 SPEEDS, TURN_RATES = 6, 21  # how many are tried
 WINDOW = 0.25  # [s] of acceleration that the tried speeds are apart from the present one
-TURN_RATE = 1.5  # [rad/s]; less than the robot can, localisation is better for it
+TURN_RATE = 1.5  # [rad/s]; less than robots can, localisation is better for it
 LATENCY = 0.15  # [s] from something in the way to the first braking: scan, cycle, wheels
 STRAY_BEAMS = 3  # so many of a scan have to agree on what is ahead
 STOP_MARGIN = 0.05  # [m] left when stopped before something
@@ -48,7 +48,8 @@ class LocalController:
         self._clearance = declaration.clearance
         self._interval = interval
         self._times = np.linspace(HORIZON / SAMPLES, HORIZON, SAMPLES)
-        self._turn_rates = np.linspace(-TURN_RATE, TURN_RATE, TURN_RATES)
+        fastest_turn = min(TURN_RATE, self._drive.max_turn_rate)
+        self._turn_rates = np.linspace(-fastest_turn, fastest_turn, TURN_RATES)
         self._plan: Plan | None = None
         self.velocity = AT_REST
 
@@ -76,13 +77,12 @@ class LocalController:
         return self.steer(chosen)
 
     def steer(self, wanted: Velocity) -> Velocity:
-        """The velocity nearest to a wanted one that the accelerations allow."""
+        """The velocity nearest to a wanted one that the robot's turn rate and the accelerations allow."""
         dv, dw = self._drive.max_acceleration * self._interval, self._drive.max_turn_acceleration * self._interval
         v, w = self.velocity
-        self.velocity = Velocity(
-            min(max(wanted.linear, v - dv), v + dv),
-            min(max(wanted.angular, w - dw), w + dw),
-        )
+        limit = self._drive.max_turn_rate
+        turn = min(max(wanted.angular, -limit), limit)
+        self.velocity = Velocity(min(max(wanted.linear, v - dv), v + dv), min(max(turn, w - dw), w + dw))
         return self.velocity
 
     def stop(self) -> Velocity:

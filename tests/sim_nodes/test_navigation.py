@@ -12,6 +12,7 @@ from sim_nodes.navigation.obstacles import HITS, ObstacleLayer
 from sim_nodes.navigation.planner import Plan, plan_to
 from sim_nodes.physics import Wall
 from sim_nodes.robots.declaration import load_robot
+from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.sensors.lidar import Scan
 
 EXTENT = (-3.0, -3.0, 3.0, 3.0)
@@ -141,3 +142,11 @@ def test_a_robot_that_is_walled_in_is_blocked() -> None:
     known = build_map(EXTENT, ring)
     plan = plan_to(known.grid, known.distance, 0.18, (2.0, 0.0), (0.0, 0.0))
     assert LocalController(known.grid, TURTLEBOT, 0.04).follow(plan, HERE, known.distance, NOTHING, np.inf) is None
+
+
+def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
+    slow = TURTLEBOT.model_copy(update={"drive": TURTLEBOT.drive.model_copy(update={"max_turn_rate": 0.4})})
+    controller = LocalController(open_floor().grid, slow, 0.04)
+    for _ in range(100):
+        velocity = controller.steer(Velocity(0.0, -1.2))
+    assert velocity.angular == pytest.approx(-0.4)
