@@ -7,7 +7,6 @@ process and of its liveliness token, whichever comes first.
 
 from __future__ import annotations
 
-import asyncio
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import tempfile
 from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -36,6 +35,7 @@ START_TIMEOUT = 30.0  # [s]
 FIND_TIMEOUT = 3.0  # [s]
 MAX_FOLDER = 60  # [characters]; of 107 that the name of a socket has at most
 STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
+LAST_WORDS = 0.2  # [s] that the last lines of a process that has ended may take to arrive
 STDERR_LINES = 20  # kept for messages
 
 
@@ -132,10 +132,18 @@ async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNod
 # ---------------------------------------------------------------- processes
 
 
+@dataclass(frozen=True)
+class _LastLines:
+    """The last lines that a process wrote to stderr, and whether that is all."""
+
+    lines: deque[str] = field(default_factory=lambda: deque(maxlen=STDERR_LINES))
+    complete: anyio.Event = field(default_factory=anyio.Event)
+
+
 @asynccontextmanager
-async def _process(command: list[str]) -> AsyncIterator[tuple[Process, deque[str]]]:
+async def _process(command: list[str]) -> AsyncIterator[tuple[Process, _LastLines]]:
     """A process in a session of its own, so that a Ctrl-C in the terminal is for the parent alone."""
-    errors: deque[str] = deque(maxlen=STDERR_LINES)
+    errors = _LastLines()
     process = await anyio.open_process(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
     )
@@ -148,12 +156,13 @@ async def _process(command: list[str]) -> AsyncIterator[tuple[Process, deque[str
                 await _stop(process)
 
 
-async def _keep_last_lines(process: Process, lines: deque[str]) -> None:
+async def _keep_last_lines(process: Process, errors: _LastLines) -> None:
     assert process.stderr is not None
     rest = ""
     async for text in TextReceiveStream(process.stderr, errors="replace"):
         *whole, rest = (rest + text).split("\n")
-        lines.extend(line for line in whole if line.strip())
+        errors.lines.extend(line for line in whole if line.strip())
+    errors.complete.set()
 
 
 async def _stop(process: Process) -> None:
@@ -169,17 +178,19 @@ async def _stop(process: Process) -> None:
     await process.aclose()
 
 
-def _last_words(process: Process, errors: deque[str]) -> str:
+async def _last_words(process: Process, errors: _LastLines) -> str:
     """How a process ended, for people."""
+    with anyio.move_on_after(LAST_WORDS):  # something that it started may hold its stderr open
+        await errors.complete.wait()
     code = process.returncode
     how = f"killed by {signal.Signals(-code).name}" if code is not None and code < 0 else f"exit status {code}"
-    return f"{how}: {errors[-1]}" if errors else how
+    return f"{how}: {errors.lines[-1]}" if errors.lines else how
 
 
 # ---------------------------------------------------------------- life and death
 
 
-async def _await_start(address: NodeAddress, process: Process, errors: deque[str]) -> None:
+async def _await_start(address: NodeAddress, process: Process, errors: _LastLines) -> None:
     """Wait until the node serves.
 
     Raises:
@@ -202,8 +213,8 @@ async def _await_start(address: NodeAddress, process: Process, errors: deque[str
                     return
         group.cancel_scope.cancel()
     if process.returncode is not None:
-        await asyncio.sleep(0)  # let the last lines of its stderr arrive
-        raise BackendLost(f"the simulator node '{address.node}' did not start ({_last_words(process, errors)})")
+        words = await _last_words(process, errors)
+        raise BackendLost(f"the simulator node '{address.node}' did not start ({words})")
     raise BackendError(f"the simulator node '{address.node}' did not start within {START_TIMEOUT:g} s")
 
 
@@ -216,9 +227,9 @@ async def _find_node(session: AsyncSession, endpoint: str) -> str:
     raise InvalidUse(f"there is no simulator node at {endpoint}", help="start one with `seoro sim mujoco`")
 
 
-async def _watch_process(process: Process, node: SimulatorNode, errors: deque[str]) -> None:
+async def _watch_process(process: Process, node: SimulatorNode, errors: _LastLines) -> None:
     await process.wait()
-    node.report_loss(f"{node.name} died in the middle of the run ({_last_words(process, errors)})")
+    node.report_loss(f"{node.name} died in the middle of the run ({await _last_words(process, errors)})")
 
 
 async def _watch_token(address: NodeAddress, node: SimulatorNode) -> None:

@@ -6,10 +6,12 @@ import time
 from pathlib import Path
 
 import anyio
+import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.session import open_session
 from seoro.bridges.sim import NodeAddress, ask
+from seoro.cli.main import main
 from tests.integration.conftest import (
     OBSTACLE,
     StartSeoro,
@@ -136,3 +138,17 @@ def test_an_interrupted_run_leaves_the_robot_standing(start_seoro: StartSeoro, t
     driven, slid = anyio.run(displacement)
     assert driven > 0.3
     assert slid < 0.1
+
+
+def test_a_simulator_that_cannot_start_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mujoco").mkdir()
+    (tmp_path / "mujoco" / "__init__.py").write_text("raise ImportError('a library is missing')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert main(["exec", OBSTACLE, "--sim", "mujoco"]) == 3
+    err = capsys.readouterr().err
+    assert (
+        err
+        == "error: the simulator node 'mujoco' did not start (exit status 1: ImportError: a library is missing)\n"
+    )
