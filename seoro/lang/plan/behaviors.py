@@ -1,0 +1,87 @@
+"""Behaviors of the plan: what a scenario does (7.3.13, 7.2.2.4.7)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from seoro.lang.plan.events import EventReference, EventSpecification
+from seoro.lang.plan.expressions import Expression
+from seoro.lang.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Serial:
+    """Members one after another (7.3.13.1)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel:
+    """Members that start together; it ends when all have ended (7.3.13.2, overlap: start)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """Exactly one of the members (7.3.13.3)."""
+
+    label: str | None
+    members: tuple[Behavior, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """`wait <event specification>`."""
+
+    label: str | None
+    event: EventSpecification
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Emit:
+    """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it."""
+
+    label: str | None
+    event: EventReference
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class InvokeAction:
+    """An action, carried out by Python.
+
+    `arguments` has a value for every parameter of the declaration, defaults included, in its order.
+    """
+
+    label: str | None
+    action: str  # qualified by its actor type: `differential_drive_robot.nav_to_pose`
+    actor: Expression | None
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class InvokeScenario:
+    """Another scenario, by its name in `Plan.scenarios`.
+
+    `arguments` has what the invocation gives; the other parameters have the values of the scenario.
+    """
+
+    label: str | None
+    scenario: str
+    actor: Expression | None
+    arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | InvokeAction | InvokeScenario

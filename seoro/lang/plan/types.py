@@ -1,0 +1,81 @@
+"""Types and values of enumerations, as the plan has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class PrimitiveType:
+    """`bool`, `int`, `uint`, `float` or `string`."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalType:
+    """A physical type; `unit` is its SI base unit as text, such as `m/s`, for people to read."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """An enumeration with its members in the order of declaration."""
+
+    name: str
+    members: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StructType:
+    """A struct; its fields in the order of declaration, inherited ones first."""
+
+    name: str
+    bases: tuple[str, ...]  # nearest first
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActorType:
+    """An actor; `bases` are the names of the types it inherits, nearest first."""
+
+    name: str
+    bases: tuple[str, ...]
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ListType:
+    """`list of <element>`."""
+
+    element: ValueType
+
+
+@dataclass(frozen=True, slots=True)
+class RangeType:
+    """`range of <element>`; the element is numeric."""
+
+    element: ValueType
+
+
+ValueType: TypeAlias = PrimitiveType | PhysicalType | EnumType | StructType | ActorType | ListType | RangeType
+
+
+@dataclass(frozen=True, slots=True)
+class EnumValue:
+    """A member of an enumeration; members with one number are the same value (7.3.3)."""
+
+    type_name: str
+    member: str
+    number: int
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EnumValue):
+            return NotImplemented
+        return (self.type_name, self.number) == (other.type_name, other.number)
+
+    def __hash__(self) -> int:
+        return hash((self.type_name, self.number))
