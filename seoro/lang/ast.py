@@ -8,8 +8,13 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from seoro.lang.node import Node
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
+
+
+class Node(Frozen):
+    """A node of the tree."""
+
 
 # ---------------------------------------------------------------- names and types
 

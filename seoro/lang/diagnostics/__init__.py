@@ -1,7 +1,6 @@
 """Every message of the language front end, one file a phase; codes are stable.
 
-A message is an immutable object (a named tuple, since all of them are loaded at every start and few are ever made)
-that turns itself into a `Diagnostic`.
+A message is a frozen dataclass that turns itself into a `Diagnostic`.
 
 The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors` (E04),
 `unsupported` (E09).

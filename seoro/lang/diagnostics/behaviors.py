@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import listing, near
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
-class UnknownBehavior(NamedTuple):
+class UnknownBehavior(Frozen):
     """An invocation of what is no scenario or action."""
 
     span: Span
@@ -27,7 +26,7 @@ class UnknownBehavior(NamedTuple):
         return error("E0401", self.span, f"{what} `{self.name}`", help=hint)
 
 
-class NotAnActor(NamedTuple):
+class NotAnActor(Frozen):
     """A behavior invoked on something that is no actor."""
 
     span: Span
@@ -38,7 +37,7 @@ class NotAnActor(NamedTuple):
         return error("E0402", self.span, f"behaviors belong to actors, this is {self.found}")
 
 
-class MethodInvoked(NamedTuple):
+class MethodInvoked(Frozen):
     """A method where a behavior is invoked."""
 
     span: Span
@@ -50,7 +49,7 @@ class MethodInvoked(NamedTuple):
         return error("E0427", self.span, f"`{self.name}` is a method, not a scenario or an action", help=hint)
 
 
-class GlobalWithoutValue(NamedTuple):
+class GlobalWithoutValue(Frozen):
     """A global parameter that nothing gives a value."""
 
     span: Span
@@ -61,7 +60,7 @@ class GlobalWithoutValue(NamedTuple):
         return error("E0428", self.span, f"global parameter `{self.name}` has no value: give it a default")
 
 
-class UnknownArgument(NamedTuple):
+class UnknownArgument(Frozen):
     """A named argument that the parameters do not have."""
 
     span: Span
@@ -77,7 +76,7 @@ class UnknownArgument(NamedTuple):
         return error("E0403", self.span, f"`{self.owner}` has no parameter `{self.name}`", help=hint)
 
 
-class TooManyArguments(NamedTuple):
+class TooManyArguments(Frozen):
     """More positional arguments than parameters."""
 
     span: Span
@@ -90,7 +89,7 @@ class TooManyArguments(NamedTuple):
         return error("E0404", self.span, f"too many arguments: `{self.owner}` takes {takes}")
 
 
-class ArgumentTwice(NamedTuple):
+class ArgumentTwice(Frozen):
     """A parameter that is given two values."""
 
     span: Span
@@ -103,7 +102,7 @@ class ArgumentTwice(NamedTuple):
         return error("E0405", self.span, f"`{self.name}` is given twice", before)
 
 
-class MissingArgument(NamedTuple):
+class MissingArgument(Frozen):
     """A parameter that gets no value."""
 
     span: Span
@@ -116,7 +115,7 @@ class MissingArgument(NamedTuple):
         return error("E0406", self.span, text, help=f"add `{self.name}: ...`")
 
 
-class NoValue(NamedTuple):
+class NoValue(Frozen):
     """A parameter that nothing gives a value."""
 
     span: Span
@@ -127,7 +126,7 @@ class NoValue(NamedTuple):
         return error("E0407", self.span, f"'{self.name}' has no value: give it a default or an override")
 
 
-class UnknownEvent(NamedTuple):
+class UnknownEvent(Frozen):
     """An event that is not declared."""
 
     span: Span
@@ -139,7 +138,7 @@ class UnknownEvent(NamedTuple):
         return error("E0408", self.span, f"unknown event `{self.name}`", help=near(self.name, self.candidates))
 
 
-class UnknownLabel(NamedTuple):
+class UnknownLabel(Frozen):
     """A label that no behavior of the scenario has."""
 
     span: Span
@@ -152,7 +151,7 @@ class UnknownLabel(NamedTuple):
         return error("E0409", self.span, f"`{self.name}` is neither a label nor a field here", help=hint)
 
 
-class UnknownPhase(NamedTuple):
+class UnknownPhase(Frozen):
     """An event of a label that it does not have."""
 
     span: Span
@@ -165,7 +164,7 @@ class UnknownPhase(NamedTuple):
         return error("E0410", self.span, f"`{self.label}` has no event `{self.name}`", help=hint)
 
 
-class EmitStart(NamedTuple):
+class EmitStart(Frozen):
     """`emit start`."""
 
     span: Span
@@ -176,7 +175,7 @@ class EmitStart(NamedTuple):
         return error("E0411", self.span, "`start` cannot be emitted", help=hint)
 
 
-class NoEvent(NamedTuple):
+class NoEvent(Frozen):
     """An `@` before something that is no event."""
 
     span: Span
@@ -187,7 +186,7 @@ class NoEvent(NamedTuple):
         return error("E0412", self.span, "this is no event", help=hint)
 
 
-class SecondDo(NamedTuple):
+class SecondDo(Frozen):
     """A second `do` (7.3.5.1.3)."""
 
     span: Span
@@ -202,7 +201,7 @@ class SecondDo(NamedTuple):
         )
 
 
-class NoScenario(NamedTuple):
+class NoScenario(Frozen):
     """A file that has no scenario to run."""
 
     span: Span
@@ -212,7 +211,7 @@ class NoScenario(NamedTuple):
         return error("E0420", self.span, "this file declares no scenario", help="a scenario is needed to run it")
 
 
-class AmbiguousEntry(NamedTuple):
+class AmbiguousEntry(Frozen):
     """Several scenarios, and nothing that says which one to run."""
 
     span: Span
@@ -224,7 +223,7 @@ class AmbiguousEntry(NamedTuple):
         return error("E0421", self.span, "which scenario is to run?", help=hint)
 
 
-class UnknownEntry(NamedTuple):
+class UnknownEntry(Frozen):
     """The scenario that was asked for is not in the file."""
 
     span: Span
@@ -239,7 +238,7 @@ class UnknownEntry(NamedTuple):
         return error("E0422", self.span, f"this file declares no scenario `{self.name}`", help=hint)
 
 
-class ActorEntry(NamedTuple):
+class ActorEntry(Frozen):
     """The entry scenario belongs to an actor, which nobody gives it."""
 
     span: Span
@@ -251,7 +250,7 @@ class ActorEntry(NamedTuple):
         return error("E0423", self.span, f"`{self.name}` belongs to an actor and cannot run by itself", help=hint)
 
 
-class WrongOverride(NamedTuple):
+class WrongOverride(Frozen):
     """An override that does not fit the scenario."""
 
     span: Span
@@ -264,7 +263,7 @@ class WrongOverride(NamedTuple):
         return error("E0424", self.span, f"cannot override `{self.path}`: {self.reason}", help=self.help)
 
 
-class ContainsItself(NamedTuple):
+class ContainsItself(Frozen):
     """A value that would hold one of its own type, and so on."""
 
     span: Span

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, error
 from seoro.lang.diagnostics import listing, near
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
-class UnknownModule(NamedTuple):
+class UnknownModule(Frozen):
     """An imported module that no library and no installed package provides."""
 
     span: Span
@@ -26,7 +25,7 @@ class UnknownModule(NamedTuple):
         return error("E0201", self.span, f"no library `{self.name}` is installed", help=hint)
 
 
-class MissingFile(NamedTuple):
+class MissingFile(Frozen):
     """An imported file that cannot be read."""
 
     span: Span
@@ -38,7 +37,7 @@ class MissingFile(NamedTuple):
         return error("E0202", self.span, f"cannot import `{self.path}`: {self.reason}")
 
 
-class UnknownScheme(NamedTuple):
+class UnknownScheme(Frozen):
     """An import of a URI that is no file."""
 
     span: Span

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import listing, near
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
-class MissingOnly(NamedTuple):
+class MissingOnly(Frozen):
     """A method that overrides another without saying so (7.3.7.2)."""
 
     span: Span
@@ -23,7 +22,7 @@ class MissingOnly(NamedTuple):
         return error("E0340", self.span, f"`{self.name}` overrides another method", before, help=hint)
 
 
-class OtherSignature(NamedTuple):
+class OtherSignature(Frozen):
     """A method with another signature than the one that it overrides (7.3.7.2)."""
 
     span: Span
@@ -38,7 +37,7 @@ class OtherSignature(NamedTuple):
         return error("E0341", self.span, text, before)
 
 
-class UnknownMethod(NamedTuple):
+class UnknownMethod(Frozen):
     """A call of a method that there is not."""
 
     span: Span
@@ -54,7 +53,7 @@ class UnknownMethod(NamedTuple):
         return error("E0342", self.span, f"{self.owner} has no method `{self.name}`", help=hint)
 
 
-class NoResult(NamedTuple):
+class NoResult(Frozen):
     """A method without a result in an expression (7.4.2.1)."""
 
     span: Span
@@ -66,7 +65,7 @@ class NoResult(NamedTuple):
         return error("E0343", self.span, f"method `{self.name}` has no result", help=hint)
 
 
-class WrongOperands(NamedTuple):
+class WrongOperands(Frozen):
     """An operator like `size()` with other arguments than it takes."""
 
     span: Span
@@ -78,7 +77,7 @@ class WrongOperands(NamedTuple):
         return error("E0344", self.span, f"`{self.name}` takes {self.needed}")
 
 
-class NoIt(NamedTuple):
+class NoIt(Frozen):
     """`it` where it stands for nothing."""
 
     span: Span
@@ -91,7 +90,7 @@ class NoIt(NamedTuple):
         return error("E0345", self.span, "`it` stands for nothing here", help=hint)
 
 
-class ImpossibleCast(NamedTuple):
+class ImpossibleCast(Frozen):
     """`as` between types of which no value of one is ever of the other (7.4.2.6)."""
 
     span: Span
@@ -103,7 +102,7 @@ class ImpossibleCast(NamedTuple):
         return error("E0346", self.span, f"{self.found} can never be converted to {self.target}")
 
 
-class NoPath(NamedTuple):
+class NoPath(Frozen):
     """An external method whose name is no dotted path to a function."""
 
     span: Span

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import listing, near
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
-class Duplicate(NamedTuple):
+class Duplicate(Frozen):
     """A name that is declared twice."""
 
     span: Span
@@ -25,7 +24,7 @@ class Duplicate(NamedTuple):
         )
 
 
-class UnknownType(NamedTuple):
+class UnknownType(Frozen):
     """A type that is not declared."""
 
     span: Span
@@ -41,7 +40,7 @@ class UnknownType(NamedTuple):
         return error("E0211", self.span, f"unknown {self.what} `{self.name}`", help=hint)
 
 
-class WrongKind(NamedTuple):
+class WrongKind(Frozen):
     """A name of one kind where another kind is needed."""
 
     span: Span
@@ -54,7 +53,7 @@ class WrongKind(NamedTuple):
         return error("E0212", self.span, f"`{self.name}` is {self.kind}, not {self.needed}")
 
 
-class UnknownUnit(NamedTuple):
+class UnknownUnit(Frozen):
     """A unit that is not declared."""
 
     span: Span
@@ -69,7 +68,7 @@ class UnknownUnit(NamedTuple):
         return error("E0213", self.span, f"unknown unit `{self.name}`", help=hint)
 
 
-class UnknownBaseUnit(NamedTuple):
+class UnknownBaseUnit(Frozen):
     """An SI base unit that does not exist."""
 
     span: Span
@@ -83,7 +82,7 @@ class UnknownBaseUnit(NamedTuple):
         )
 
 
-class UnknownField(NamedTuple):
+class UnknownField(Frozen):
     """A member that a type does not have."""
 
     span: Span
@@ -99,7 +98,7 @@ class UnknownField(NamedTuple):
         return error("E0215", self.span, f"{self.owner} has no field `{self.name}`", help=hint)
 
 
-class UnknownName(NamedTuple):
+class UnknownName(Frozen):
     """A name in an expression that means nothing."""
 
     span: Span
@@ -111,7 +110,7 @@ class UnknownName(NamedTuple):
         return error("E0216", self.span, f"unknown name `{self.name}`", help=near(self.name, self.candidates))
 
 
-class UnknownMember(NamedTuple):
+class UnknownMember(Frozen):
     """A member that an enumeration does not have."""
 
     span: Span
@@ -125,7 +124,7 @@ class UnknownMember(NamedTuple):
         return error("E0217", self.span, f"`{self.enum}` has no member `{self.name}`", help=hint)
 
 
-class AmbiguousMember(NamedTuple):
+class AmbiguousMember(Frozen):
     """A member's name that several enumerations have, where nothing decides between them."""
 
     span: Span
@@ -139,7 +138,7 @@ class AmbiguousMember(NamedTuple):
         return error("E0218", self.span, what, help=hint)
 
 
-class CyclicReference(NamedTuple):
+class CyclicReference(Frozen):
     """Declarations that refer to each other in a circle."""
 
     span: Span
@@ -151,7 +150,7 @@ class CyclicReference(NamedTuple):
         return error("E0219", self.span, f"{self.what} form a cycle: {' -> '.join(self.path)}")
 
 
-class WrongBase(NamedTuple):
+class WrongBase(Frozen):
     """A scenario or action inherits from one of an unrelated actor (7.3.8.1)."""
 
     span: Span
@@ -164,7 +163,7 @@ class WrongBase(NamedTuple):
         return error("E0220", self.span, f"`{self.name}` cannot inherit from `{self.base}`", help=hint)
 
 
-class AmbiguousName(NamedTuple):
+class AmbiguousName(Frozen):
     """A name that several namespaces in use export (7.7.4.2)."""
 
     span: Span
@@ -177,7 +176,7 @@ class AmbiguousName(NamedTuple):
         return error("E0221", self.span, f"several namespaces in use export `{self.name}`", help=hint)
 
 
-class UnknownNamespace(NamedTuple):
+class UnknownNamespace(Frozen):
     """A namespace in which nothing is defined."""
 
     span: Span
@@ -190,7 +189,7 @@ class UnknownNamespace(NamedTuple):
         return error("E0222", self.span, f"nothing is defined in a namespace `{self.name}`", help=hint)
 
 
-class UnknownExport(NamedTuple):
+class UnknownExport(Frozen):
     """An exported name that nothing has."""
 
     span: Span
@@ -201,7 +200,7 @@ class UnknownExport(NamedTuple):
         return error("E0223", self.span, f"nothing is called `{self.name}`, so it cannot be exported")
 
 
-class UnconditionalBase(NamedTuple):
+class UnconditionalBase(Frozen):
     """A type that inherits a conditional one without a condition (7.3.8.2.3)."""
 
     span: Span

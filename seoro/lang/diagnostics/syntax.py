@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
-class UnreadableFile(NamedTuple):
+class UnreadableFile(Frozen):
     """A file cannot be read."""
 
     span: Span
@@ -20,7 +19,7 @@ class UnreadableFile(NamedTuple):
         return error("E0101", self.span, f"cannot read `{self.name}`: {self.reason}")
 
 
-class UnknownCharacter(NamedTuple):
+class UnknownCharacter(Frozen):
     """A character that starts no token."""
 
     span: Span
@@ -40,7 +39,7 @@ class UnknownCharacter(NamedTuple):
         return error("E0110", self.span, f"unexpected character {shown}", help=helps.get(text, ""))
 
 
-class UnclosedString(NamedTuple):
+class UnclosedString(Frozen):
     """A string without its closing quotes."""
 
     span: Span
@@ -54,7 +53,7 @@ class UnclosedString(NamedTuple):
         return error("E0111", self.span, f"this string is not closed by {self.quotes} on its line", help=hint)
 
 
-class UnclosedBracket(NamedTuple):
+class UnclosedBracket(Frozen):
     """An opening bracket without its partner."""
 
     span: Span
@@ -65,7 +64,7 @@ class UnclosedBracket(NamedTuple):
         return error("E0112", self.span, f"`{self.bracket}` is not closed", label="opened here")
 
 
-class UnknownIndentation(NamedTuple):
+class UnknownIndentation(Frozen):
     """A line goes back to an indentation that no enclosing block has."""
 
     span: Span
@@ -81,7 +80,7 @@ class UnknownIndentation(NamedTuple):
         return error("E0113", self.span, "this indentation matches no enclosing block", help=hint)
 
 
-class UnexpectedIndentation(NamedTuple):
+class UnexpectedIndentation(Frozen):
     """A line is indented although no block begins."""
 
     span: Span
@@ -92,7 +91,7 @@ class UnexpectedIndentation(NamedTuple):
         return error("E0114", self.span, "unexpected indentation", label="no block begins here", help=hint)
 
 
-class MissingBlock(NamedTuple):
+class MissingBlock(Frozen):
     """A line ends with `:`, but no indented block follows."""
 
     span: Span
@@ -106,7 +105,7 @@ class MissingBlock(NamedTuple):
         )
 
 
-class UnexpectedToken(NamedTuple):
+class UnexpectedToken(Frozen):
     """Something that the grammar does not allow where it stands."""
 
     span: Span
@@ -123,7 +122,7 @@ class UnexpectedToken(NamedTuple):
         return error("E0120", self.span, f"unexpected {self.found}{wanted}", help=self.help)
 
 
-class MisplacedStatement(NamedTuple):
+class MisplacedStatement(Frozen):
     """A statement that exists, but not in this place."""
 
     span: Span
@@ -136,7 +135,7 @@ class MisplacedStatement(NamedTuple):
         return error("E0121", self.span, f"`{self.word}` cannot stand {self.place}", help=self.help)
 
 
-class MissingColon(NamedTuple):
+class MissingColon(Frozen):
     """A line that opens a block lacks its colon."""
 
     span: Span
@@ -148,7 +147,7 @@ class MissingColon(NamedTuple):
         )
 
 
-class LateImport(NamedTuple):
+class LateImport(Frozen):
     """An import after other statements (7.2.2.1.1)."""
 
     span: Span
@@ -159,7 +158,7 @@ class LateImport(NamedTuple):
         return error("E0123", self.span, "`import` after other statements", help=hint)
 
 
-class IntegerOutOfRange(NamedTuple):
+class IntegerOutOfRange(Frozen):
     """A number that neither int nor uint can hold."""
 
     span: Span
@@ -170,7 +169,7 @@ class IntegerOutOfRange(NamedTuple):
         return error("E0130", self.span, "this integer does not fit into 64 bits", help=hint)
 
 
-class FloatOutOfRange(NamedTuple):
+class FloatOutOfRange(Frozen):
     """A number that float cannot hold."""
 
     span: Span
@@ -181,7 +180,7 @@ class FloatOutOfRange(NamedTuple):
         return error("E0131", self.span, "this number is too large for float", help=hint)
 
 
-class MixedArguments(NamedTuple):
+class MixedArguments(Frozen):
     """A positional argument after a named one."""
 
     span: Span
@@ -192,7 +191,7 @@ class MixedArguments(NamedTuple):
         return error("E0132", self.span, "positional argument after a named one", help=hint)
 
 
-class TooDeep(NamedTuple):
+class TooDeep(Frozen):
     """Nesting beyond what is taken."""
 
     span: Span

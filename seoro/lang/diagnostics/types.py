@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Diagnostic, Label, error, warning
 from seoro.lang.diagnostics import a
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 _VERBS = {
@@ -17,7 +16,7 @@ _VERBS = {
 }
 
 
-class Mismatch(NamedTuple):
+class Mismatch(Frozen):
     """A value of the wrong type."""
 
     span: Span
@@ -33,7 +32,7 @@ class Mismatch(NamedTuple):
         return error("E0301", self.span, text, label=f"this is {a(self.found)}", help=self.help)
 
 
-class UnlikeOperands(NamedTuple):
+class UnlikeOperands(Frozen):
     """Operands that an arithmetic operator cannot join."""
 
     span: Span
@@ -51,7 +50,7 @@ class UnlikeOperands(NamedTuple):
         return error("E0312", self.left, text, other, label=f"this is {a(self.left_type)}", help=self.help)
 
 
-class UnlikeComparison(NamedTuple):
+class UnlikeComparison(Frozen):
     """Operands that cannot be compared."""
 
     left: Span
@@ -67,7 +66,7 @@ class UnlikeComparison(NamedTuple):
         return error("E0313", self.left, text, other, label=f"this is {a(self.left_type)}")
 
 
-class NoOrder(NamedTuple):
+class NoOrder(Frozen):
     """An order asked of values that have none."""
 
     span: Span
@@ -80,7 +79,7 @@ class NoOrder(NamedTuple):
         return error("E0314", self.span, f"`{self.operator}` does not apply to {self.found}", help=hint)
 
 
-class NotBool(NamedTuple):
+class NotBool(Frozen):
     """A value where true or false is needed."""
 
     span: Span
@@ -92,7 +91,7 @@ class NotBool(NamedTuple):
         return error("E0315", self.span, f"`{self.operator}` needs bool, found {self.found}")
 
 
-class NotNumber(NamedTuple):
+class NotNumber(Frozen):
     """A value where a number is needed."""
 
     span: Span
@@ -104,7 +103,7 @@ class NotNumber(NamedTuple):
         return error("E0316", self.span, f"`{self.operator}` needs a number, found {self.found}")
 
 
-class NoContainer(NamedTuple):
+class NoContainer(Frozen):
     """`in` with something on its right that holds nothing."""
 
     span: Span
@@ -115,7 +114,7 @@ class NoContainer(NamedTuple):
         return error("E0317", self.span, f"`in` needs a list or a range, found {self.found}")
 
 
-class NoCommonType(NamedTuple):
+class NoCommonType(Frozen):
     """Values that should be of one type and are not."""
 
     span: Span
@@ -131,7 +130,7 @@ class NoCommonType(NamedTuple):
         return error("E0318", self.span, text, first, label=f"this is {a(self.right)}")
 
 
-class NoFields(NamedTuple):
+class NoFields(Frozen):
     """A member access on a value without members."""
 
     span: Span
@@ -142,7 +141,7 @@ class NoFields(NamedTuple):
         return error("E0319", self.span, f"{self.found} has no fields")
 
 
-class NoElements(NamedTuple):
+class NoElements(Frozen):
     """An index on a value that is no list."""
 
     span: Span
@@ -153,7 +152,7 @@ class NoElements(NamedTuple):
         return error("E0320", self.span, f"only lists have elements, this is {self.found}")
 
 
-class WrongIndex(NamedTuple):
+class WrongIndex(Frozen):
     """An index that is no integer."""
 
     span: Span
@@ -164,7 +163,7 @@ class WrongIndex(NamedTuple):
         return error("E0321", self.span, f"the index of a list is an integer, found {self.found}")
 
 
-class NotNumericRange(NamedTuple):
+class NotNumericRange(Frozen):
     """A range of something that is no number (7.3.5.2.2)."""
 
     span: Span
@@ -175,7 +174,7 @@ class NotNumericRange(NamedTuple):
         return error("E0322", self.span, f"a range is of numbers, not of {self.found}")
 
 
-class ListOfList(NamedTuple):
+class ListOfList(Frozen):
     """A list of lists (7.3.5.2.1)."""
 
     span: Span
@@ -185,7 +184,7 @@ class ListOfList(NamedTuple):
         return error("E0323", self.span, "a list cannot hold lists", help="put the inner list into a struct")
 
 
-class WrongUnitDimension(NamedTuple):
+class WrongUnitDimension(Frozen):
     """A unit with other exponents than its type (7.3.4)."""
 
     span: Span
@@ -200,7 +199,7 @@ class WrongUnitDimension(NamedTuple):
         return error("E0324", self.span, text)
 
 
-class NotAValue(NamedTuple):
+class NotAValue(Frozen):
     """A name that is no value by itself."""
 
     span: Span
@@ -213,7 +212,7 @@ class NotAValue(NamedTuple):
         return error("E0325", self.span, f"`{self.name}` is {self.kind}, not a value", help=self.help)
 
 
-class NotCallable(NamedTuple):
+class NotCallable(Frozen):
     """Something applied to arguments that takes none."""
 
     span: Span
@@ -225,7 +224,7 @@ class NotCallable(NamedTuple):
         return error("E0326", self.span, f"`{self.name}` cannot be applied to arguments", help=self.help)
 
 
-class NegativeUint(NamedTuple):
+class NegativeUint(Frozen):
     """A negative number for `uint`."""
 
     span: Span
@@ -235,7 +234,7 @@ class NegativeUint(NamedTuple):
         return error("E0327", self.span, "`uint` holds no negative numbers", help="`int` does")
 
 
-class IntTooLarge(NamedTuple):
+class IntTooLarge(Frozen):
     """A number for `int` that only `uint` holds."""
 
     span: Span
@@ -245,7 +244,7 @@ class IntTooLarge(NamedTuple):
         return error("E0328", self.span, "this number is too large for `int`", help="`uint` holds it")
 
 
-class WrongCondition(NamedTuple):
+class WrongCondition(Frozen):
     """A condition of inheritance whose value is not one of its field (7.3.8.2)."""
 
     span: Span
@@ -256,7 +255,7 @@ class WrongCondition(NamedTuple):
         return error("E0329", self.span, "this value cannot decide about the field", help=hint)
 
 
-class FixedByCondition(NamedTuple):
+class FixedByCondition(Frozen):
     """A value for a field to which the condition of a conditional type gives another (7.3.8.2)."""
 
     span: Span
@@ -270,7 +269,7 @@ class FixedByCondition(NamedTuple):
         return error("E0330", self.span, text, help="leave it out, or use the type that it inherits")
 
 
-class BareNumber(NamedTuple):
+class BareNumber(Frozen):
     """A number without a unit for a physical parameter, which the standard does not have."""
 
     span: Span
@@ -282,7 +281,7 @@ class BareNumber(NamedTuple):
         return warning("E0390", self.span, "a number without a unit", help=hint)
 
 
-class StructConstructor(NamedTuple):
+class StructConstructor(Frozen):
     """A struct applied to arguments, which the standard does not have."""
 
     span: Span
@@ -294,7 +293,7 @@ class StructConstructor(NamedTuple):
         return warning("E0391", self.span, f"`{self.name}(...)` is an extension to the standard", help=hint)
 
 
-class LibraryImport(NamedTuple):
+class LibraryImport(Frozen):
     """An import of a library that is not the standard's."""
 
     span: Span
@@ -306,7 +305,7 @@ class LibraryImport(NamedTuple):
         return warning("E0392", self.span, text, help="other implementations may not have it")
 
 
-class AnyArgument(NamedTuple):
+class AnyArgument(Frozen):
     """An argument of another type than declared, for a parameter that takes any."""
 
     span: Span

@@ -6,9 +6,9 @@ An entry disappears with the support for it.
 from __future__ import annotations
 
 from enum import Enum
-from typing import NamedTuple
 
 from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 
 
@@ -39,7 +39,7 @@ class Construct(Enum):
     ELAPSED_CONDITION = "31", "`elapsed` as the condition of an event"
 
 
-class NotSupported(NamedTuple):
+class NotSupported(Frozen):
     """A construct of the standard that is not supported yet."""
 
     span: Span

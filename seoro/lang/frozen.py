@@ -1,0 +1,159 @@
+"""Frozen dataclasses that cost nothing to define: what trees, messages and plans are made of.
+
+To the type checker and to the functions of `dataclasses` (`fields`, `replace`, `is_dataclass`) the subclasses of
+`Frozen` and `Value` are frozen dataclasses with slots. The decorator itself takes most of a millisecond for each
+class, as it writes and compiles methods; with two hundred classes that is more than a short scenario takes in all.
+Here a class is no more than a tuple of names, and the rest is made when somebody asks for it.
+
+Of what dataclasses offer, there are defaults, `field(default_factory=...)`, `field(repr=False)` and inheritance.
+Annotations have to be strings: modules with such classes say `from __future__ import annotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from functools import cache
+from itertools import repeat
+from typing import Any, ClassVar, Final, NoReturn, dataclass_transform
+
+_set: Final = object.__setattr__
+
+
+class _Frozen(type):
+    """Turns the annotations of a class into slots, and what they are set to into defaults."""
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> _Frozen:
+        inherited: dict[str, None] = {}
+        defaults: dict[str, Any] = {}
+        for base in reversed(bases):
+            inherited |= dict.fromkeys(getattr(base, "__match_args__", ()))
+            defaults |= getattr(base, "__field_defaults__", {})
+        own = [
+            field
+            for field, annotation in namespace.get("__annotations__", {}).items()
+            if not annotation.startswith("ClassVar")
+        ]
+        defaults |= {field: namespace.pop(field) for field in own if field in namespace}
+        namespace["__slots__"] = tuple(field for field in own if field not in inherited)
+        namespace["__match_args__"] = (*inherited, *namespace["__slots__"])
+        namespace["__field_defaults__"] = defaults
+        return super().__new__(mcs, name, bases, namespace)
+
+
+class _OnDemand:
+    """An attribute that the decorator would have given to the class."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        return getattr(_decorated(owner), self._name)
+
+
+@cache
+def _decorated(cls: type[Frozen]) -> type:
+    """A real dataclass with the fields of a class.
+
+    Raises:
+        TypeError: A field asks for what `Frozen` does not offer.
+        ValueError: A default is mutable.
+    """
+    annotations: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        annotations |= inspect.get_annotations(base)
+    specifications: list[tuple[str, str] | tuple[str, str, Any]] = []
+    for name in cls.__match_args__:
+        if name not in cls.__field_defaults__:
+            specifications.append((name, annotations[name]))
+            continue
+        default = cls.__field_defaults__[name]
+        if isinstance(default, dataclasses.Field):
+            if not default.init or not default.compare or default.hash is not None or default.kw_only is True:
+                raise TypeError(
+                    f"{cls.__name__}.{name}: of the options of `field`, there are default and repr only"
+                )
+            default = dataclasses.field(  # a copy, since a field belongs to one class
+                default=default.default, default_factory=default.default_factory, repr=default.repr
+            )
+        specifications.append((name, annotations[name], default))
+    return dataclasses.make_dataclass(cls.__name__, specifications, frozen=True, eq=issubclass(cls, Value))
+
+
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
+class Frozen(metaclass=_Frozen):
+    """A frozen dataclass whose instances are equal only to themselves."""
+
+    __match_args__: ClassVar[tuple[str, ...]]
+    __field_defaults__: ClassVar[dict[str, Any]]
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]] = _OnDemand()  # type: ignore[assignment]
+    __dataclass_params__: ClassVar[Any] = _OnDemand()
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        names = self.__match_args__
+        if named or len(values) != len(names):
+            values = _arguments(type(self), values, named)
+        for name, value in zip(names, values):  # noqa: B905 - their lengths were compared, and strict takes time
+            _set(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r} of {type(self).__name__}")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r} of {type(self).__name__}")
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """For `copy`, which would assign to fields."""
+        return type(self), _values(self)
+
+    def __repr__(self) -> str:
+        """The fields; places in the text say little to people, and hide the rest."""
+        shown = (field.name for field in dataclasses.fields(self) if field.repr and field.name != "span")
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in shown)})"
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
+class Value(Frozen):
+    """A frozen dataclass whose instances are equal if their fields are, and hashed by them."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return _values(self) == _values(other)
+
+    def __hash__(self) -> int:
+        return hash(_values(self))
+
+
+def _values(made: Any) -> tuple[Any, ...]:
+    """The fields of an instance, in order."""
+    return tuple(map(getattr, repeat(made), made.__match_args__))
+
+
+def _arguments(cls: type[Frozen], values: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+    """The values of all fields, where not all are given by their positions.
+
+    Raises:
+        TypeError: A field has no value or two, or there is no such field.
+    """
+    names = cls.__match_args__
+    given = dict(zip(names, values, strict=False))
+    if len(values) > len(names):
+        raise TypeError(f"{cls.__name__} has {len(names)} fields, and {len(values)} values were given")
+    for name, value in named.items():
+        if name in given or name not in names:
+            raise TypeError(f"{cls.__name__} {'has two values for' if name in given else 'has no'} field {name!r}")
+        given[name] = value
+    missing = [name for name in names if name not in given]
+    for name in missing:
+        if name not in cls.__field_defaults__:
+            raise TypeError(f"{cls.__name__} lacks a value for field {name!r}")
+        given[name] = _default(cls.__field_defaults__[name])
+    return tuple(given[name] for name in names)
+
+
+def _default(default: Any) -> Any:
+    """What a field has that is not given."""
+    if not isinstance(default, dataclasses.Field):
+        return default
+    return default.default if default.default_factory is dataclasses.MISSING else default.default_factory()

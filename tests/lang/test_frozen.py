@@ -1,0 +1,145 @@
+"""Frozen dataclasses that are cheap to define."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from dataclasses import field, fields, is_dataclass, replace
+from types import ModuleType
+from typing import Any, ClassVar
+
+import pytest
+
+from seoro.lang import ast
+from seoro.lang.diagnostics import behaviors, imports, methods, names, syntax, types, unsupported
+from seoro.lang.frozen import Frozen, Value
+
+MODULES = (ast, behaviors, imports, methods, names, syntax, types, unsupported)
+
+
+class Point(Value):
+    x: float
+    y: float = 0.0
+    tags: list[str] = field(default_factory=list, repr=False)
+    origin: ClassVar[str] = "map"
+
+
+class Named(Point):
+    name: str = "a"
+
+
+class Node(Frozen):
+    value: int
+    span: str
+
+
+def classes(module: ModuleType) -> list[type[Frozen]]:
+    """The classes that a module defines."""
+    return [
+        found
+        for found in vars(module).values()
+        if isinstance(found, type) and found.__module__ == module.__name__ and issubclass(found, Frozen)
+    ]
+
+
+def made(cls: type[Frozen]) -> Any:
+    """An instance; what its fields hold does not matter."""
+    return cls(*range(len(fields(cls))))
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_nodes_and_messages_are_frozen_dataclasses(module: ModuleType) -> None:
+    found = classes(module)
+    assert found
+    for cls in found:
+        node = made(cls)
+        assert is_dataclass(cls)
+        assert cls.__dataclass_params__.frozen
+        for number, each in enumerate(fields(cls)):
+            assert getattr(node, each.name) == number
+            with pytest.raises(dataclasses.FrozenInstanceError, match=each.name):
+                setattr(node, each.name, None)
+            with pytest.raises(dataclasses.FrozenInstanceError, match=each.name):
+                delattr(node, each.name)
+        assert dataclasses.astuple(replace(node)) == dataclasses.astuple(node)
+
+
+@pytest.mark.parametrize("module", MODULES[1:], ids=lambda module: module.__name__)
+def test_all_messages_are_of_the_kind(module: ModuleType) -> None:
+    messages = [found for found in vars(module).values() if hasattr(found, "diagnostic")]
+    assert set(messages) == set(classes(module))
+
+
+def test_fields_are_given_by_position_or_by_name_or_have_defaults() -> None:
+    assert (Point(1.0, 2.0).x, Point(1.0, 2.0).y) == (1.0, 2.0)
+    assert Point(y=2.0, x=1.0) == Point(1.0, 2.0)
+    assert Point(1.0).y == 0.0
+    assert Point(1.0).tags == []
+    assert Point(1.0).tags is not Point(1.0).tags
+    assert Point.origin == "map"
+
+
+@pytest.mark.parametrize(
+    ("values", "named", "fault"),
+    [
+        ((), {}, "Point lacks a value for field 'x'"),
+        ((1, 2, [], 4), {}, "Point has 3 fields, and 4 values were given"),
+        ((1,), {"x": 2}, "Point has two values for field 'x'"),
+        ((1,), {"z": 2}, "Point has no field 'z'"),
+    ],
+)
+def test_wrong_arguments_are_refused(values: tuple[Any, ...], named: dict[str, Any], fault: str) -> None:
+    with pytest.raises(TypeError, match=fault):
+        Point(*values, **named)
+
+
+def test_fields_are_inherited_in_order() -> None:
+    assert [each.name for each in fields(Named)] == ["x", "y", "tags", "name"]
+    assert Named(1.0, name="b").name == "b"
+    assert fields(Named)[3].default == "a"
+    assert fields(Named)[2].default_factory is list
+    assert fields(Point)[0].type == "float"
+
+
+def test_values_are_equal_by_their_fields_and_can_be_keys() -> None:
+    assert Point(1.0, 2.0) == Point(1.0, 2.0)
+    assert Point(1.0, 2.0) != Point(2.0, 2.0)
+    assert Point(1.0) != Named(1.0)
+
+    class Key(Value):
+        name: str
+        number: int
+
+    assert {Key("a", 1): "found"}[Key("a", 1)] == "found"
+    assert Point.__dataclass_params__.eq
+
+
+def test_others_are_equal_to_themselves_only() -> None:
+    node = Node(1, "here")
+    assert node == node
+    assert node != Node(1, "here")
+    assert len({node, Node(1, "here")}) == 2
+    assert not Node.__dataclass_params__.eq
+
+
+def test_they_match_by_position_are_shown_without_places_and_copied() -> None:
+    match Node(7, "here"):
+        case Node(value, span):
+            assert (value, span) == (7, "here")
+    assert repr(Node(7, "here")) == "Node(value=7)"
+    assert repr(Point(1.0)) == "Point(x=1.0, y=0.0)"
+    assert replace(Point(1.0), y=3.0) == Point(1.0, 3.0)
+    assert copy.copy(Point(1.0, 2.0)) == copy.deepcopy(Point(1.0, 2.0)) == Point(1.0, 2.0)
+    assert dataclasses.asdict(Node(7, "here")) == {"value": 7, "span": "here"}
+
+
+def test_instances_have_slots_only() -> None:
+    assert not hasattr(Named(1.0), "__dict__")
+
+
+def test_options_of_fields_that_are_not_offered_are_refused() -> None:
+    class Odd(Value):
+        x: int = field(default=1, compare=False)
+
+    with pytest.raises(TypeError, match=r"Odd\.x"):
+        fields(Odd)
