@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan.events import EventReference, EventSpecification
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Serial:
+class Serial(Value):
     """Members one after another (7.3.13.1)."""
 
     label: str | None
@@ -19,8 +18,7 @@ class Serial:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Parallel:
+class Parallel(Value):
     """Members that start together; it ends when all have ended (7.3.13.2, overlap: start)."""
 
     label: str | None
@@ -28,8 +26,7 @@ class Parallel:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class OneOf:
+class OneOf(Value):
     """Exactly one of the members (7.3.13.3)."""
 
     label: str | None
@@ -37,8 +34,7 @@ class OneOf:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Wait:
+class Wait(Value):
     """`wait <event specification>`."""
 
     label: str | None
@@ -46,8 +42,7 @@ class Wait:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Emit:
+class Emit(Value):
     """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it."""
 
     label: str | None
@@ -56,8 +51,7 @@ class Emit:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class InvokeAction:
+class InvokeAction(Value):
     """An action, carried out by Python.
 
     `arguments` has a value for every parameter of the declaration, defaults included, in its order.
@@ -70,8 +64,7 @@ class InvokeAction:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class InvokeScenario:
+class InvokeScenario(Value):
     """Another scenario, by its name in `Plan.scenarios`.
 
     `arguments` has what the invocation gives; the other parameters have the values of the scenario.

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ActorType, ValueType
 from seoro.lang.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(Value):
     """A parameter of a scenario, which each invocation has to give if it has no value, or a global parameter."""
 
     name: str
@@ -21,8 +20,7 @@ class Parameter:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Value):
     """An event of a scenario, with the names of its parameters."""
 
     name: str
@@ -30,8 +28,7 @@ class Event:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(Value):
     """A scenario with everything it inherits; `bases` are the names of what it inherits, nearest first."""
 
     name: str
@@ -42,8 +39,7 @@ class Scenario:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class ActionParameter:
+class ActionParameter(Value):
     """A parameter of an action's declaration."""
 
     name: str
@@ -51,8 +47,7 @@ class ActionParameter:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Action:
+class Action(Value):
     """The declaration of an action; `library` is what was imported to get it, such as `osc.nav2`."""
 
     name: str
@@ -62,8 +57,7 @@ class Action:
     span: Span
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(Value):
     """A scenario with all it reaches, ready to run.
 
     Args:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class DeclaredEvent:
+class DeclaredEvent(Value):
     """An event of the scenario in which the expression stands."""
 
     name: str
@@ -26,8 +25,7 @@ class Phase(Enum):
     FAIL = "fail"
 
 
-@dataclass(frozen=True, slots=True)
-class PhaseEvent:
+class PhaseEvent(Value):
     """`start`, `end` or `fail`: of a labelled member, or of the enclosing scenario without a label."""
 
     label: str | None
@@ -38,16 +36,14 @@ class PhaseEvent:
 EventReference: TypeAlias = DeclaredEvent | PhaseEvent
 
 
-@dataclass(frozen=True, slots=True)
-class Elapsed:
+class Elapsed(Value):
     """`elapsed(<duration>)`; the duration is in seconds, or a range from which one is drawn."""
 
     duration: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class OnEvent:
+class OnEvent(Value):
     """`@<event> [as <name>] [if <condition>]`."""
 
     event: EventReference

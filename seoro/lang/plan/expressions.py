@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan.types import ActorType, EnumValue, StructType, ValueType
 from seoro.lang.source import Span
 
@@ -19,24 +20,21 @@ class Number(Enum):
     FLOAT = "float"
 
 
-@dataclass(frozen=True, slots=True)
-class Literal:
+class Literal(Value):
     """A constant: bool, int, float (SI), string or `EnumValue`."""
 
     value: bool | int | float | str | EnumValue
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
+class Field(Value):
     """A field of the instance in whose scope the expression stands (scenario, action, struct)."""
 
     name: str
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Binding:
+class Binding(Value):
     """A name bound where the expression stands: `actor`, the event object of an `as` clause, a parameter of a
     method, or `it` in an operator on lists and in a method of a primitive type."""
 
@@ -44,8 +42,7 @@ class Binding:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Member:
+class Member(Value):
     """`<base>.<name>`: a field of a struct, an actor or an event object."""
 
     base: Expression
@@ -53,23 +50,20 @@ class Member:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Self:
+class Self(Value):
     """`it`, where it is the instance in whose scope the expression stands."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Global:
+class Global(Value):
     """A global parameter, by its name in `Plan.globals`."""
 
     name: str
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Negate:
+class Negate(Value):
     """Unary minus."""
 
     operand: Expression
@@ -77,8 +71,7 @@ class Negate:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Arithmetic:
+class Arithmetic(Value):
     """`+ - * / %` of two numbers."""
 
     operator: str
@@ -88,8 +81,7 @@ class Arithmetic:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Concatenate:
+class Concatenate(Value):
     """`+` of two strings."""
 
     left: Expression
@@ -97,8 +89,7 @@ class Concatenate:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Compare:
+class Compare(Value):
     """`== != < <= > >=`."""
 
     operator: str
@@ -107,8 +98,7 @@ class Compare:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Contains:
+class Contains(Value):
     """`<item> in <container>`, a list or a range."""
 
     item: Expression
@@ -116,16 +106,14 @@ class Contains:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(Value):
     """`not <operand>`."""
 
     operand: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Logic:
+class Logic(Value):
     """`and`, `or`, `=>`, all short-circuiting (7.4.2.2)."""
 
     operator: str
@@ -134,8 +122,7 @@ class Logic:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Conditional:
+class Conditional(Value):
     """`<condition> ? <then> : <otherwise>`."""
 
     condition: Expression
@@ -144,16 +131,14 @@ class Conditional:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class ListOf:
+class ListOf(Value):
     """`[a, b]`, or the empty default of a list field."""
 
     items: tuple[Expression, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Join:
+class Join(Value):
     """A list of the members of several lists, in their order (7.4.2.7.4)."""
 
     lists: tuple[Expression, ...]
@@ -170,8 +155,7 @@ class Bulk(Enum):
     MAP = "map"
 
 
-@dataclass(frozen=True, slots=True)
-class ForEach:
+class ForEach(Value):
     """`<items>.<operator>(<body>)`; in the body, the binding `it` is the member."""
 
     operator: Bulk
@@ -180,8 +164,7 @@ class ForEach:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Size:
+class Size(Value):
     """`<items>.size()`."""
 
     items: Expression
@@ -195,8 +178,7 @@ class Side(Enum):
     UPPER = "upper"
 
 
-@dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(Value):
     """`<range>.lower()` or `<range>.upper()`."""
 
     side: Side
@@ -216,8 +198,7 @@ class StringMethod(Enum):
     TRIM = "trim"
 
 
-@dataclass(frozen=True, slots=True)
-class StringCall:
+class StringCall(Value):
     """`<text>.<method>(<arguments>)`; arguments in the order of the method's parameters."""
 
     method: StringMethod
@@ -226,8 +207,7 @@ class StringCall:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class RangeOf:
+class RangeOf(Value):
     """`[low..high]` or `range(low, high)`; the lower bound is the smaller one, whichever comes first."""
 
     low: Expression
@@ -235,8 +215,7 @@ class RangeOf:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Index:
+class Index(Value):
     """`<items>[<position>]`."""
 
     items: Expression
@@ -244,16 +223,14 @@ class Index:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Convert:
+class Convert(Value):
     """A number as `float`, where the language converts implicitly (7.4.2.6); of a list or range, each element."""
 
     operand: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class TypeTest:
+class TypeTest(Value):
     """`<operand>.is(<type>)`, where the value has to tell."""
 
     operand: Expression
@@ -261,8 +238,7 @@ class TypeTest:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Cast:
+class Cast(Value):
     """`<operand>.as(<type>)`, where the value has to tell whether it can be done (7.4.2.6)."""
 
     operand: Expression
@@ -270,8 +246,7 @@ class Cast:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Latent:
+class Latent(Value):
     """A conditional subtype that a value may turn out to be of (7.3.8.2.5).
 
     Args:
@@ -292,8 +267,7 @@ class Latent:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Construct:
+class Construct(Value):
     """A struct value, or an actor that comes into being with the field that holds it.
 
     Arguments and defaults together have every field of the type; a default refers by `Field` to the
@@ -309,8 +283,7 @@ class Construct:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class Call(Value):
     """A method applied to arguments (7.4.2.1), chosen by the type of the value.
 
     Args:
@@ -358,8 +331,7 @@ Expression: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class External:
+class External(Value):
     """A Python function, by its dotted path; it is given the method's parameters by name after these arguments."""
 
     path: str
@@ -368,15 +340,13 @@ class External:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Undefined:
+class Undefined(Value):
     """No implementation (7.3.7.1)."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
+class Method(Value):
     """An implementation of a method.
 
     Args:

@@ -2,35 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from seoro.lang.frozen import Value
 
-@dataclass(frozen=True, slots=True)
-class PrimitiveType:
+
+class PrimitiveType(Value):
     """`bool`, `int`, `uint`, `float` or `string`."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class PhysicalType:
+class PhysicalType(Value):
     """A physical type; `unit` is its SI base unit as text, such as `m/s`, for people to read."""
 
     name: str
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
-class EnumType:
+class EnumType(Value):
     """An enumeration with its members in the order of declaration."""
 
     name: str
     members: tuple[tuple[str, int], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class StructType:
+class StructType(Value):
     """A struct; its fields in the order of declaration, inherited ones first."""
 
     name: str
@@ -38,8 +35,7 @@ class StructType:
     fields: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ActorType:
+class ActorType(Value):
     """An actor; `bases` are the names of the types it inherits, nearest first."""
 
     name: str
@@ -47,15 +43,13 @@ class ActorType:
     fields: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ListType:
+class ListType(Value):
     """`list of <element>`."""
 
     element: ValueType
 
 
-@dataclass(frozen=True, slots=True)
-class RangeType:
+class RangeType(Value):
     """`range of <element>`; the element is numeric."""
 
     element: ValueType
@@ -64,8 +58,7 @@ class RangeType:
 ValueType: TypeAlias = PrimitiveType | PhysicalType | EnumType | StructType | ActorType | ListType | RangeType
 
 
-@dataclass(frozen=True, slots=True)
-class EnumValue:
+class EnumValue(Value):
     """A member of an enumeration; members with one number are the same value (7.3.3)."""
 
     type_name: str
