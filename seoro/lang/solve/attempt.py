@@ -1,0 +1,105 @@
+"""One attempt at a problem: propagation, then group by group search and, where that gives up, z3."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Literal, TypeAlias
+
+from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.solve.draw import Streams
+from seoro.lang.solve.orders import impossible_order
+from seoro.lang.solve.parts import parts_of
+from seoro.lang.solve.problem import NeedsSolver, Problem, Unbounded, Undecided
+from seoro.lang.solve.propagate import Clash, Store
+from seoro.lang.solve.search import Exhausted, GivenUp, choose, groups, involved
+from seoro.lang.solve.sets import natural, without_bounds
+from seoro.lang.solve.terms import Arithmetic, Negate, Number, subterms
+
+Engine: TypeAlias = Literal["auto", "search", "z3"]
+
+
+class Contradiction(Exception):
+    """There is no solution.
+
+    Args:
+        constraints: Numbers of constraints that cannot all hold; there may be more than needed.
+        reason: Why one of them has no value, if that is what was found; may be empty.
+    """
+
+    def __init__(self, constraints: frozenset[int], reason: str) -> None:
+        super().__init__(len(constraints))
+        self.constraints = constraints
+        self.reason = reason
+
+
+def attempt(
+    problem: Problem, seed: int, engine: Engine, *, wrapping: bool, relaxed: frozenset[Cell] = frozenset()
+) -> dict[Cell, Value]:
+    """Values for all cells of a problem.
+
+    Args:
+        problem: The problem.
+        seed: What free choices are drawn from.
+        engine: Who chooses what propagation leaves open; see `solve`.
+        wrapping: Whether integers may leave their 64 bits and wrap.
+        relaxed: Cells whose domains do not count.
+
+    Raises:
+        Contradiction: There are none.
+        Unbounded, NeedsSolver, Undecided: As `solve` has them.
+    """
+    store = _store(problem, wrapping, relaxed)
+    try:
+        store.propagate(range(len(store.parts)))
+        store.settle()
+        streams = Streams(seed)
+        for group in groups(store):
+            _decide(store, group, streams, engine)
+    except Unbounded:
+        if cycle := impossible_order(store):
+            raise _contradiction(store, cycle) from None
+        raise
+    except Clash as clash:
+        raise _contradiction(store, frozenset(involved(store, clash.part))) from None
+    except Exhausted as exhausted:
+        raise _contradiction(store, exhausted.parts) from None
+    return store.values(range(len(problem.cells)))
+
+
+def has_whole_arithmetic(problem: Problem) -> bool:
+    """Whether a problem computes with whole numbers, so that results may leave their 64 bits."""
+    return any(
+        isinstance(term, Arithmetic | Negate) and term.number is not Number.FLOAT
+        for constraint in problem.constraints
+        for term in subterms(constraint.term)
+    )
+
+
+def _store(problem: Problem, wrapping: bool, relaxed: frozenset[Cell]) -> Store:
+    numbers = {cell: number for number, cell in enumerate(problem.cells)}
+    sets = [without_bounds(cell) if cell in relaxed else natural(cell) for cell in problem.cells]
+    return Store(problem.cells, parts_of(problem.constraints, numbers), sets, wrapping)
+
+
+def _contradiction(store: Store, parts: frozenset[int]) -> Contradiction:
+    reason = next((store.remarks[part] for part in sorted(parts) if part in store.remarks), "")
+    return Contradiction(frozenset(store.parts[part].source for part in parts), reason)
+
+
+def _decide(store: Store, group: list[int], streams: Streams, engine: Engine) -> None:
+    """Give the cells of a group values."""
+    cells = tuple(store.cells[cell] for cell in group)
+    try:
+        if engine != "z3":
+            return choose(store, group, streams)
+    except GivenUp:
+        if engine == "search":
+            raise Undecided(cells) from None
+    if find_spec("z3") is None:
+        raise NeedsSolver(cells)
+    from seoro.lang.solve.smt import choose_with_z3  # noqa: PLC0415 - z3 is large, and rarely needed
+
+    try:
+        return choose_with_z3(store, group, streams)
+    except GivenUp:
+        raise Undecided(cells) from None

@@ -1,0 +1,68 @@
+"""Cells, the unknowns of a problem, and the domains that their types give them."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+if TYPE_CHECKING:
+    from seoro.lang.source import Span
+
+# A bool, an int, a float, a string, or a token: any other object, of which only equality matters, such as a
+# member of an enumeration or a reference to an actor.
+Value: TypeAlias = Hashable
+
+INT_LIMITS: Final = (-(2**63), 2**63 - 1)
+UINT_LIMITS: Final = (0, 2**64 - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Boolean:
+    """True or false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of a few values, such as the members of an enumeration; at least one, no two equal."""
+
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Integer:
+    """A whole number, bounds included. The full limits of a type count as no bounds at all."""
+
+    low: int = INT_LIMITS[0]
+    high: int = INT_LIMITS[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Real:
+    """A float, or a physical value in the SI unit of its dimension; bounds included."""
+
+    low: float = float("-inf")
+    high: float = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """Anything that only equality can fix: a string, a reference."""
+
+
+Domain: TypeAlias = Boolean | Choice | Integer | Real | Free
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """One unknown; a cell equals only itself.
+
+    Args:
+        name: Its path, as people see it: `robot.goal.x`. Unique in a problem: its random stream is named by it.
+        span: Where it is declared.
+        domain: What its type allows.
+    """
+
+    name: str
+    span: Span = field(repr=False)
+    domain: Domain

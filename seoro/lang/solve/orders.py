@@ -1,0 +1,128 @@
+"""Cells that would each have to be below the next, round a circle: `a < b`, `b < c`, `c < a`.
+
+Propagation would go round such a circle number by number, and never end where there are no bounds. Differences
+`x - y <= d` are the edges of a graph, in which a circle of negative length is a contradiction (Bellman and Ford).
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from seoro.lang.solve.cells import Cell, Integer, Real
+from seoro.lang.solve.parts import Part
+from seoro.lang.solve.propagate import Store
+from seoro.lang.solve.terms import Arithmetic, CellRef, Compare, Const, Negate, Number, Relation, Term, ToReal
+
+# How far below zero the length of a circle of reals has to be, relative to its edges, to be more than rounding.
+CERTAIN: Final = 1e-9
+
+
+class _Length(NamedTuple):
+    """A difference; compared by value, then by how many strict comparisons of reals take part."""
+
+    value: float
+    strict: int = 0
+
+
+class _Edge(NamedTuple):
+    """`to` - `start` <= length."""
+
+    start: int
+    to: int
+    length: _Length
+    part: int
+
+
+def impossible_order(store: Store) -> frozenset[int]:
+    """Numbers of parts that put cells in an order that cannot be; empty if there are none."""
+    edges = [edge for number, part in enumerate(store.parts) for edge in _edges(store, number, part)]
+    distance = [_Length(0)] * len(store.cells)
+    reached: dict[int, _Edge] = {}
+    last = -1
+    for _ in range(len(store.cells) + 1):
+        last = -1
+        for edge in edges:
+            before = distance[edge.start]
+            length = _Length(before.value + edge.length.value, before.strict + edge.length.strict)
+            if length < distance[edge.to]:
+                distance[edge.to] = length
+                reached[edge.to] = edge
+                last = edge.to
+        if last < 0:
+            return frozenset()
+    circle = _circle(last, reached, len(store.cells))
+    total = sum(edge.length.value for edge in circle)
+    scale = sum(abs(edge.length.value) for edge in circle)
+    certain = total <= -CERTAIN * scale if scale else True
+    return frozenset(edge.part for edge in circle) if certain else frozenset()
+
+
+def _circle(cell: int, reached: dict[int, _Edge], count: int) -> list[_Edge]:
+    """The circle that a cell hangs on, whose distance shrank once more than there are cells."""
+    for _ in range(count):
+        cell = reached[cell].start
+    circle = [reached[cell]]
+    while circle[-1].start != cell:
+        circle.append(reached[circle[-1].start])
+    return circle
+
+
+def _edges(store: Store, number: int, part: Part) -> list[_Edge]:
+    """What a part says of the difference of two cells, if it is such a comparison."""
+    term = part.term
+    if not isinstance(term, Compare) or term.operator == "!=" or len(part.cells) != 2:
+        return []
+    difference = _Sum()
+    if not (difference.add(term.left, 1, store.wrapping) and difference.add(term.right, -1, store.wrapping)):
+        return []
+    numbers = {store.cells[cell]: cell for cell in part.cells}
+    factors = {numbers[cell]: factor for cell, factor in difference.factors.items() if factor}
+    if sorted(factors.values()) != [-1, 1]:
+        return []
+    high, low = sorted(factors, key=factors.__getitem__, reverse=True)  # high - low + constant <relation> 0
+    return _both_ways(term.operator, low, high, difference, number)
+
+
+def _both_ways(relation: Relation, low: int, high: int, difference: _Sum, number: int) -> list[_Edge]:
+    """The edges of `high - low + constant <relation> 0`."""
+    constant = difference.constant
+    step = _Length(-1) if difference.whole else _Length(0, -1)
+    edges = []
+    if relation in ("<", "<=", "=="):
+        strict = step if relation == "<" else _Length(0)
+        edges.append(_Edge(low, high, _Length(strict.value - constant, strict.strict), number))
+    if relation in (">", ">=", "=="):
+        strict = step if relation == ">" else _Length(0)
+        edges.append(_Edge(high, low, _Length(strict.value + constant, strict.strict), number))
+    return edges
+
+
+class _Sum:
+    """A sum of cells and a constant, collected from terms."""
+
+    def __init__(self) -> None:
+        self.factors: dict[Cell, int] = {}
+        self.constant: float = 0
+        self.whole = True
+
+    def add(self, term: Term, sign: int, wrapping: bool) -> bool:
+        """Add a term times a sign; False if it is not such a sum, or may leave its 64 bits."""
+        match term:
+            case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
+                self.constant += sign * value
+                self.whole = self.whole and isinstance(value, int)
+                return True
+            case CellRef(cell):
+                self.whole = self.whole and not isinstance(cell.domain, Real)
+                self.factors[cell] = self.factors.get(cell, 0) + sign
+                return isinstance(cell.domain, Integer | Real)
+            case ToReal(operand):
+                return self.add(operand, sign, wrapping)
+            case Negate(operand, number) if number is Number.FLOAT or not wrapping:
+                return self.add(operand, -sign, wrapping)
+            case Arithmetic("+" | "-" as operator, left, right, number) if number is Number.FLOAT or not wrapping:
+                return self.add(left, sign, wrapping) and self.add(
+                    right, sign if operator == "+" else -sign, wrapping
+                )
+            case _:
+                return False

@@ -1,0 +1,253 @@
+"""Propagation: narrowing what cells can be until no constraint narrows it further.
+
+Each part is contracted from the leaves up and from the root down; where that is coarse and one cell is left with
+few values, these are tried one by one. A change wakes the parts that share the cell. Parts wait in sweeps of
+alternating direction, so that what runs through a chain of cells, either way, runs through it in one sweep.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Final
+
+from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.solve.contract import backward, forward
+from seoro.lang.solve.evaluation import TOLERANCE, evaluate, holds
+from seoro.lang.solve.parts import Part
+from seoro.lang.solve.sets import (
+    MISSING,
+    TRUE,
+    Empty,
+    Range,
+    ValueSet,
+    contains,
+    filtered,
+    meet,
+    members,
+    only,
+    single,
+)
+from seoro.lang.solve.terms import Term, Unevaluable
+
+# So many times a cell may be narrowed in one go before only large steps wake others: `a < b` and `b < a` would
+# otherwise go on number by number.
+PATIENCE: Final = 32
+LARGE_STEP: Final = 0.9
+
+
+class Clash(Exception):
+    """A part cannot hold; `part` is its number."""
+
+    def __init__(self, part: int) -> None:
+        super().__init__(part)
+        self.part = part
+
+
+class Store:
+    """What each cell can still be, with a trail by which narrowing is undone.
+
+    Args:
+        cells: The cells, by number.
+        parts: What has to hold.
+        sets: What the cells can be to begin with.
+        wrapping: Whether results may leave the 64 bits of their type and wrap.
+    """
+
+    def __init__(
+        self,
+        cells: tuple[Cell, ...],
+        parts: tuple[Part, ...],
+        sets: list[ValueSet],
+        wrapping: bool,
+    ) -> None:
+        self.cells = cells
+        self.parts = parts
+        self.sets = sets
+        # Whether a cell has its value without having been solved for: given, drawn or computed from such.
+        self.exact = [False] * len(cells)
+        self.wrapping = wrapping
+        self.trail: list[tuple[int, ValueSet, bool, int]] = []  # cell, what it was, the part that narrowed it
+        self.entailed: set[int] = set()
+        self.effort = 0  # how many parts were looked at
+        self.remarks: dict[int, str] = {}  # why a part had no value when it was evaluated
+        self.watchers: list[list[int]] = [[] for _ in cells]
+        for number, part in enumerate(parts):
+            for cell in part.cells:
+                self.watchers[cell].append(number)
+
+    def is_open(self, cell: int) -> bool:
+        """Whether a cell has no value yet."""
+        return only(self.sets[cell]) is MISSING
+
+    def values(self, cells: Iterable[int]) -> dict[Cell, Value]:
+        """The values of cells that have one."""
+        return {self.cells[cell]: only(self.sets[cell]) for cell in cells}
+
+    def narrow(self, cell: int, values: ValueSet, part: int, exact: bool = False) -> None:
+        """Replace what a cell can be by a part of it."""
+        self.trail.append((cell, self.sets[cell], self.exact[cell], part))
+        self.sets[cell] = values
+        self.exact[cell] = exact
+
+    def undo(self, mark: int) -> None:
+        """Take back what was narrowed since the trail had this length."""
+        while len(self.trail) > mark:
+            cell, values, exact, _ = self.trail.pop()
+            self.sets[cell] = values
+            self.exact[cell] = exact
+
+    def assign(self, cell: int, values: ValueSet, exact: bool) -> None:
+        """Choose for a cell, and propagate.
+
+        Raises:
+            Clash: That cannot be.
+        """
+        self.narrow(cell, values, -1, exact)
+        self.propagate(self.watchers[cell])
+
+    def propagate(self, woken: Iterable[int]) -> None:
+        """Contract the given parts, and those that their changes wake.
+
+        Raises:
+            Clash: A part cannot hold.
+        """
+        waiting = {part for part in woken if part not in self.entailed}
+        narrowed: dict[int, int] = {}
+        backwards = False
+        while waiting:
+            for number in sorted(waiting, reverse=backwards):
+                waiting.discard(number)
+                for cell, before in self._revise(number):
+                    narrowed[cell] = narrowed.get(cell, 0) + 1
+                    if narrowed[cell] <= PATIENCE or _is_large_step(before, self.sets[cell]):
+                        waiting.update(self.watchers[cell])
+                if not self.parts[number].listed:
+                    waiting.discard(number)  # once is enough
+            waiting -= self.entailed
+            backwards = not backwards
+
+    def _revise(self, number: int) -> list[tuple[int, ValueSet]]:
+        """Contract one part; the cells that it narrowed, with what they were."""
+        self.effort += 1
+        part = self.parts[number]
+        still_open = [cell for cell in part.cells if self.is_open(cell)]
+        if not still_open:
+            self._verify(number)
+            return []
+        try:
+            changes = self._narrowed(number, still_open)
+        except Empty:
+            if self._is_solved_for(part):
+                return []  # may be no more than rounding: decided when all cells have values
+            raise Clash(number) from None
+        if changes and not any(self.is_open(cell) for cell in still_open):
+            self._verify(number)
+        return changes
+
+    def _narrowed(self, number: int, still_open: list[int]) -> list[tuple[int, ValueSet]]:
+        part = self.parts[number]
+        if len(still_open) > 1:
+            return self._contract(number)
+        for cell, definition in part.definitions:
+            if cell == still_open[0]:
+                return self._compute(number, cell, definition)
+        changes = self._contract(number)
+        return [*changes, *self._list(number, still_open[0])] if part.listed else changes
+
+    def _verify(self, number: int) -> None:
+        """Evaluate a part all of whose cells have values."""
+        part = self.parts[number]
+        tolerance = TOLERANCE if self._is_solved_for(part) else 0.0
+        try:
+            if evaluate(part.term, self.values(part.cells), tolerance) is True:
+                return
+        except Unevaluable as reason:
+            self.remarks[number] = str(reason)
+        raise Clash(number)
+
+    def _is_solved_for(self, part: Part) -> bool:
+        """Whether a real cell of a part has a value that had to be solved for."""
+        return any(not self.exact[cell] and isinstance(only(self.sets[cell]), float) for cell in part.cells)
+
+    def settle(self) -> None:
+        """Forget the parts that hold whatever the open cells will be: for good, so before anything is chosen."""
+        for number, part in enumerate(self.parts):
+            holds_anyhow = not part.partial and self._forward(part)[-1] == TRUE
+            if holds_anyhow or not any(self.is_open(cell) for cell in part.cells):
+                self.entailed.add(number)
+
+    def _forward(self, part: Part) -> list[ValueSet]:
+        """What each term of a part can be."""
+        found: list[ValueSet] = []
+        for node in part.nodes:
+            if node.cell >= 0:
+                found.append(self.sets[node.cell])
+            elif node.args:
+                found.append(forward(node.term, [found[arg] for arg in node.args], self.wrapping))
+            else:
+                found.append(node.constant)
+        return found
+
+    def _contract(self, number: int) -> list[tuple[int, ValueSet]]:
+        """Narrow the cells of a part by what each of its terms says."""
+        part = self.parts[number]
+        found = self._forward(part)
+        if found[-1] == TRUE:
+            return []
+        changes: list[tuple[int, ValueSet]] = []
+        wanted = list(found)
+        wanted[-1] = meet(found[-1], TRUE)
+        for place in range(len(part.nodes) - 1, -1, -1):
+            node = part.nodes[place]
+            if node.cell >= 0:
+                before = self.sets[node.cell]
+                after = meet(before, wanted[place])
+                if after != before:
+                    self.narrow(node.cell, after, number)
+                    changes.append((node.cell, before))
+            elif node.args and wanted[place] != found[place]:
+                args = [wanted[arg] for arg in node.args]
+                narrower = backward(node.term, wanted[place], args, self.wrapping)
+                for arg, values in zip(node.args, narrower, strict=True):
+                    wanted[arg] = meet(wanted[arg], values)
+        return changes
+
+    def _compute(self, number: int, cell: int, definition: Term) -> list[tuple[int, ValueSet]]:
+        """Give a cell the value that a part defines it by, all cells of which have values."""
+        others = [other for other in self.parts[number].cells if other != cell]
+        try:
+            value = evaluate(definition, self.values(others))
+        except Unevaluable as reason:
+            self.remarks[number] = str(reason)
+            raise Empty from None
+        before = self.sets[cell]
+        if not contains(before, value):
+            raise Empty
+        self.narrow(cell, single(value), number, exact=all(self.exact[other] for other in others))
+        return [(cell, before)]
+
+    def _list(self, number: int, cell: int) -> list[tuple[int, ValueSet]]:
+        """Keep the values of the only open cell that satisfy a part, if they are few."""
+        before = self.sets[cell]
+        listed = members(before)
+        if listed is None or len(listed) == 1:
+            return []
+        part = self.parts[number]
+        values = self.values(other for other in part.cells if other != cell)
+        tolerance = TOLERANCE if self._is_solved_for(part) else 0.0
+        target = self.cells[cell]
+        kept = filtered(listed, lambda value: holds(part.term, {**values, target: value}, tolerance))
+        if len(kept.values) == len(listed):
+            return []
+        self.narrow(cell, single(kept.values[0]) if len(kept.values) == 1 else kept, number)
+        return [(cell, before)]
+
+
+def _is_large_step(before: ValueSet, after: ValueSet) -> bool:
+    """Whether narrowing took away much of a range, or made a bound of what was none."""
+    if not (isinstance(before, Range) and isinstance(after, Range)) or after.low == after.high:
+        return True
+    if math.isinf(before.low) > math.isinf(after.low) or math.isinf(before.high) > math.isinf(after.high):
+        return True
+    return after.high - after.low < LARGE_STEP * (before.high - before.low)

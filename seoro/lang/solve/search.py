@@ -1,0 +1,249 @@
+"""Choosing among what propagation left: uniformly where that is practical, with a bounded search where it is not.
+
+Cells that share constraints form a group; groups have nothing to do with each other. In a group, values are first
+drawn for the cells from all that each can be, and thrown away together if they do not fit: what remains is uniform
+over the solutions. A cell that an equality fixes is not drawn but computed. After some tries in vain, cells are
+chosen one after the other, each uniformly from what the earlier choices leave, with backtracking and restarts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, cast
+
+from seoro.lang.solve.cells import Value
+from seoro.lang.solve.draw import Streams
+from seoro.lang.solve.evaluation import holds
+from seoro.lang.solve.orders import impossible_order
+from seoro.lang.solve.problem import Unbounded
+from seoro.lang.solve.propagate import Clash, Store
+from seoro.lang.solve.sets import (
+    Finite,
+    Range,
+    ValueSet,
+    contains,
+    is_bounded,
+    is_narrow,
+    is_whole,
+    members,
+    single,
+)
+
+# How often a group is drawn as a whole before its cells are chosen one by one, and how many parts that may look
+# at.
+TRIES: Final = 64
+TRIES_EFFORT: Final = 5_000
+# Dead ends of a search before it starts anew with other draws; those of the last one are limited by effort only.
+PATIENCE: Final = (10, 50, 200)
+EFFORT: Final = 50_000
+
+
+class Exhausted(Exception):
+    """The search has been everywhere: there is no solution. `parts` are those that stood in its way."""
+
+    def __init__(self, parts: frozenset[int]) -> None:
+        super().__init__(len(parts))
+        self.parts = parts
+
+
+class GivenUp(Exception):
+    """The search met too many dead ends."""
+
+
+def groups(store: Store) -> list[list[int]]:
+    """The open cells, those together that share constraints, in the order of cells."""
+    leader = list(range(len(store.cells)))
+
+    def find(cell: int) -> int:
+        while leader[cell] != cell:
+            leader[cell] = leader[leader[cell]]
+            cell = leader[cell]
+        return cell
+
+    for number, part in enumerate(store.parts):
+        if number not in store.entailed:
+            still_open = [cell for cell in part.cells if store.is_open(cell)]
+            for cell in still_open[1:]:
+                first, second = sorted((find(still_open[0]), find(cell)))
+                leader[second] = first
+    found: dict[int, list[int]] = {}
+    for cell in range(len(store.cells)):
+        if store.is_open(cell):
+            found.setdefault(find(cell), []).append(cell)
+    return list(found.values())
+
+
+def choose(store: Store, group: list[int], streams: Streams) -> None:
+    """Give the cells of a group values.
+
+    Raises:
+        Exhausted: There are none.
+        GivenUp: None were found.
+        Unbounded: A cell has no bounds to draw from.
+    """
+    mark, start = len(store.trail), store.effort
+    drawn = _independent(store, group)
+    for _ in range(TRIES):
+        try:
+            if _draw(store, drawn, streams):
+                return _complete(store, group, streams, PATIENCE[0], start + TRIES_EFFORT)
+        except (Clash, Exhausted, GivenUp):
+            pass
+        store.undo(mark)
+        if store.effort > start + TRIES_EFFORT:
+            break
+    if circle := impossible_order(store):
+        raise Exhausted(circle)
+    for patience in (*PATIENCE, EFFORT):
+        try:
+            return _complete(store, group, streams, patience, start + EFFORT)
+        except GivenUp:
+            store.undo(mark)
+    raise GivenUp
+
+
+def _independent(store: Store, group: list[int]) -> list[int]:
+    """The cells to draw: all that have bounds, but for one of each equality, which follows from the others."""
+    follows: set[int] = set()
+    inside = set(group)
+    for number, part in enumerate(store.parts):
+        if number not in store.entailed:
+            candidates = [cell for cell in part.solvable if cell in inside and cell not in follows]
+            if candidates:
+                follows.add(candidates[-1])
+    return [cell for cell in group if cell not in follows and is_bounded(store.sets[cell])]
+
+
+def _draw(store: Store, cells: list[int], streams: Streams) -> bool:
+    """Draw values for all cells from what they could be in the beginning; False if they do not fit together."""
+    beginning = [store.sets[cell] for cell in cells]
+    for cell, values in zip(cells, beginning, strict=True):
+        value = any_of(values, store, cell, streams)
+        if not contains(store.sets[cell], value):
+            return False
+        if store.is_open(cell):
+            store.assign(cell, single(value), exact=True)
+    return True
+
+
+def any_of(values: ValueSet, store: Store, cell: int, streams: Streams) -> Value:
+    """One value of a set, each as likely as the others."""
+    stream = streams.of(store.cells[cell])
+    match values:
+        case Finite(listed):
+            return listed[stream.below(len(listed))]
+        case Range(low, high) if is_whole(values):
+            return cast(int, low) + stream.below(cast(int, high) - cast(int, low) + 1)
+        case Range(low, high):
+            return stream.real(low, high)
+        case _:
+            raise Unbounded(store.cells[cell])
+
+
+def _complete(store: Store, group: list[int], streams: Streams, patience: int, effort: int) -> None:
+    """Choose for the open cells of a group one after the other, and go back where that fails.
+
+    Raises:
+        Exhausted: There is no solution.
+        GivenUp: There were more dead ends than `patience`, or the store's effort is above `effort`.
+        Unbounded: A cell has no bounds to draw from.
+    """
+    stack: list[tuple[int, int, Iterator[tuple[ValueSet, bool]]]] = []
+    blamed: set[int] = set()
+    while (cell := next_cell(store, group)) is not None:
+        stack.append((len(store.trail), cell, _alternatives(store, cell, streams)))
+        while stack:
+            mark, cell, alternatives = stack[-1]
+            store.undo(mark)
+            following = next(alternatives, None)
+            if following is None:
+                stack.pop()
+                continue
+            try:
+                store.assign(cell, following[0], exact=following[1])
+                break
+            except Clash as clash:
+                blamed |= involved(store, clash.part)
+                patience -= 1
+                if patience < 0 or store.effort > effort:
+                    raise GivenUp from None
+        else:
+            raise Exhausted(frozenset(blamed))
+
+
+def involved(store: Store, part: int) -> set[int]:
+    """The parts that led to a clash: this one, and all that narrowed what it, or one of them, depends on."""
+    parts, cells = {part}, set(store.parts[part].cells)
+    for cell, _, _, by in reversed(store.trail):
+        if cell in cells and by >= 0:
+            parts.add(by)
+            cells.update(store.parts[by].cells)
+    return parts
+
+
+def next_cell(store: Store, group: list[int]) -> int | None:
+    """The open cell to choose for: one as good as solved, else one with fewest values; None if none is open."""
+    best, least = None, (4, 0.0)
+    for cell in group:
+        if not store.is_open(cell):
+            continue
+        size = _size(store.sets[cell])
+        if size < least:
+            best, least = cell, size
+    if best is not None and not is_bounded(store.sets[best]):
+        raise Unbounded(store.cells[best])
+    return best
+
+
+def _size(values: ValueSet) -> tuple[int, float]:
+    """What decides which cell is next: kind, then number of values."""
+    match values:
+        case Finite(listed):
+            return (1, len(listed))
+        case Range(low, high) if is_bounded(values):
+            if is_narrow(values):
+                return (0, 0.0)
+            return (1, high - low + 1) if is_whole(values) else (2, 0.0)
+        case _:
+            return (3, 0.0)
+
+
+def _alternatives(store: Store, cell: int, streams: Streams) -> Iterator[tuple[ValueSet, bool]]:
+    """What to try for a cell, which together is all that it can be; with each, whether that is a value drawn."""
+    values = store.sets[cell]
+    if is_narrow(values):
+        yield single(solved_for(store, cell, cast(Range, values))), False
+        return
+    stream = streams.of(store.cells[cell])
+    listed = members(values)
+    if listed is not None:
+        for value in stream.shuffled(listed):
+            yield single(value), True
+        return
+    yield single(any_of(values, store, cell, streams)), True
+    for half in stream.shuffled(halves(cast(Range, values))):
+        yield half, False
+
+
+def halves(values: Range) -> tuple[Range, Range]:
+    """The lower and the upper half of a range."""
+    low, high = values
+    if is_whole(values):
+        middle = (cast(int, low) + cast(int, high)) // 2
+        return Range(low, middle), Range(middle + 1, high)
+    centre = low / 2 + high / 2
+    return Range(low, centre), Range(centre, high)
+
+
+def solved_for(store: Store, cell: int, values: Range) -> float:
+    """Of reals that differ by rounding only, the one that satisfies most of what can be evaluated to the bit."""
+    low, high = values
+    centre = low / 2 + high / 2
+    candidates = [centre, float(f"{centre:.12g}"), low, high]
+    parts = [store.parts[number] for number in store.watchers[cell] if number not in store.entailed]
+    ready = [part for part in parts if not any(store.is_open(other) for other in part.cells if other != cell)]
+
+    def satisfied(value: float) -> int:
+        return sum(holds(part.term, {**store.values(part.cells), store.cells[cell]: value}) for part in ready)
+
+    return max((value for value in candidates if low <= value <= high), key=satisfied)

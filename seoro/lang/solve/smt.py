@@ -1,0 +1,160 @@
+"""What search does not decide, asked of z3 (`seoro[solver]`), in exact arithmetic of integers and reals.
+
+z3 says no, and then there is no solution; or it says yes with a model. So that not all is as z3 likes it best,
+cells are first offered random values and random halves of what they can be, and keep what z3 says is possible. The
+model then guides the same propagation that search uses, so that its rounding and its tests apply. What z3 does not
+know, opaque terms and divisions by zero, is tested there as well: a model that fails is excluded, and another one
+asked for.
+
+It is the same each time: a context of its own, a fixed seed, and limits on work instead of time.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import z3
+
+from seoro.lang.solve.cells import Value
+from seoro.lang.solve.draw import Streams
+from seoro.lang.solve.propagate import Clash, Store
+from seoro.lang.solve.search import Exhausted, GivenUp, any_of, halves, involved, next_cell, solved_for
+from seoro.lang.solve.sets import Finite, Range, ValueSet, contains, is_bounded, is_narrow, members, only, single
+from seoro.lang.solve.smt_terms import Translation
+from seoro.lang.solve.terms import Opaque, subterms
+
+# What z3 may do for one answer, in its own units; 1,000,000 take about a second or less.
+WORK: Final = 5_000_000
+# How many random values and halves are offered, and how many halves to one cell.
+OFFERS: Final = 40
+HALVES: Final = 3
+# How many models are asked for before giving up.
+MODELS: Final = 32
+
+
+def choose_with_z3(store: Store, group: list[int], streams: Streams) -> None:
+    """Give the cells of a group values.
+
+    Raises:
+        Exhausted: There are none.
+        GivenUp: z3 does not know, or its models do not hold when they are computed with floats.
+        Unbounded: A cell has no bounds to draw from.
+    """
+    asked = _Question(store, group)
+    asked.check()
+    asked.offer(streams)
+    mark = len(store.trail)
+    for _ in range(MODELS):
+        model = asked.model()
+        try:
+            return _follow(store, group, model)
+        except Clash as clash:
+            store.undo(mark)
+            asked.exclude(model, store.parts[clash.part].cells)
+    raise GivenUp
+
+
+def _follow(store: Store, group: list[int], model: dict[int, Value]) -> None:
+    """Give cells the values of a model, as far as propagation does not find them."""
+    while (cell := next_cell(store, group)) is not None:
+        values = store.sets[cell]
+        value = model[cell]
+        if is_narrow(values) or not contains(values, value):
+            value = solved_for(store, cell, values) if isinstance(values, Range) else only(values)
+        store.assign(cell, single(value), exact=False)
+
+
+class _Question:
+    """A group of cells and its constraints, as z3 has them."""
+
+    def __init__(self, store: Store, group: list[int]) -> None:
+        self._store = store
+        self._group = group
+        closed = (cell for cell in range(len(store.cells)) if not store.is_open(cell))
+        self._terms = Translation(store.values(closed), store.wrapping)
+        self._solver = z3.Solver(ctx=self._terms.context)
+        self._solver.set("random_seed", 0)
+        self._solver.set("rlimit", WORK)
+        self._excluded = False
+        for cell in group:
+            values = store.sets[cell]
+            listed = members(values, 32)
+            self._solver.add(self._terms.inside(store.cells[cell], Finite(listed) if listed else values))
+        inside = set(group)
+        for number, part in enumerate(store.parts):
+            if number not in store.entailed and not inside.isdisjoint(part.cells) and not _is_opaque(part.term):
+                self._solver.assert_and_track(self._terms.term(part.term), str(number))
+        self._solver.add(*self._terms.conditions)
+
+    def check(self) -> None:
+        """See whether there are models.
+
+        Raises:
+            Exhausted: There are none.
+            GivenUp: z3 does not know.
+        """
+        answer = self._solver.check()
+        if answer == z3.unsat:
+            core = {int(str(name)) for name in self._solver.unsat_core()}
+            parts = set().union(*(involved(self._store, part) for part in core))
+            raise Exhausted(frozenset(parts or range(len(self._store.parts))))
+        if answer != z3.sat:
+            raise GivenUp
+
+    def offer(self, streams: Streams) -> None:
+        """Offer cells random values and halves of their sets; what is possible becomes part of the question."""
+        offers = OFFERS
+        for cell in self._group:
+            values = self._store.sets[cell]
+            if not is_bounded(values) or offers <= 0:
+                continue
+            offers -= 1
+            if self._take(cell, single(any_of(values, self._store, cell, streams))):
+                continue
+            stream = streams.of(self._store.cells[cell])
+            for _ in range(HALVES):
+                if not isinstance(values, Range) or values.low >= values.high or is_narrow(values):
+                    break
+                first, second = stream.shuffled(halves(values))
+                offers -= 1
+                values = first if self._take(cell, first) else second
+
+    def model(self) -> dict[int, Value]:
+        """Values for the cells of the group, rounded to floats.
+
+        Raises:
+            GivenUp: There are none any more, or z3 does not know.
+        """
+        answer = self._solver.check()
+        if answer == z3.unsat and not self._excluded:
+            raise AssertionError("what z3 agreed to is no longer possible")
+        if answer != z3.sat:
+            raise GivenUp
+        found = self._solver.model()
+        return {cell: self._value(cell, found) for cell in self._group}
+
+    def exclude(self, model: dict[int, Value], cells: tuple[int, ...]) -> None:
+        """Ask for models that differ from one in at least one of some cells."""
+        self._excluded = True
+        terms, store = self._terms, self._store
+        differ = [
+            terms.variable(store.cells[cell]) != terms.constant(model[cell]) for cell in cells if cell in model
+        ]
+        self._solver.add(z3.Or(*differ, terms.constant(False)))
+
+    def _value(self, cell: int, model: Any) -> Value:
+        found = self._store.cells[cell]
+        return self._terms.value(found, model.eval(self._terms.variable(found), model_completion=True))
+
+    def _take(self, cell: int, values: ValueSet) -> bool:
+        """Restrict a cell, if z3 finds that possible."""
+        self._solver.push()
+        self._solver.add(self._terms.inside(self._store.cells[cell], values))
+        if self._solver.check() == z3.sat:
+            return True
+        self._solver.pop()
+        return False
+
+
+def _is_opaque(term: Any) -> bool:
+    return any(isinstance(part, Opaque) for part in subterms(term))

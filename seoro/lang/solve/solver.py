@@ -1,0 +1,86 @@
+"""The way from a problem to its solution: what equalities say, then propagation, then choice, then z3."""
+
+from __future__ import annotations
+
+from seoro.lang.solve.attempt import Contradiction, Engine, attempt, has_whole_arithmetic
+from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.solve.conflict import smallest_conflict
+from seoro.lang.solve.evaluation import evaluate
+from seoro.lang.solve.parts import conjuncts
+from seoro.lang.solve.problem import Problem, Solution
+from seoro.lang.solve.sets import contains, natural
+from seoro.lang.solve.terms import CellRef, Compare, Term, Unevaluable
+
+
+def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
+    """Give each cell a value such that all constraints hold.
+
+    Args:
+        problem: The cells and constraints.
+        seed: What free choices are drawn from; the same problem and seed give the same values on any machine.
+        engine: `auto` searches, and asks z3 where that does not decide; `search` does without z3; `z3` asks it for
+            all that propagation leaves open.
+
+    Raises:
+        Conflict: Some constraints cannot all hold.
+        Unbounded: A cell has nothing to draw its value from.
+        NeedsSolver: z3 would have to decide, and is not installed.
+        Undecided: Nobody could decide.
+    """
+    values = _by_equalities(problem)
+    if values is not None:
+        return Solution(values)
+    # Values are sought among those for which no integer leaves its 64 bits; if there are none, among all.
+    try:
+        return Solution(attempt(problem, seed, engine, wrapping=False))
+    except Contradiction as found:
+        contradiction = found
+    wrapping = has_whole_arithmetic(problem)
+    if wrapping:
+        try:
+            return Solution(attempt(problem, seed, engine, wrapping=True))
+        except Contradiction as found:
+            contradiction = found
+    raise smallest_conflict(problem, contradiction, engine, wrapping)
+
+
+def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
+    """The solution of a problem in which each cell is said to be equal to something known: that is most of them.
+
+    Returns:
+        None if this is not such a problem, or its constraints do not all hold.
+    """
+    rules: list[tuple[Cell, Term]] = []
+    for constraint in problem.constraints:
+        for term in conjuncts(constraint.term):
+            if isinstance(term, Compare) and term.operator == "==":
+                if isinstance(term.left, CellRef):
+                    rules.append((term.left.cell, term.right))
+                if isinstance(term.right, CellRef):
+                    rules.append((term.right.cell, term.left))
+    values: dict[Cell, Value] = {}
+    try:
+        while rules:
+            left = [rule for rule in rules if not _follow(rule, values)]
+            if len(left) == len(rules):
+                break
+            rules = left[::-1]  # the next pass goes the other way, as chains may
+        if len(values) < len(problem.cells):
+            return None
+        if not all(evaluate(constraint.term, values) is True for constraint in problem.constraints):
+            return None
+    except Unevaluable:
+        return None
+    ordered = {cell: values[cell] for cell in problem.cells}
+    return ordered if all(contains(natural(cell), value) for cell, value in ordered.items()) else None
+
+
+def _follow(rule: tuple[Cell, Term], values: dict[Cell, Value]) -> bool:
+    """Give a cell the value of a term, if that is known; whether there is nothing left to do."""
+    cell, term = rule
+    if cell not in values:
+        try:
+            values[cell] = evaluate(term, values)
+        except KeyError:
+            return False
+    return True

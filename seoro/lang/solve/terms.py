@@ -1,0 +1,212 @@
+"""Terms: what constraints say about cells, as a closed union of frozen nodes.
+
+The operands of a comparison or an operation have one type; whole numbers become reals by `ToReal` only. Integers
+are 64 bit and wrap, `/` truncates toward zero and `%` has the sign of the dividend; reals follow IEEE 754
+(7.4.2.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal, TypeAlias, assert_never
+
+from seoro.lang.solve.cells import Cell, Value
+
+
+class Number(Enum):
+    """What an operation computes with."""
+
+    INT = "int"
+    UINT = "uint"
+    FLOAT = "float"
+
+
+Operation: TypeAlias = Literal["+", "-", "*", "/", "%"]
+Relation: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
+
+
+class Unevaluable(Exception):
+    """A term has no value: a division by zero, or what an opaque term says. Its constraint does not hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Const:
+    """A value; that of a real is a float."""
+
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class CellRef:
+    """The value of a cell."""
+
+    cell: Cell
+
+
+@dataclass(frozen=True, slots=True)
+class Negate:
+    """Minus something."""
+
+    operand: Term
+    number: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """`+`, `-`, `*`, `/` or `%` of two numbers."""
+
+    operator: Operation
+    left: Term
+    right: Term
+    number: Number
+
+
+@dataclass(frozen=True, slots=True)
+class ToReal:
+    """A whole number as a real."""
+
+    operand: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """A comparison; `==` and `!=` of any two values, the others of numbers."""
+
+    operator: Relation
+    left: Term
+    right: Term
+
+
+@dataclass(frozen=True, slots=True)
+class InRange:
+    """Whether a number lies in a range, bounds included; nothing lies in one whose low is above its high."""
+
+    item: Term
+    low: Term
+    high: Term
+
+
+@dataclass(frozen=True, slots=True)
+class InSet:
+    """Whether something is one of some values."""
+
+    item: Term
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """Logical negation."""
+
+    operand: Term
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """All hold; evaluated from the left as far as needed."""
+
+    operands: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """At least one holds; evaluated from the left as far as needed."""
+
+    operands: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Implies:
+    """The second holds if the first does."""
+
+    premise: Term
+    conclusion: Term
+
+
+@dataclass(frozen=True, slots=True)
+class IfThenElse:
+    """One of two values, as the condition says."""
+
+    condition: Term
+    then: Term
+    otherwise: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Opaque:
+    """Anything else: looked at only when all its cells have values.
+
+    Args:
+        cells: What it depends on.
+        evaluate: Its value; pure. May raise `Unevaluable`.
+        label: What people call it.
+    """
+
+    cells: tuple[Cell, ...]
+    evaluate: Callable[[Mapping[Cell, Value]], Value]
+    label: str
+
+
+Term: TypeAlias = (
+    Const
+    | CellRef
+    | Negate
+    | Arithmetic
+    | ToReal
+    | Compare
+    | InRange
+    | InSet
+    | Not
+    | And
+    | Or
+    | Implies
+    | IfThenElse
+    | Opaque
+)
+
+
+def operands(term: Term) -> tuple[Term, ...]:
+    """What a term is made of, from the left."""
+    match term:
+        case Const() | CellRef() | Opaque():
+            return ()
+        case Negate(operand) | ToReal(operand) | Not(operand):
+            return (operand,)
+        case Arithmetic(_, left, right) | Compare(_, left, right) | Implies(left, right):
+            return (left, right)
+        case InRange(item, low, high):
+            return (item, low, high)
+        case InSet(item):
+            return (item,)
+        case And(parts) | Or(parts):
+            return parts
+        case IfThenElse(condition, then, otherwise):
+            return (condition, then, otherwise)
+        case _:
+            assert_never(term)
+
+
+def subterms(term: Term) -> Iterator[Term]:
+    """A term and all that it is made of, operands before what is made of them."""
+    todo: list[tuple[Term, bool]] = [(term, False)]
+    while todo:
+        current, opened = todo.pop()
+        inside = () if opened else operands(current)
+        if not inside:
+            yield current
+            continue
+        todo.append((current, True))
+        todo.extend((operand, False) for operand in reversed(inside))
+
+
+def cells_of(term: Term) -> tuple[Cell, ...]:
+    """The cells that a term mentions, each once, from the left."""
+    found: dict[Cell, None] = {}
+    for part in subterms(term):
+        if isinstance(part, CellRef):
+            found[part.cell] = None
+        elif isinstance(part, Opaque):
+            found.update(dict.fromkeys(part.cells))
+    return tuple(found)
