@@ -44,12 +44,23 @@ class InvalidUse(SeoroError):
         message: What is wrong.
         span: The text of the scenario that asks for it, if any does.
         help: What would work.
+        places: The places in the text that have to do with it, each with what to say of it; the first is the span.
+        code: What `seoro explain` knows it by.
     """
 
-    def __init__(self, message: str, span: Span | None = None, help: str = "") -> None:  # noqa: A002
+    def __init__(
+        self,
+        message: str,
+        span: Span | None = None,
+        help: str = "",  # noqa: A002
+        places: tuple[tuple[Span, str], ...] = (),
+        code: str = "E0500",
+    ) -> None:
         super().__init__(message)
         self.span = span
         self.help = help
+        self.places = places
+        self.code = code
 
 
 class ActionFailed(SeoroError):

@@ -38,8 +38,8 @@ def print_error(error: Exception) -> None:
     match error:
         case InvalidScenario(diagnostics=diagnostics):
             print("\n\n".join(render_text(found, colour=colour) for found in diagnostics), file=sys.stderr)
-        case InvalidUse(span=Span() as span, help=hint):
-            print(render_text(_at_run(str(error), span, hint), colour=colour), file=sys.stderr)
+        case InvalidUse(span=Span() as span):
+            print(render_text(_at_run(error, span), colour=colour), file=sys.stderr)
         case InvalidUse(help=hint) if hint:
             print(f"error: {error}\n  = help: {hint}", file=sys.stderr)
         case _:
@@ -49,15 +49,16 @@ def print_error(error: Exception) -> None:
 def print_reason(verdict: Verdict) -> None:
     """Print on stderr why a run did not pass, with the text of the scenario that decided, if any did."""
     if verdict.span is not None:
-        found = _at_run(verdict.reason, verdict.span)
+        found = _at_run(InvalidUse(verdict.reason, verdict.span), verdict.span)
         print("\n" + render_text(found, colour=use_colour(sys.stderr)), file=sys.stderr)
     elif verdict.reason:
         print(f"\n{verdict.status.value}: {verdict.reason}", file=sys.stderr)
 
 
-def _at_run(message: str, span: Span, hint: str = "") -> Diagnostic:
+def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
     """What was found when a scenario was to be run, or ran, as a diagnostic."""
-    return Diagnostic(Severity.ERROR, "E0500", message, Label(span, ""), help=hint)
+    first, *others = [Label(place, text) for place, text in error.places] or [Label(span, "")]
+    return Diagnostic(Severity.ERROR, error.code, str(error), first, tuple(others), help=error.help)
 
 
 class _Console(Console):

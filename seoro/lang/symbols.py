@@ -112,6 +112,7 @@ class FieldSymbol:
     home: Home
     text: str
     namespace: str
+    is_variable: bool = False
 
 
 @dataclass(eq=False)
@@ -276,9 +277,11 @@ class Program:
     """All declarations; tables are by namespace and name. `check/lookup.py` finds what a name means.
 
     Args:
+        nowhere: The beginning of the entry file, for what has no place of its own.
         is_lenient: Names may be missing because of what is not supported; they are not reported.
     """
 
+    nowhere: Span
     is_lenient: bool = False
     types: dict[tuple[str, str], Declaration] = field(default_factory=dict)
     behaviors: TypeTable = field(default_factory=dict)
@@ -293,6 +296,8 @@ class Program:
     defined: set[tuple[str, str]] = field(default_factory=set)  # all identifiers, with their namespaces
     exports: dict[str, list[Export]] = field(default_factory=dict)
     methods: plan.Methods = field(default_factory=plan.Methods)
+    structures: plan.Structures = field(default_factory=plan.Structures)
+    global_declarations: list[tuple[ast.ParameterDeclaration, Home]] = field(default_factory=list)
 
     def structured(self) -> list[TypeSymbol]:
         """All structs, actors, scenarios, actions and modifiers."""

@@ -123,7 +123,7 @@ def bind(action: Action, found: Mapping[str, Implementation]) -> BoundAction:
         raise _mismatch(action, function, "it is no `async` function")
     signature = list(inspect.signature(function).parameters)
     leading = 1 if action.actor is None else 2
-    declared = [parameter.name for parameter in action.parameters]
+    declared = list(action.structure.fields)
     if sorted(signature[leading:]) != sorted(declared):
         raise _mismatch(
             action,
@@ -132,7 +132,7 @@ def bind(action: Action, found: Mapping[str, Implementation]) -> BoundAction:
         )
     hints = get_type_hints(function)
     converters = {}
-    for parameter in action.parameters:
+    for parameter in action.structure.fields.values():
         converter = _converter(parameter.type, hints.get(parameter.name))
         if converter is None:
             raise _mismatch(action, function, f"the type of `{parameter.name}` does not fit the declaration")

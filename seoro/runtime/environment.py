@@ -19,6 +19,29 @@ class EvaluationError(Exception):
         self.span = span
 
 
+class NoChoice(EvaluationError):
+    """There are no values that meet all constraints.
+
+    Args:
+        message: What is wrong.
+        code: `E0442` if constraints clash, `E0443` if a value is not bounded, `E0444` if nobody could decide.
+        places: The places in the text that have to do with it, each with what to say of it; at least one.
+        help: What to do.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        code: str,
+        places: tuple[tuple[Span, str], ...],
+        help: str = "",  # noqa: A002
+    ) -> None:
+        super().__init__(message, places[0][0])
+        self.code = code
+        self.places = places
+        self.help = help
+
+
 class HasFields(Protocol):
     """Anything with fields by name: structs, actors, instances of scenarios, event objects."""
 
@@ -38,6 +61,7 @@ class Environment:
         path: Where a value that is constructed will be held; names actors.
         scenario: The scenario around, whose fields hold the global parameters too; None if it is the instance.
         depth: How many methods have been called to get here.
+        seed: What is drawn for values that are constructed is drawn from it.
     """
 
     instance: HasFields
@@ -45,6 +69,7 @@ class Environment:
     path: str = ""
     scenario: HasFields | None = None
     depth: int = 0
+    seed: int = 0
 
     @property
     def outermost(self) -> HasFields:

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import assert_never, cast
 
 from seoro.lang.plan import (
-    ActorType,
     Arithmetic,
     Binding,
     Bound,
@@ -30,7 +28,6 @@ from seoro.lang.plan import (
     Global,
     Index,
     Join,
-    Latent,
     ListOf,
     Literal,
     Logic,
@@ -46,12 +43,13 @@ from seoro.lang.plan import (
     TypeTest,
 )
 from seoro.lang.source import Span
+from seoro.runtime.choose import construct
 from seoro.runtime.conversions import cast as convert
 from seoro.runtime.conversions import is_of, to_float
 from seoro.runtime.environment import Environment, EvaluationError, HasFields
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
-from seoro.runtime.values import Actor, Range, Struct, Value, plain, wrap_int, wrap_uint
+from seoro.runtime.values import Actor, Range, Struct, Value, wrap_int, wrap_uint
 
 __all__ = ["Environment", "EvaluationError", "HasFields", "evaluate"]
 
@@ -90,7 +88,7 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
         case Convert(operand):
             return to_float(evaluate(operand, environment))
         case Construct():
-            return _construct(expression, environment)
+            return construct(expression, environment, evaluate)
         case Call():
             return call(expression, environment, evaluate)
         case _:
@@ -143,9 +141,10 @@ def _number(expression: Expression, environment: Environment) -> int | float:
 
 def _field(holder: HasFields, name: str, span: Span) -> Value:
     """The value of a field; while a value is constructed, a method may ask for one that is not there yet."""
-    if name not in holder.fields:
-        raise EvaluationError(f"`{name.rpartition('::')[2]}` has no value yet", span)
-    return holder.fields[name]
+    try:
+        return holder.fields[name]
+    except KeyError:
+        raise EvaluationError(f"`{name.rpartition('::')[2]}` has no value yet", span) from None
 
 
 def _range(first: float, second: float) -> Range:
@@ -228,46 +227,6 @@ def _index(expression: Index, environment: Environment) -> Value:
     if not 0 <= position < len(items):
         raise EvaluationError(f"index {position} is outside of a list of {len(items)}", expression.span)
     return items[position]
-
-
-def _construct(expression: Construct, environment: Environment) -> Struct | Actor:
-    made: Struct | Actor
-    if isinstance(expression.type, ActorType):
-        made = Actor(expression.type, environment.path)
-    else:
-        made = Struct(expression.type)
-    for name, argument in expression.arguments:
-        made.fields[name] = evaluate(argument, environment)
-    _add_fields(made, expression.defaults, environment)
-    for name, value in expression.conditions:
-        if made.fields[name] != value:
-            what = f"`{made.type.name}` needs `{name}` to be {plain(value)}, not {plain(made.fields[name])}"
-            raise EvaluationError(what, expression.span)
-    for latent in expression.latents:
-        if latent.base in made.types and made.fields[latent.field] == latent.value:
-            _specialize(made, latent, expression.span, environment)
-    return made
-
-
-def _specialize(made: Struct | Actor, latent: Latent, span: Span, environment: Environment) -> None:
-    """Give a value what a conditional subtype adds to it (7.3.8.2.5)."""
-    if latent.missing:
-        raise EvaluationError(f"this is `{latent.type}`, whose `{latent.missing[0]}` has no value", span)
-    for name, _ in latent.defaults:
-        if name in made.fields:
-            raise EvaluationError(f"this is of two conditional types that both have a field `{name}`", span)
-    made.latent.insert(0, latent.type)
-    _add_fields(made, latent.defaults, environment)
-
-
-def _add_fields(
-    made: Struct | Actor, defaults: tuple[tuple[str, Expression], ...], environment: Environment
-) -> None:
-    """Add fields with their defaults, each of which may refer to those before it."""
-    for name, default in defaults:
-        path = f"{environment.path}.{name}" if environment.path else name
-        inside = replace(environment, instance=made, path=path, scenario=environment.outermost)
-        made.fields[name] = evaluate(default, inside)
 
 
 _ARITHMETIC: dict[str, Callable[[float, float], float]] = {

@@ -28,6 +28,7 @@ from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
+from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.trace import Trace
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import Outcome, RunStatus, Status
@@ -126,6 +127,11 @@ class Instance:
     scope: Scope | None = None  # from the start of its execution
 
     @cached_property
+    def types(self) -> tuple[str, ...]:
+        """What `plan.Methods` calls its type and what that inherits, nearest first."""
+        return types_of(self.scenario)
+
+    @cached_property
     def _declared(self) -> dict[str, Event]:
         return {event.name: Event(f"{self.path}.{event.name}") for event in self.scenario.events}
 
@@ -179,7 +185,8 @@ class Place:
         all_bindings: dict[str, Value | HasFields] = dict(bindings or {})
         if self.instance.actor is not None:
             all_bindings["actor"] = self.instance.actor
-        return Environment(self.instance, all_bindings, self.path)
+        seed = derived_seed(self.services.seed, f"{self.path} {self.parent}")
+        return Environment(self.instance, all_bindings, self.path, seed=seed)
 
 
 def type_of(behavior: Behavior) -> str:

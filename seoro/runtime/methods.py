@@ -12,7 +12,7 @@ from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
-from seoro.lang.plan import Call, EnumValue, External, Method, Scenario, Undefined, behavior_type
+from seoro.lang.plan import Call, EnumValue, External, Method, Undefined
 from seoro.lang.source import Span
 from seoro.runtime.conversions import from_python
 from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
@@ -32,16 +32,22 @@ def call(expression: Call, environment: Environment, evaluate: Evaluate) -> Valu
     holder: Value | HasFields = environment.instance
     if expression.receiver is not None:
         holder = evaluate(expression.receiver, environment)
-    method = expression.methods.find(_types(holder), expression.method)
-    assert method is not None, "checked: the type has the method"
+    method = implementation(expression, holder)
     given = {name: evaluate(value, environment) for name, value in expression.arguments}
-    inside = _inside(holder, expression.receiver is None, environment)
+    within = inside(holder, expression.receiver is None, environment)
     try:
-        return _perform(method, given, inside, expression.span, evaluate)
+        return _perform(method, given, within, expression.span, evaluate)
     except RecursionError:
         if environment.depth > 0:
             raise
         raise _too_deep(expression.span) from None
+
+
+def implementation(expression: Call, holder: Value | HasFields) -> Method:
+    """The implementation that a call reaches on a value."""
+    method = expression.methods.find(_types(holder), expression.method)
+    assert method is not None, "checked: the type has the method"
+    return method
 
 
 def _too_deep(span: Span) -> EvaluationError:
@@ -60,11 +66,10 @@ def _types(holder: Value | HasFields) -> Iterable[str]:
         case str():
             return ("string",)
         case _:
-            scenario: Scenario = holder.scenario  # type: ignore[union-attr] # nothing else has methods
-            return (behavior_type(scenario.name), *map(behavior_type, scenario.bases))
+            return holder.types  # type: ignore[union-attr, no-any-return] # nothing else has methods
 
 
-def _inside(holder: Value | HasFields, is_own: bool, environment: Environment) -> Environment:
+def inside(holder: Value | HasFields, is_own: bool, environment: Environment) -> Environment:
     """What names in a method stand for; of the bindings around it, it sees `actor` if it has the same instance."""
     bindings: dict[str, Value | HasFields] = {"it": holder}
     if is_own and "actor" in environment.bindings:

@@ -21,11 +21,12 @@ from seoro.runtime.actions import BoundAction, Implementation, bind
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded
-from seoro.runtime.behaviors.scenario import evaluate_globals, instantiate, run_instance
+from seoro.runtime.behaviors.scenario import run_instance
 from seoro.runtime.contracts import Backend, Clock, Observer
-from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
+from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.invocation import Decision, Instance, Place, Services
 from seoro.runtime.needs import check_needs
 from seoro.runtime.trace import Trace
@@ -87,7 +88,7 @@ class Execution:
     def parameters(self) -> dict[str, object]:
         """The chosen value of every parameter of the entry scenario."""
         fields = self._entry.fields
-        return {found.name: plain(fields[found.name]) for found in self._entry.scenario.parameters}
+        return {name: plain(fields[name]) for name in self._entry.scenario.structure.fields}
 
     @property
     def fault(self) -> Exception | None:
@@ -97,9 +98,12 @@ class Execution:
     def _instantiate(self) -> Instance:
         scenario = self._plan.scenarios[self._plan.entry]
         try:
-            entry = instantiate(scenario, scenario.name, evaluate_globals(self._plan), None)
+            fields = entry_parameters(self._plan, self._settings.seed)
+        except NoChoice as error:
+            raise InvalidUse(str(error), error.span, error.help, error.places, error.code) from error
         except EvaluationError as error:
             raise InvalidUse(str(error), error.span) from error
+        entry = Instance(scenario, scenario.name, fields, None)
         for value in entry.fields.values():
             if isinstance(value, Actor):
                 self._homes.settle(value)
@@ -184,7 +188,7 @@ class Execution:
         services, entry = self._services, self._entry
         assert services.root is not None
         place = Place(services, services.root, entry, None, (), entry.scenario.name)
-        invocation = InvokeScenario(None, self._plan.entry, None, (), entry.scenario.span)
+        invocation = InvokeScenario(None, self._plan.entry, None, (), (), entry.scenario.span)
         return await recorded(invocation, place, lambda inside: run_instance(entry, inside, perform))
 
     # -------------------------------------------------------- results

@@ -46,10 +46,7 @@ def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "struct crate:\n    var n: int = 3\n    m: int = n + 1\n",
         "modifier calm\nscenario main:\n    calm()\n    do emit end\n",
-        "scenario a:\n    n: int\n    keep(n == 3)\nscenario main:\n    do a()\n",
-        "scenario a:\n    n: int\nscenario main:\n    do a() with:\n        keep(it.n == 3)\n",
     ],
 )
 def test_what_is_refused_causes_no_other_message(text: str, tmp_path: Path) -> None:

@@ -62,28 +62,34 @@ def walk(behavior: plan.Behavior | None) -> Iterator[plan.Behavior]:
                 yield from walk(member)
 
 
-def literal(expression: plan.Expression) -> object:
+def literal(expression: plan.Expression | None) -> object:
     assert isinstance(expression, plan.Literal)
     return expression.value
 
 
-def given(construct: plan.Expression) -> dict[str, plan.Expression]:
+def given(construct: plan.Expression | None) -> dict[str, plan.Expression]:
     assert isinstance(construct, plan.Construct)
-    return {**dict(construct.defaults), **dict(construct.arguments)}
+    return dict(construct.arguments)
+
+
+def defaults(made: plan.Plan, scenario: str = "main") -> dict[str, plan.Expression | None]:
+    """The default values of the parameters of a scenario."""
+    return {name: field.default for name, field in made.scenarios[scenario].structure.fields.items()}
 
 
 def value(text: str, folder: Path) -> plan.Expression | None:
-    """The value of the first parameter of a scenario."""
-    return lower(folder, text).scenarios["main"].parameters[0].value
+    """The default value of the first parameter of a scenario."""
+    return next(iter(defaults(lower(folder, text)).values()))
 
 
 def test_a_navigation_scenario(tmp_path: Path) -> None:
     made = lower(tmp_path, NAVIGATION)
     assert made.entry == "errand"
-    robot, box = made.scenarios["errand"].parameters
+    robot, box = made.scenarios["errand"].structure.fields.values()
     assert robot.type == plan.ActorType("differential_drive_robot", ("robot", "osc_actor"), ("namespace",))
     assert box.type == plan.ActorType("sim_object", ("osc_actor",), ())
-    assert literal(given(robot.value)["namespace"]) == ""  # type: ignore[arg-type]
+    assert robot.default is None and isinstance(robot.type, plan.ActorType)
+    assert literal(made.structures.of(robot.type).fields["namespace"].default) == ""
     assert {name: action.library for name, action in made.actions.items()} == {
         "differential_drive_robot.init_nav2": "osc.nav2",
         "differential_drive_robot.nav_to_pose": "osc.nav2",
@@ -96,15 +102,16 @@ def test_a_navigation_scenario(tmp_path: Path) -> None:
     ]
 
 
-def test_arguments_of_an_action_are_complete_and_in_order(tmp_path: Path) -> None:
+def test_arguments_of_an_action_are_in_the_order_of_its_parameters(tmp_path: Path) -> None:
     made = lower(tmp_path, NAVIGATION)
     spawn = [found for found in walk(made.scenarios["errand"].body) if isinstance(found, plan.InvokeAction)][2]
-    assert [name for name, _ in spawn.arguments] == ["spawn_pose", "model", "world_name", "xacro_arguments"]
+    assert [name for name, _ in spawn.arguments] == ["spawn_pose", "model"]
+    fields = made.actions[spawn.action].structure.fields
+    assert list(fields) == ["spawn_pose", "model", "world_name", "xacro_arguments"]
+    assert literal(fields["world_name"].default) == "default"
     assert isinstance(spawn.actor, plan.Field) and spawn.actor.name == "box"
     pose = given(dict(spawn.arguments)["spawn_pose"])
-    assert literal(given(pose["position"])["x"]) == 0.0
     assert literal(given(pose["orientation"])["yaw"]) == pytest.approx(1.5707963268)
-    assert literal(dict(spawn.arguments)["world_name"]) == "default"
 
 
 def test_scenarios_events_and_labels(tmp_path: Path) -> None:
@@ -112,7 +119,7 @@ def test_scenarios_events_and_labels(tmp_path: Path) -> None:
     assert made.entry == "main"
     assert list(made.scenarios) == ["main", "greet"]
     greet = made.scenarios["greet"]
-    assert [(parameter.name, parameter.value is None) for parameter in greet.parameters] == [
+    assert [(name, default is None) for name, default in defaults(made, "greet").items()] == [
         ("name", True),
         ("times", False),
     ]
@@ -164,8 +171,8 @@ scenario main:
     outer, inner = made.scenarios["main"].body, made.scenarios["cat.greet_twice"].body
     assert isinstance(outer, plan.InvokeScenario) and isinstance(outer.actor, plan.Field)
     assert isinstance(inner, plan.InvokeScenario) and isinstance(inner.actor, plan.Binding)
-    other = made.scenarios["cat.greet"].parameters[0]
-    assert isinstance(other.value, plan.Construct)
+    other = made.scenarios["cat.greet"].structure.fields["other"]
+    assert isinstance(other.type, plan.ActorType) and other.type.name == "cat"
 
 
 def test_a_scenario_has_what_it_inherits(tmp_path: Path) -> None:
@@ -179,7 +186,7 @@ scenario main inherits base:
     m: int = n + 1
 """
     made = lower(tmp_path, text, scenario="main").scenarios["main"]
-    assert [parameter.name for parameter in made.parameters] == ["n", "m"]
+    assert list(made.structure.fields) == ["n", "m"]
     assert [event.name for event in made.events] == ["go"]
     assert isinstance(made.body, plan.Emit)
 
@@ -189,48 +196,6 @@ def test_an_action_with_a_behavior_is_a_scenario(tmp_path: Path) -> None:
     made = lower(tmp_path, text)
     assert list(made.scenarios) == ["main", "greet"]
     assert list(made.actions) == ["log"]
-
-
-def test_defaults_of_an_action_see_its_other_arguments(tmp_path: Path) -> None:
-    text = """
-actor cat:
-    name: string = "tom"
-
-action cat.jump:
-    high: int
-    far: int = 2 * high
-    who: string = actor.name
-
-scenario main:
-    c: cat
-    n: int = 3
-    do c.jump(n)
-"""
-    body = lower(tmp_path, text).scenarios["main"].body
-    assert isinstance(body, plan.InvokeAction)
-    far, who = dict(body.arguments)["far"], dict(body.arguments)["who"]
-    assert isinstance(far, plan.Arithmetic) and isinstance(far.right, plan.Field)
-    assert far.right.name == "n"
-    assert isinstance(who, plan.Member) and isinstance(who.base, plan.Field)
-    assert who.base.name == "c"
-
-
-def test_values_come_after_those_that_they_need(tmp_path: Path) -> None:
-    text = """
-struct vat:
-    twice: int = 2 * level
-    level: int = 4
-
-scenario main:
-    b: int = a.level + 1
-    a: vat
-    do emit end
-"""
-    made = lower(tmp_path, text).scenarios["main"]
-    assert [parameter.name for parameter in made.parameters] == ["a", "b"]
-    construct = made.parameters[0].value
-    assert isinstance(construct, plan.Construct)
-    assert [name for name, _ in construct.defaults] == ["level", "twice"]
 
 
 # ---------------------------------------------------------------- values
@@ -271,7 +236,7 @@ def test_literals_are_in_si_units_and_of_their_type(text: str, expected: object,
 def test_arithmetic_has_the_type_of_its_operands(text: str, number: str, tmp_path: Path) -> None:
     fields = "    a: int = 1\n    b: uint = 1\n    c: bool = (X == X)\n"
     source = f"import osc.types\nscenario main:\n{fields}    do emit end\n"
-    made = lower(tmp_path, source.replace("X", text)).scenarios["main"].parameters[2].value
+    made = defaults(lower(tmp_path, source.replace("X", text)))["c"]
     assert isinstance(made, plan.Compare) and isinstance(made.left, plan.Arithmetic)
     assert made.left.number.value == number
 
@@ -284,9 +249,7 @@ def test_literals_of_an_int_may_be_subtracted_below_zero(tmp_path: Path) -> None
 def test_integers_become_float_where_they_are_needed(tmp_path: Path) -> None:
     fields = "    x: float = n\n    y: list of float = [n, 2]\n    z: range of float = [n..2]\n"
     text = f"scenario main:\n    n: int = 1\n{fields}"
-    parameters = {
-        parameter.name: parameter.value for parameter in lower(tmp_path, text).scenarios["main"].parameters
-    }
+    parameters = defaults(lower(tmp_path, text))
     assert isinstance(parameters["x"], plan.Convert)
     items, window = parameters["y"], parameters["z"]
     assert isinstance(items, plan.ListOf)
@@ -306,9 +269,9 @@ scenario main:
     d: bool = a in [cyan, black]
     e: ink = true ? grey : rgb!black == b ? cyan : black
 """
-    found = {parameter.name: parameter.value for parameter in lower(tmp_path, text).scenarios["main"].parameters}
-    assert literal(found["a"]) == plan.EnumValue("ink", "black", 2)  # type: ignore[arg-type]
-    assert literal(found["b"]) == plan.EnumValue("rgb", "black", 1)  # type: ignore[arg-type]
+    found = defaults(lower(tmp_path, text))
+    assert literal(found["a"]) == plan.EnumValue("ink", "black", 2)
+    assert literal(found["b"]) == plan.EnumValue("rgb", "black", 1)
     assert isinstance(found["c"], plan.Compare)
     assert literal(found["c"].right) == plan.EnumValue("ink", "grey", 2)
     assert isinstance(found["d"], plan.Contains)
@@ -352,34 +315,9 @@ scenario main:
 """
 
 
-def parameters(
-    folder: Path, overrides: dict[str, str], text: str = OVERRIDDEN
-) -> dict[str, plan.Expression | None]:
-    made = lower(folder, text, overrides).scenarios["main"]
-    return {parameter.name: parameter.value for parameter in made.parameters}
-
-
-def test_overrides_replace_values_and_parts_of_them(tmp_path: Path) -> None:
-    found = parameters(
-        tmp_path,
-        {"goal.position.x": "3km", "goal.orientation.yaw": "1", "robot.namespace": '"tb4"', "speed": "36kph"},
-    )
-    goal = given(found["goal"])  # type: ignore[arg-type]
-    assert literal(given(goal["position"])["x"]) == 3000.0
-    assert literal(given(goal["position"])["y"]) == 2.0
-    assert literal(given(goal["orientation"])["yaw"]) == 1.0
-    assert literal(given(found["robot"])["namespace"]) == "tb4"  # type: ignore[arg-type]
-    assert literal(found["speed"]) == pytest.approx(10.0, abs=1e-6)  # type: ignore[arg-type]
-
-
-def test_a_part_is_overridden_after_the_whole(tmp_path: Path) -> None:
-    found = parameters(tmp_path, {"goal.position.x": "3m", "goal": "pose_3d()"})
-    assert literal(given(given(found["goal"])["position"])["x"]) == 3.0  # type: ignore[arg-type]
-
-
 def test_an_override_gives_what_has_no_value(tmp_path: Path) -> None:
     text = "scenario main:\n    n: int\n    do emit end\n"
-    assert literal(parameters(tmp_path, {"n": "3"}, text)["n"]) == 3  # type: ignore[arg-type]
+    assert [found.span.text for found in lower(tmp_path, text, {"n": "3"}).overrides] == ["n=3"]
     with pytest.raises(InvalidScenario, match="'n' has no value: give it a default or an override"):
         lower(tmp_path, text)
 
@@ -389,10 +327,8 @@ def test_parts_of_an_actor_without_a_value_are_named(tmp_path: Path) -> None:
     names = ("arm_group", "gripper_group", "end_effector", "base_link")
     with pytest.raises(InvalidScenario, match=r"'a\.arm_group' has no value"):
         lower(tmp_path, text)
-    found = parameters(tmp_path, {f"a.{name}": "'x'" for name in names}, text)
-    arm = found["a"]
-    assert isinstance(arm, plan.Construct)
-    assert [name for name, _ in arm.arguments] == list(names)
+    made = lower(tmp_path, text, {f"a.{name}": "'x'" for name in names})
+    assert len(made.overrides) == len(names)
 
 
 @pytest.mark.parametrize(
@@ -401,7 +337,6 @@ def test_parts_of_an_actor_without_a_value_are_named(tmp_path: Path) -> None:
         ("gaol", "3", "did you mean `goal`"),
         ("goal.position.w", "3", "there is no `w`"),
         ("speed.x", "3", "has no field `x`"),
-        ("other.position.x", "3m", "not constructed"),
         ("speed", "3s", "expected `speed`"),
         ("speed", "'fast'", "expected `speed`"),
         ("speed", "3mps +", "unexpected end of the line"),

@@ -58,7 +58,7 @@ def test_names_in_the_plan_are_unique(tmp_path: Path) -> None:
     declarations = "struct crate\nnamespace depot\nstruct crate inherits ::crate\n"
     made = lower(tmp_path, f"{declarations}scenario main:\n    a: crate\n    b: null::crate\n")
     assert made.entry == "depot::main"
-    a, b = made.scenarios[made.entry].parameters
+    a, b = made.scenarios[made.entry].structure.fields.values()
     assert a.type == plan.StructType("depot::crate", ("crate",), ())
     assert b.type == plan.StructType("crate", (), ())
 
@@ -115,22 +115,3 @@ def test_a_global_parameter_needs_a_value_to_run(tmp_path: Path) -> None:
     assert messages(tmp_path, text) == []
     with pytest.raises(InvalidScenario, match="global parameter `limit` has no value"):
         lower(tmp_path, text)
-
-
-def test_a_method_of_an_action_in_its_default_is_refused(tmp_path: Path) -> None:
-    text = """
-action act:
-    def base() -> int is expression 3
-    n: int = base()
-scenario main:
-    do act()
-"""
-    assert [code for _, code in messages(tmp_path, text)] == ["E0933"]
-
-
-def test_a_condition_fixes_its_field_from_outside_too(tmp_path: Path) -> None:
-    text = "scenario walk:\n    fast: bool\nscenario main inherits walk(fast == true)\n"
-    value = lower(tmp_path, text).scenarios["main"].parameters[0].value
-    assert isinstance(value, plan.Literal) and value.value is True
-    with pytest.raises(InvalidScenario, match="always true"):
-        lower(tmp_path, text, {"fast": "false"})

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from seoro.runtime.behaviors.scenario import evaluate_globals, instantiate
 from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.values import Value
 from tests.lang.helpers import lower
 from tests.runtime.conftest import RunText
@@ -19,7 +19,7 @@ HEADER = "import osc.types\n"
 def fields(folder: Path, text: str, scenario: str | None = None) -> Mapping[str, Value]:
     """The values of the parameters of the entry scenario."""
     plan = lower(folder, HEADER + text, scenario=scenario)
-    return instantiate(plan.scenarios[plan.entry], "main", evaluate_globals(plan), None).fields
+    return entry_parameters(plan, seed=0)
 
 
 def value(folder: Path, type_: str, expression: str, declarations: str = "") -> Value:
@@ -65,7 +65,7 @@ def test_operators_of_lists_ranges_and_strings(
         ("list of string", '"a".split("")', "separator of `split` is empty"),
         ("int", "endless(1)", "call each other more than 64 deep"),
         ("int", "missing()", "method `missing` is undefined"),
-        ("int", "eager().early", "`late` has no value yet"),
+        ("int", "eager().early", "the value of `early` depends on itself"),
     ],
 )
 def test_what_has_no_value_is_an_error_at_its_place(
@@ -77,7 +77,7 @@ struct crate
 struct derived inherits crate
 struct eager:
     early: int = read(it)
-    late: int = 4
+    late: int = early
     def read(other: eager) -> int is expression other.late
 scenario main:
     box: crate
@@ -87,7 +87,7 @@ scenario main:
 """
     with pytest.raises(EvaluationError, match=message) as caught:
         fields(tmp_path, text)
-    assert caught.value.span.text in {expression, "endless(n + 1)", "other.late"}
+    assert caught.value.span.text in {expression, "endless(n + 1)", "early"}
 
 
 # ---------------------------------------------------------------- methods
@@ -275,14 +275,14 @@ def test_the_field_of_a_condition_decides_about_the_type(
 @pytest.mark.parametrize(
     ("subtypes", "expression", "message"),
     [
-        ("struct red inherits tag(on == true):\n    n: int\n", "tag(on: true)", "whose `n` has no value"),
+        ("struct red inherits tag(on == true):\n    n: int\n", "tag(on: true)", "`x.n` has no value"),
         (
             "struct a inherits tag(on == true):\n    n: int = 1\n"
             "struct b inherits tag(up == true):\n    n: int = 2\n",
             "tag(on: true, up: true)",
             "of two conditional types that both have a field `n`",
         ),
-        ("struct red inherits tag(on == true)\n", "red(on: 1 > 2)", "`red` needs `on` to be True"),
+        ("struct red inherits tag(on == true)\n", "red(on: 1 > 2)", "cannot hold"),
     ],
 )
 def test_conditional_types_that_cannot_be_are_errors(

@@ -13,7 +13,7 @@ from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Kind
 from seoro.lang.traits import ParameterTrait
-from seoro.lang.types import Structured, is_known
+from seoro.lang.types import RangeOf, Structured, is_known, is_number
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
@@ -30,6 +30,7 @@ def bind(
     is_open: bool = False,
     traits: Mapping[str, ParameterTrait] = _NO_TRAITS,
     is_method: bool = False,
+    ranges: dict[str, plan.Expression] | None = None,
 ) -> dict[str, plan.Expression]:
     """The values of the parameters that are given, in the order in which they are given.
 
@@ -41,11 +42,12 @@ def bind(
         scope: Where they stand.
         is_open: Whether there may be parameters that are not known.
         traits: What a Python implementation takes for parameters, where it differs from the declaration.
-        is_method: Whether a method takes the arguments, which is neither a behavior nor given ranges for numbers.
+        is_method: Whether a method takes the arguments.
+        ranges: Takes ranges given for parameters that hold one number (7.3.5.1.3); None if they are wrong.
     """
     if arguments is None:
         return {}
-    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method)
+    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method, ranges)
     binding.bind_positional(arguments.positional)
     for argument in arguments.named:
         binding.bind_named(argument)
@@ -63,6 +65,7 @@ class _Binding:
     is_open: bool
     traits: Mapping[str, ParameterTrait]
     is_method: bool
+    ranges: dict[str, plan.Expression] | None
     given: dict[str, plan.Expression] = field(default_factory=dict)
     places: dict[str, Span] = field(default_factory=dict)
 
@@ -97,18 +100,25 @@ class _Binding:
 
     def _give(self, parameter: FieldSymbol, value: ast.Expression, place: Span) -> None:
         self.places[parameter.name] = place
-        self.given[parameter.name] = self._value(parameter, value)
-
-    def _value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
-        expressions = self.expressions
         trait = self.traits.get(parameter.name, ParameterTrait.VALUE)
-        if trait is ParameterTrait.REFERENCE:
-            expressions.bag.add(NotSupported(value.span, Construct.REFERENCE))
-            return plan.Literal(False, value.span)
-        if trait is ParameterTrait.ANY:
-            return self._any_value(parameter, value)
+        match trait:
+            case ParameterTrait.ANY:
+                self.given[parameter.name] = self._any_value(parameter, value)
+            case ParameterTrait.REFERENCE:
+                self.given[parameter.name] = plan.Literal(False, value.span)
+                self.expressions.bag.add(NotSupported(value.span, Construct.REFERENCE))
+            case ParameterTrait.VALUE:
+                self._give_value(parameter, value)
+
+    def _give_value(self, parameter: FieldSymbol, value: ast.Expression) -> None:
+        """A value of the parameter's type; or a range, for a parameter that holds one number."""
+        expressions, type_ = self.expressions, parameter.type
         context = f"`{parameter.text}` of `{self.owner}`"
-        return expressions.converted(value, parameter.type, self.scope, context, is_argument=not self.is_method)
+        found = expressions.value(value, self.scope, type_)
+        if self.ranges is not None and isinstance(found.type, RangeOf) and is_number(type_):
+            self.ranges[parameter.name] = expressions.converter.convert(found, RangeOf(type_), context)
+        else:
+            self.given[parameter.name] = expressions.converter.convert(found, type_, context)
 
     def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
         """A value of any type but that of what runs."""

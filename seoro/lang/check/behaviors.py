@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, scope_of
-from seoro.lang.check.rewrite import needs_instance, substitute
+from seoro.lang.check.rewrite import substitute
 from seoro.lang.check.unsupported import head, name_of, refuse_with
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names, syntax
@@ -25,7 +26,6 @@ from seoro.lang.symbols import (
     do_directive,
     is_open,
     lineage,
-    may_lack_values,
 )
 from seoro.lang.traits import ParameterTrait
 from seoro.lang.types import Structured, is_known
@@ -129,14 +129,14 @@ class Behaviors:
         name = node.event.text
         parameters = symbol.parameters if symbol is not None else {}
         given = bind(self._expressions, name, parameters, node.arguments, self._scope)
-        arguments = self._complete(name, parameters, given, None, node.span, is_foreign=False)
+        arguments = self._complete(name, parameters, given, node.span)
         return plan.Emit(label, reference, arguments, node.span)
 
     # ------------------------------------------------------------ invocations
 
     def _invocation(self, node: ast.BehaviorInvocation, label: str | None) -> plan.Behavior | None:
-        refuse_with(node.modifications, self._bag)
-        call, is_modified = node.invocation, node.modifications is not None
+        refuse_with(node.modifications, self._bag, is_invocation=True)
+        call = node.invocation
         match call.function:
             case ast.NameExpression(name):
                 symbol, actor = self._unprefixed(name)
@@ -150,7 +150,7 @@ class Behaviors:
         if symbol.kind is Kind.MODIFIER:
             self._bag.add(NotSupported(name.span, Construct.MODIFIER_APPLICATION, name.text))
             return None
-        return self._invoke(symbol, actor, call, label, is_modified)
+        return self._invoke(symbol, actor, node, label)
 
     def _unprefixed(self, name: ast.Name) -> tuple[TypeSymbol | None, plan.Expression | None]:
         """A behavior of the scenario's own actor, or of none."""
@@ -208,56 +208,71 @@ class Behaviors:
         return tuple(name for _, owner, name in self._program.behaviors if owner in owners)
 
     def _invoke(
-        self,
-        symbol: TypeSymbol,
-        actor: plan.Expression | None,
-        call: ast.FunctionApplication,
-        label: str | None,
-        is_modified: bool,
-    ) -> plan.Behavior | None:
-        """The invocation of a scenario or an action; a `with:` block may give what the arguments lack."""
-        name = symbol.plan_name
-        parameters = all_fields(symbol)
-        decided = dict(self._expressions.values.conditions(symbol))
+        self, symbol: TypeSymbol, actor: plan.Expression | None, node: ast.BehaviorInvocation, label: str | None
+    ) -> plan.Behavior:
+        """The invocation of a scenario or an action."""
+        name, call = symbol.plan_name, node.invocation
+        parameters, values = all_fields(symbol), self._expressions.values
+        ranges: dict[str, plan.Expression] = {}
         traits = self._traits.get(name, {})
-        given = bind(self._expressions, name, parameters, call.arguments, self._scope, is_open(symbol), traits)
-        self._expressions.values.check_conditions(symbol, given)
-        if symbol.kind is Kind.ACTION and do_directive(symbol) is None:
-            if is_modified:
-                return None
-            conditions = {key: plan.Literal(value, call.span) for key, value in decided.items()}
-            arguments = self._complete(name, parameters, {**conditions, **given}, actor, call.span)
-            return plan.InvokeAction(label, name, actor, arguments, call.span)
-        for parameter in parameters.values():
-            if parameter.name not in {*given, *decided} and not may_lack_values(symbol) and not is_modified:
-                _, missing = self._expressions.values.default(parameter)
-                if missing:
-                    self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
-        in_order = tuple((name, given[name]) for name in parameters if name in given)
-        return plan.InvokeScenario(label, name, actor, in_order, call.span)
+        given = bind(
+            self._expressions,
+            name,
+            parameters,
+            call.arguments,
+            self._scope,
+            is_open(symbol),
+            traits,
+            ranges=ranges,
+        )
+        values.check_conditions(symbol, given)
+        constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
+        constraints += self._with_block(node.modifications, symbol)
+        is_constrained = node.modifications is not None
+        missing = () if is_constrained else values.lacking_of(symbol, {**given, **ranges})
+        if missing:
+            self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
+        arguments = tuple((name, given[name]) for name in parameters if name in given)
+        is_atomic = symbol.kind is Kind.ACTION and do_directive(symbol) is None
+        make = plan.InvokeAction if is_atomic else plan.InvokeScenario
+        return make(label, name, actor, arguments, tuple(constraints), call.span)
+
+    def _with_block(self, block: ast.WithBlock | None, symbol: TypeSymbol) -> list[plan.ConstraintMember]:
+        """The constraints in the `with` block of an invocation, in which `it` is what is invoked."""
+        scope = replace(self._scope, it=Structured(symbol), is_it_bound=True)
+        found: list[plan.ConstraintMember] = []
+        for member in block.members if block is not None else ():
+            if isinstance(member, ast.KeepConstraint | ast.RemoveDefault):
+                constraint = self._expressions.constraints.member(member, scope)
+                found += [constraint] if constraint is not None else []
+        return found
 
     def _complete(
         self,
         owner: str,
         parameters: Mapping[str, FieldSymbol],
         given: Mapping[str, plan.Expression],
-        actor: plan.Expression | None,
         span: Span,
-        is_foreign: bool = True,
     ) -> Arguments:
-        """A value for each parameter: what is given, else its default, with the values that it refers to put
-        in."""
+        """A value for each parameter of an event: what is given, else its default, with the values that it refers
+        to put in."""
         values = dict(given)
-        pending = [parameter for parameter in parameters.values() if parameter.name not in given]
         defaults: dict[str, plan.Expression] = {}
-        for parameter in pending:
-            value, missing = self._expressions.values.default(parameter)
-            if missing:
-                self._bag.add(messages.MissingArgument(span, owner, missing[0]))
-            if value is not None:
+        for parameter in parameters.values():
+            value = self._expressions.values.default(parameter)
+            if parameter.name in given:
+                continue
+            if value is None:
+                self._bag.add(messages.MissingArgument(span, owner, parameter.name))
+            else:
                 defaults[parameter.name] = value
         for name, value in self._expressions.values.ordered(defaults, parameters).items():
-            if is_foreign and (instance := needs_instance(value)) is not None:
-                self._bag.add(NotSupported(instance.span, Construct.INSTANCE_OF_ACTION))
-            values[name] = substitute(value, values, actor)
+            values[name] = substitute(value, values)
         return tuple((name, values[name]) for name in parameters if name in values)
+
+
+def _within(parameter: str, bounds: plan.Expression) -> plan.ConstraintMember:
+    """What a range means that is given for a parameter that holds one number (7.3.5.1.3)."""
+    span = bounds.span
+    path = plan.Member(plan.Binding("it", span), parameter, span)
+    return plan.Constraint(plan.Contains(path, bounds, span), False, span)

@@ -20,7 +20,8 @@ from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.loader import Sources
-from seoro.lang.symbols import FieldSymbol, Kind, Program, TypeSymbol, do_directive
+from seoro.lang.source import Span
+from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields, do_directive
 
 STANDARD_MODULES = ("osc.standard", "osc.standard.all", "osc.standard.types", "osc.standard.domain")
 
@@ -52,7 +53,7 @@ class Checked:
 def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     """Check a loaded scenario; texts with syntax errors are not looked at any further."""
     bag = Bag()
-    program = Program()
+    program = Program(Span(sources.entry.file, 0, 0))
     expressions = Expressions(program, bag, strict)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     if not sources.diagnostics:
@@ -87,23 +88,17 @@ def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
 
 
 def _check_fields(program: Program, expressions: Expressions) -> None:
-    """Check the default values of all fields, parameters of events, and global parameters."""
-    for symbol in program.structured():
-        if symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
-            expressions.values.defaults(symbol)
-        else:
-            _check_order(symbol.fields, expressions)
+    """Check the fields and constraints of all types, parameters of events, and global parameters."""
+    values, structured = expressions.values, program.structured()
+    for symbol in structured:
+        values.structure(symbol)
         for event in symbol.events.values():
             for parameter in event.parameters.values():
-                expressions.values.default(parameter)
-    _check_order({found.name: found for found in program.globals.values()}, expressions)
-
-
-def _check_order(fields: Mapping[str, FieldSymbol], expressions: Expressions) -> None:
-    """Check the default values of fields that may refer to each other."""
-    found = {field.name: expressions.values.default(field)[0] for field in fields.values()}
-    given = {name: value for name, value in found.items() if value is not None}
-    expressions.values.ordered(given, fields)
+                values.default(parameter)
+    values.globals()
+    for symbol in structured:
+        values.check_order(all_fields(symbol))
+    values.check_order({found.name: found for found in program.globals.values()})
 
 
 def _note_libraries(sources: Sources, bag: Bag) -> None:

@@ -9,7 +9,6 @@ from seoro.lang import plan
 from seoro.lang.check.plan_types import type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import Program, TypeSymbol, lineage
 from seoro.lang.types import (
@@ -89,25 +88,20 @@ class Converter:
         """A type for messages."""
         return type_name(type_, self._program)
 
-    def convert(self, value: Typed, target: Type, context: str = "", is_argument: bool = False) -> plan.Expression:
+    def convert(self, value: Typed, target: Type, context: str = "") -> plan.Expression:
         """The value as one of the target type; a mismatch is reported.
 
         Args:
             value: The value.
             target: The type that is needed.
             context: What it is for, in messages.
-            is_argument: Whether it is an argument, which may be a range for a number (7.3.5.1.3).
         """
         if not is_known(value.type) or not is_known(target):
             return value.expression
         found = self._try(value, target)
         if found is not None:
             return found
-        span = value.expression.span
-        if is_argument and isinstance(value.type, RangeOf) and is_number(target):
-            self._bag.add(NotSupported(span, Construct.RANGE_ARGUMENT))
-        else:
-            self._report(value, target, context)
+        self._report(value, target, context)
         return value.expression
 
     def _report(self, value: Typed, target: Type, context: str) -> None:

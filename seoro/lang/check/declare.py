@@ -137,6 +137,7 @@ def _declare(
             declared.extensions.append((statement, home))
         case ast.GlobalParameterDeclaration(parameter):
             declared.globals.append((parameter, home))
+            program.global_declarations.append((parameter, home))
             _declare_globals(parameter, home, program, bag)
         case ast.ExportStatement(items):
             exports = program.exports.setdefault(home.space.name, [])

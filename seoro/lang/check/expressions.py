@@ -8,13 +8,14 @@ place is for `Converter.convert`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.aggregates import Aggregates
 from seoro.lang.check.calls import Calls
 from seoro.lang.check.casts import Casts
+from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Converter, Typed, nothing
 from seoro.lang.check.lookup import Lookup, candidates
 from seoro.lang.check.methods import Methods
@@ -71,7 +72,8 @@ class Scope:
         bindings: `actor`, the event objects of `as` clauses, and parameters of a method.
         fields: The fields that can be named.
         it: The type of `it`; None if it stands for nothing.
-        is_it_bound: Whether `it` is a binding; else it is the instance itself.
+        is_it_bound: Whether `it` is a binding.
+        it_value: What `it` stands for if it is no binding; None for the instance itself.
     """
 
     owner: TypeSymbol | None
@@ -80,6 +82,7 @@ class Scope:
     fields: Mapping[str, FieldSymbol] = field(default_factory=dict)
     it: Type | None = None
     is_it_bound: bool = False
+    it_value: plan.Expression | None = None
 
 
 def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
@@ -107,6 +110,7 @@ class Expressions:
         self.converter = Converter(program, bag, strict)
         self.operators = Operators(program, self.converter, bag)
         self.values = Values(self)
+        self.constraints = Constraints(self)
         self.aggregates = Aggregates(self)
         self.methods = Methods(self)
         self.calls = Calls(self)
@@ -114,11 +118,9 @@ class Expressions:
         self.strict = strict
         self._depth = 0
 
-    def converted(
-        self, node: ast.Expression, target: Type, scope: Scope, context: str = "", is_argument: bool = False
-    ) -> plan.Expression:
+    def converted(self, node: ast.Expression, target: Type, scope: Scope, context: str = "") -> plan.Expression:
         """An expression as a value of a type."""
-        return self.converter.convert(self.value(node, scope, target), target, context, is_argument)
+        return self.converter.convert(self.value(node, scope, target), target, context)
 
     def value(self, node: ast.Expression, scope: Scope, expected: Type | None = None) -> Typed:
         """An expression with its type."""
@@ -250,7 +252,11 @@ class Expressions:
         if scope.it is None:
             self.bag.add(method_messages.NoIt(span))
             return nothing(span)
-        return Typed(plan.Binding("it", span) if scope.is_it_bound else plan.Self(span), scope.it)
+        if scope.is_it_bound:
+            return Typed(plan.Binding("it", span), scope.it)
+        if scope.it_value is not None:
+            return Typed(replace(scope.it_value, span=span), scope.it)
+        return Typed(plan.Self(span), scope.it)
 
     def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         program = self.program

@@ -80,21 +80,23 @@ class Members:
     def _declare_part(self, symbol: TypeSymbol, part: Part) -> None:
         home = part.home
         for member in part.members:
-            is_refused = refuse_member(member, self._bag)
+            refuse_member(member, self._bag)
             match member:
                 case ast.ParameterDeclaration(field_names, declared, default, constraints):
                     symbol.is_constrained |= bool(constraints)
                     self._add_fields(symbol, field_names, declared, default, home)
-                case ast.VariableDeclaration(field_names, declared):
-                    self._add_fields(symbol, field_names, declared, None, home)
-                    symbol.is_open = True
+                case ast.VariableDeclaration(field_names, declared, value):
+                    first = value.default if isinstance(value, ast.SampleExpression) else value
+                    self._add_fields(symbol, field_names, declared, first, home, is_variable=True)
+                case ast.KeepConstraint():
+                    symbol.is_constrained = True
                 case ast.EventDeclaration(name, parameters):
                     self._add_event(symbol, name, parameters, home)
                 case ast.MethodDeclaration():
                     method = self._method(member, symbol, Structured(symbol), home, all_methods(symbol))
                     self._add_method(symbol, method, member.only)
                 case _:
-                    symbol.is_constrained |= is_refused and isinstance(member, ast.KeepConstraint)
+                    pass
 
     def _check_do(self, symbol: TypeSymbol) -> None:
         """There is one `do`, inherited ones and those of extensions included (7.3.5.1.3)."""
@@ -115,12 +117,13 @@ class Members:
         declared: ast.TypeDeclarator,
         default: ast.Expression | None,
         home: Home,
+        is_variable: bool = False,
     ) -> None:
         type_ = self._resolver.type_of(declared, home.space)
         for name in field_names:
             space = home.namespace_of(name)
             unique = self._unique(name.text, space, all_fields(symbol))
-            field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space)
+            field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space, is_variable)
             if self._is_new(symbol, field):
                 symbol.fields[unique] = field
 

@@ -69,8 +69,6 @@ class Resolver:
             type_ = self.type_of(parameter.type, home.space)
             for name in parameter.names:
                 program.globals[home.namespace_of(name), name.text].type = type_
-            if parameter.constraints:
-                self._bag.add(NotSupported(parameter.constraints[0].span, Construct.WITH, parameter.names[0].text))
 
     # ------------------------------------------------------------ extensions (7.3.9)
 

@@ -32,9 +32,8 @@ def names_used(expression: plan.Expression, implementations: Implementations) ->
                     found.add(name)
                 case plan.Global(name):
                     found.add(name)
-                case plan.Construct(defaults=defaults, latents=latents):
-                    pending.extend((value, False) for _, value in defaults)
-                    pending.extend((value, False) for latent in latents for _, value in latent.defaults)
+                case plan.Construct(type_, structures=structures):
+                    pending.extend((value, False) for value in _defaults(structures.of(type_)))
                 case plan.Call(receiver, method) if (method, is_own and receiver is None) not in seen:
                     seen.add((method, is_own and receiver is None))
                     bodies = (body for each in implementations(method) for body in _bodies(each))
@@ -45,6 +44,14 @@ def names_used(expression: plan.Expression, implementations: Implementations) ->
 
         rewrite(current, note)
     return found
+
+
+def _defaults(structure: plan.Structure) -> Iterable[plan.Expression]:
+    """The default values of fields, those of latent subtypes included."""
+    members = (*structure.members, *(member for latent in structure.latents for member in latent.members))
+    for member in members:
+        if isinstance(member, plan.FieldDeclaration) and member.default is not None:
+            yield member.default
 
 
 def _bodies(method: plan.Method) -> Iterable[plan.Expression]:
@@ -60,40 +67,19 @@ def _bodies(method: plan.Method) -> Iterable[plan.Expression]:
             yield body
 
 
-def substitute(
-    expression: plan.Expression, fields: Mapping[str, plan.Expression], actor: plan.Expression | None
-) -> plan.Expression:
-    """The expression with values in the place of fields and of `actor`, to stand in another scope."""
+def substitute(expression: plan.Expression, fields: Mapping[str, plan.Expression]) -> plan.Expression:
+    """The expression with values in the place of fields."""
 
     def put(node: plan.Expression) -> plan.Expression:
-        match node:
-            case plan.Field(name):
-                return fields.get(name, node)
-            case plan.Binding("actor") if actor is not None:
-                return actor
-            case _:
-                return node
+        return fields.get(node.name, node) if isinstance(node, plan.Field) else node
 
     return rewrite(expression, put)
-
-
-def needs_instance(expression: plan.Expression) -> plan.Expression | None:
-    """What in an expression needs the instance itself in whose scope it stands, and not only fields of it."""
-    found: list[plan.Expression] = []
-
-    def note(node: plan.Expression) -> plan.Expression:
-        if isinstance(node, plan.Self) or (isinstance(node, plan.Call) and node.receiver is None):
-            found.append(node)
-        return node
-
-    rewrite(expression, note)
-    return found[0] if found else None
 
 
 def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan.Expression]) -> plan.Expression:
     """The expression with each part replaced by what `visit` makes of it, inner ones first.
 
-    The defaults of constructed values have a scope of their own and stay as they are.
+    What the structures of constructed values say has a scope of its own and stays as it is.
     """
 
     def go(inner: plan.Expression) -> plan.Expression:

@@ -33,20 +33,14 @@ def refuse_statement(statement: ast.Statement, program: Program, bag: Bag) -> bo
 def refuse_member(member: ast.TypeMember, bag: Bag) -> bool:
     """Report a member of a type that is not supported."""
     match member:
-        case ast.KeepConstraint(span=span):
-            bag.add(NotSupported(head(span, "keep"), Construct.KEEP))
-        case ast.RemoveDefault(span=span):
-            bag.add(NotSupported(head(span, "remove_default"), Construct.REMOVE_DEFAULT))
         case ast.CoverageDeclaration(kind, span=span):
             bag.add(NotSupported(head(span, kind), Construct.COVERAGE))
         case ast.ModifierApplication(invocation, span=span):
             bag.add(NotSupported(span, Construct.MODIFIER_APPLICATION, name_of(invocation)))
         case ast.OnDirective(span=span):
             bag.add(NotSupported(head(span, "on"), Construct.ON))
-        case ast.VariableDeclaration(span=span):
-            bag.add(NotSupported(head(span, "var"), Construct.VARIABLE))
-        case ast.ParameterDeclaration(names, constraints=(first, *_)):
-            bag.add(NotSupported(first.span, Construct.WITH, names[0].text))
+        case ast.VariableDeclaration(value=ast.SampleExpression(span=span)):
+            bag.add(NotSupported(head(span, "sample"), Construct.SAMPLE))
         case ast.EventDeclaration(name, specification=specification) if specification is not None:
             bag.add(NotSupported(specification.span, Construct.EVENT_IS, name.text))
         case _:
@@ -54,9 +48,11 @@ def refuse_member(member: ast.TypeMember, bag: Bag) -> bool:
     return True
 
 
-def refuse_with(block: ast.WithBlock | None, bag: Bag) -> None:
-    """Report the `with:` block of a behavior."""
-    if block is not None:
+def refuse_with(block: ast.WithBlock | None, bag: Bag, is_invocation: bool = False) -> None:
+    """Report what a `with:` block of a behavior has besides the constraints of an invocation."""
+    members = block.members if block is not None else ()
+    allowed = ast.KeepConstraint | ast.RemoveDefault | ast.InvalidStatement
+    if block is not None and not (is_invocation and all(isinstance(member, allowed) for member in members)):
         bag.add(NotSupported(head(block.span, "with"), Construct.WITH))
 
 

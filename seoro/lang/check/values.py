@@ -1,20 +1,20 @@
-"""Values that are constructed: structs from arguments, and structs and actors from the defaults of their fields.
+"""What instances are made of, and values that are constructed: structs from arguments.
 
 A field without a default takes the default value of its type, where there is one: a struct or an actor is
 constructed, a list is empty, and numbers in the structs of `osc.types` are 0. Any other needs a value from
-somewhere.
+somewhere: an argument, a constraint, or, if it is a boolean or of an enumeration, from the seed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed
-from seoro.lang.check.plan_types import enum_value, struct_type
+from seoro.lang.check.plan_types import enum_value, plan_type, struct_type
 from seoro.lang.check.rewrite import names_used
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names
@@ -31,67 +31,59 @@ from seoro.lang.symbols import (
     lineage,
     may_lack_values,
 )
-from seoro.lang.types import FLOAT, Enumeration, ListOf, Quantity, Structured, Type, is_number
+from seoro.lang.types import (
+    BOOL,
+    FLOAT,
+    STRING,
+    UNKNOWN,
+    Enumeration,
+    ListOf,
+    Quantity,
+    RangeOf,
+    Structured,
+    Type,
+    is_number,
+)
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
 
 STANDARD_TYPES = "stdtypes"  # the namespace of `osc.types`
-
-
-@dataclass(frozen=True)
-class Defaults:
-    """The values that the fields of a type have by themselves.
-
-    Args:
-        values: In an order in which each can refer to the ones before it.
-        missing: Paths of fields that have none.
-        latents: The conditional subtypes that a value may be of.
-    """
-
-    values: Mapping[str, plan.Expression]
-    missing: tuple[str, ...]
-    latents: tuple[plan.Latent, ...] = ()
+GLOBALS = "globals"  # what the structure of global parameters is called
 
 
 class Values:
-    """Constructs values.
+    """Elaborates structures, and constructs values.
 
     Args:
-        expressions: For the expressions of arguments and defaults.
+        expressions: For the expressions of arguments, defaults and constraints.
     """
 
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
-        self._known: dict[TypeSymbol, Defaults] = {}
+        self._structures: dict[TypeSymbol, plan.Structure] = {}
         self._open: list[TypeSymbol] = []
         self._scopes: dict[tuple[TypeSymbol | None, Home], Scope] = {}
-        self._of_fields: dict[FieldSymbol, tuple[plan.Expression | None, tuple[str, ...]]] = {}
+        self._defaults: dict[FieldSymbol, plan.Expression | None] = {}
 
     def from_arguments(self, symbol: TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
         """`name(arguments)`: other fields take their defaults."""
         fields = all_fields(symbol)
         given = bind(self._expressions, symbol.name, fields, node.arguments, scope, is_open(symbol))
         self.check_conditions(symbol, given, is_told_later=True)
-        value, missing = self.construct(symbol, given, node.span)
-        if missing and not may_lack_values(symbol):
+        missing = self.lacking_of(symbol, given)
+        if missing:
             self._expressions.bag.add(messages.MissingArgument(node.span, symbol.name, missing[0]))
-        return Typed(value, Structured(symbol))
+        arguments = tuple((name, given[name]) for name in fields if name in given)
+        type_ = struct_type(symbol)
+        assert isinstance(type_, plan.StructType)
+        structures = self._expressions.program.structures
+        return Typed(plan.Construct(type_, arguments, structures, node.span), Structured(symbol))
 
-    def construct(
-        self, symbol: TypeSymbol, given: Mapping[str, plan.Expression], span: Span
-    ) -> tuple[plan.Construct, tuple[str, ...]]:
-        """A value of a struct or an actor, and the paths of those of its fields that have no value."""
-        defaults = self.defaults(symbol)
-        arguments = tuple((name, given[name]) for name in all_fields(symbol) if name in given)
-        rest = tuple((name, value) for name, value in defaults.values.items() if name not in given)
-        missing = tuple(path for path in defaults.missing if path.partition(".")[0] not in given)
-        conditions = self.conditions(symbol)
-        made = plan.Construct(struct_type(symbol), arguments, rest, conditions, defaults.latents, span)
-        return made, missing
+    # ------------------------------------------------------------ conditions (7.3.8.2)
 
     def conditions(self, symbol: TypeSymbol) -> tuple[tuple[str, bool | plan.EnumValue], ...]:
-        """What the values of a conditional subtype hold in the fields that decide about it (7.3.8.2)."""
+        """What the values of a conditional subtype hold in the fields that decide about it."""
         conditions = [type_.condition for type_ in reversed(list(lineage(symbol)))]
         return tuple((found.field.name, _condition_value(found)) for found in conditions if found is not None)
 
@@ -114,31 +106,145 @@ class Values:
                 message = type_messages.FixedByCondition(value.span, symbol.name, name, shown)
                 self._expressions.bag.add(message)
 
-    def defaults(self, symbol: TypeSymbol) -> Defaults:
-        """The default values of the fields of a type."""
-        if symbol in self._known:
-            return self._known[symbol]
+    # ------------------------------------------------------------ what has no value
+
+    def lacking_of(self, symbol: TypeSymbol, given: Mapping[str, object]) -> tuple[str, ...]:
+        """Paths of the fields of a type that nothing gives a value, as far as the text tells."""
+        if may_lack_values(symbol):
+            return ()
+        decided = {*given, *dict(self.conditions(symbol))}
+        fields = [field for field in all_fields(symbol).values() if field.name not in decided]
+        return tuple(path for field in fields for path in self.lacking(field))
+
+    def lacking(self, field: FieldSymbol) -> tuple[str, ...]:
+        """The paths of what a field lacks to have a value by itself."""
+        if self.default(field) is not None or field.is_variable:
+            return ()
+        match field.type:
+            case Structured(symbol):
+                return tuple(f"{field.name}.{path}" for path in self.lacking_of(symbol, {}))
+            case ListOf() | Enumeration():
+                return ()
+            case type_ if type_ in (BOOL, UNKNOWN):
+                return ()
+            case _:
+                return (field.name,)
+
+    # ------------------------------------------------------------ structures
+
+    def structure(self, symbol: TypeSymbol) -> plan.Structure:
+        """What instances of a type are made of."""
+        if symbol in self._structures:
+            return self._structures[symbol]
+        self._open.append(symbol)
+        for field in all_fields(symbol).values():
+            self._enter(field)
+        members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
+        latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
+        is_value = symbol.kind in {Kind.STRUCT, Kind.ACTOR}
+        made = self._made(
+            symbol.plan_name, struct_type(symbol) if is_value else None, members, latents, symbol.span
+        )
+        self._open.pop()
+        self._structures[symbol] = made
+        if is_value:
+            self._expressions.program.structures.add(made)
+        return made
+
+    def globals(self) -> plan.Structure:
+        """What the global parameters are made of (7.3.14)."""
+        program = self._expressions.program
+        members: list[plan.StructureMember] = []
+        for declaration, home in program.global_declarations:
+            for name in declaration.names:
+                symbol = program.globals[home.namespace_of(name), name.text]
+                if symbol.span is name.span:
+                    self._enter(symbol)
+                    members.append(self._field(symbol))
+                    it = plan.Global(symbol.name, symbol.span)
+                    members += self._with_block(declaration.constraints, self._scope(None, home), symbol, it)
+        span = members[0].span if members else program.nowhere
+        return self._made(GLOBALS, None, tuple(members), (), span)
+
+    def _made(
+        self,
+        name: str,
+        type_: plan.StructType | plan.ActorType | None,
+        members: tuple[plan.StructureMember, ...],
+        latents: tuple[plan.Latent, ...],
+        span: Span,
+    ) -> plan.Structure:
+        fields = {member.name: member for member in members if isinstance(member, plan.FieldDeclaration)}
+        open_fields = frozenset(field.name for field in fields.values() if self._is_open(field))
+        return plan.Structure(name, type_, fields, members, latents, open_fields, span)
+
+    def _is_open(self, field: plan.FieldDeclaration) -> bool:
+        """Whether the value of a field has to be chosen if it is not given."""
+        if field.default is not None or field.is_variable:
+            return False
+        if isinstance(field.type, plan.StructType | plan.ActorType):
+            inner = self._expressions.program.structures.find(field.type)
+            return inner is None or not inner.is_plain or bool(inner.open_fields)
+        return not isinstance(field.type, plan.ListType)
+
+    def _enter(self, field: FieldSymbol) -> None:
+        """Elaborate the structure of what a field holds, which must not contain itself."""
+        if not isinstance(field.type, Structured) or self.default(field) is not None:
+            return
+        symbol = field.type.symbol
         if symbol in self._open:
             path = (*(type_.name for type_ in self._open[self._open.index(symbol) :]), symbol.name)
             self._expressions.bag.add(messages.ContainsItself(symbol.span, path))
-            return Defaults({}, ())
-        self._open.append(symbol)
-        values: dict[str, plan.Expression] = {}
-        missing: list[str] = []
-        decided = dict(self.conditions(symbol))
-        for field in all_fields(symbol).values():
-            if field.name in decided:
-                values[field.name] = plan.Literal(decided[field.name], field.span)
-                continue
-            value, lacking = self.default(field)
-            missing += lacking
-            if value is not None:
-                values[field.name] = value
-        latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
-        self._open.pop()
-        found = Defaults(self.ordered(values, all_fields(symbol)), tuple(missing), latents)
-        self._known[symbol] = found
-        return found
+        else:
+            self.structure(symbol)
+
+    def _members(self, symbol: TypeSymbol) -> Iterator[plan.StructureMember]:
+        """What a type adds to its base: its condition, then its members and those of its extensions."""
+        if symbol.condition is not None:
+            yield self._fixed(symbol.condition, symbol.span)
+        for part in symbol.parts:
+            scope = self._scope(symbol, part.home)
+            for member in part.members:
+                match member:
+                    case ast.ParameterDeclaration(field_names, constraints=constraints):
+                        for field in _declared(symbol, field_names):
+                            yield self._field(field)
+                            it = plan.Field(field.name, field.span)
+                            yield from self._with_block(constraints, scope, field, it)
+                    case ast.VariableDeclaration(field_names):
+                        yield from (self._field(field) for field in _declared(symbol, field_names))
+                    case ast.KeepConstraint() | ast.RemoveDefault():
+                        found = self._expressions.constraints.member(member, scope)
+                        if found is not None:
+                            yield found
+                    case _:
+                        pass
+
+    def _with_block(
+        self,
+        constraints: tuple[ast.ConstraintDeclaration | ast.InvalidStatement, ...],
+        scope: Scope,
+        field: FieldSymbol,
+        it: plan.Expression,
+    ) -> Iterator[plan.ConstraintMember]:
+        """The constraints on a field, in which `it` is the field (7.3.6.1.1)."""
+        inside = replace(scope, it=field.type, it_value=it)
+        for constraint in constraints:
+            if not isinstance(constraint, ast.InvalidStatement):
+                found = self._expressions.constraints.member(constraint, inside)
+                if found is not None:
+                    yield found
+
+    def _fixed(self, condition: Condition, span: Span) -> plan.Constraint:
+        """The constraint that a conditional subtype places on the field that decides about it."""
+        literal = plan.Literal(_condition_value(condition), span)
+        return plan.Constraint(
+            plan.Compare("==", plan.Field(condition.field.name, span), literal, span), False, span
+        )
+
+    def _field(self, field: FieldSymbol) -> plan.FieldDeclaration:
+        type_ = plan_type(field.type, self._expressions.program)
+        return plan.FieldDeclaration(field.name, type_, self.default(field), field.is_variable, field.span)
 
     def _subtypes(self, symbol: TypeSymbol) -> list[TypeSymbol]:
         """The conditional subtypes, apart from its own, that a value of a type may be of."""
@@ -152,52 +258,68 @@ class Values:
 
     def _latent(self, symbol: TypeSymbol) -> plan.Latent:
         assert symbol.base is not None and symbol.condition is not None
-        values: dict[str, plan.Expression] = {}
-        missing: list[str] = []
         for field in symbol.fields.values():
-            value, lacking = self.default(field)
-            missing += lacking
-            if value is not None:
-                values[field.name] = value
-        defaults = tuple(self.ordered(values, symbol.fields).items())
+            self._enter(field)
         condition = symbol.condition
         return plan.Latent(
             symbol.plan_name,
             symbol.base.plan_name,
             condition.field.name,
             _condition_value(condition),
-            defaults,
-            tuple(missing),
+            tuple(self._members(symbol)),
             symbol.span,
         )
 
-    def default(self, field: FieldSymbol) -> tuple[plan.Expression | None, tuple[str, ...]]:
-        """The value that a field has by itself, and the paths of what lacks one."""
-        if field not in self._of_fields:
-            self._of_fields[field] = self._default(field)
-        return self._of_fields[field]
+    # ------------------------------------------------------------ defaults
 
-    def _default(self, field: FieldSymbol) -> tuple[plan.Expression | None, tuple[str, ...]]:
-        from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
+    def default(self, field: FieldSymbol) -> plan.Expression | None:
+        """The default value of a field, in the scope of its instance; None if it has none."""
+        if field not in self._defaults:
+            self._defaults[field] = self._default(field)
+        return self._defaults[field]
 
+    def _default(self, field: FieldSymbol) -> plan.Expression | None:
         if field.default is not None:
-            key = (field.owner, field.home)
-            scope = self._scopes.get(key) or self._scopes.setdefault(key, scope_of(*key))
-            return self._expressions.converted(field.default, field.type, scope, f"`{field.name}`"), ()
-        return self._default_of_type(field)
+            scope = self._scope(field.owner, field.home)
+            return self._expressions.converted(field.default, field.type, scope, f"`{field.name}`")
+        if field.is_variable:
+            return self._initial(field)
+        if is_number(field.type) and _is_standard_struct(field.owner):
+            return plan.Literal(_zero(field.type), field.span)
+        return None
 
-    def _default_of_type(self, field: FieldSymbol) -> tuple[plan.Expression | None, tuple[str, ...]]:
+    def _initial(self, field: FieldSymbol) -> plan.Expression | None:
+        """What a variable holds before it gets a value: it always has one (7.3.6.1.2)."""
         span = field.span
         match field.type:
-            case Structured(symbol):
-                value, missing = self.construct(symbol, {}, span)
-                return value, tuple(f"{field.name}.{path}" for path in missing)
+            case Enumeration(enum) if enum.members:
+                return plan.Literal(enum_value(enum, next(iter(enum.members))), span)
             case ListOf():
-                return plan.ListOf((), span), ()
-            case number if is_number(number) and _is_standard_struct(field.owner):
-                return plan.Literal(_zero(number), span), ()
+                return plan.ListOf((), span)
+            case RangeOf(element):
+                zero = plan.Literal(_zero(element), span)
+                return plan.RangeOf(zero, zero, span)
+            case type_ if is_number(type_):
+                return plan.Literal(_zero(type_), span)
+            case type_ if type_ == BOOL:
+                return plan.Literal(False, span)
+            case type_ if type_ == STRING:
+                return plan.Literal("", span)
             case _:
-                return None, (field.name,)
+                return None
+
+    def _scope(self, owner: TypeSymbol | None, home: Home) -> Scope:
+        from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
+
+        key = (owner, home)
+        if key not in self._scopes:
+            self._scopes[key] = scope_of(owner, home)
+        return self._scopes[key]
+
+    def check_order(self, fields: Mapping[str, FieldSymbol]) -> None:
+        """Report default values that refer to each other in a circle."""
+        given = {name: value for name, field in fields.items() if (value := self.default(field)) is not None}
+        self.ordered(given, fields)
 
     def ordered(
         self, values: Mapping[str, plan.Expression], fields: Mapping[str, FieldSymbol]
@@ -222,6 +344,14 @@ class Values:
                 else:
                     path.append(needed)
         return done
+
+
+def _declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[FieldSymbol]:
+    """The fields that a declaration of several names has added to a type."""
+    by_place = {id(field.span): field for field in symbol.fields.values()}
+    for name in field_names:
+        if id(name.span) in by_place:
+            yield by_place[id(name.span)]
 
 
 def _is_standard_struct(symbol: TypeSymbol | None) -> bool:

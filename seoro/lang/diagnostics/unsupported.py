@@ -15,10 +15,8 @@ from seoro.lang.source import Span
 class Construct(Enum):
     """What is refused: the code's last two digits, and how the message calls it."""
 
-    KEEP = "01", "`keep`"
-    REMOVE_DEFAULT = "02", "`remove_default`"
     WITH = "03", "a `with:` block"
-    VARIABLE = "04", "`var`"
+    SAMPLE = "04", "`sample`"
     ON = "05", "`on`"
     CALL = "06", "`call`"
     COMPOSITION_ARGUMENTS = "07", "an argument of `serial`, `parallel` or `one_of`"
@@ -31,11 +29,9 @@ class Construct(Enum):
     EVENT_IS = "14", "`is` in the declaration of an event"
     COVERAGE = "17", "`cover` or `record`"
     BEHAVIOR_TYPE = "26", "a scenario or an action as the type of a field"
-    RANGE_ARGUMENT = "27", "a range for a parameter that holds one number"
     REFERENCE = "28", "an argument that is the path of a variable"
     FOREIGN_EVENT = "29", "an event of another object"
     DURATION = "32", "the `duration` of an invocation"
-    INSTANCE_OF_ACTION = "33", "a method of an action in the default of its parameter"
     ELAPSED_CONDITION = "31", "`elapsed` as the condition of an event"
 
 

@@ -33,72 +33,55 @@ class Overrides:
         self._scope = scope
         self._bag = bag
 
-    def apply(
-        self, values: Mapping[str, plan.Expression], overrides: Mapping[str, str]
-    ) -> dict[str, plan.Expression]:
-        """The values of the parameters, with those from outside; whole values first, then parts of them."""
-        result = dict(values)
-        for path, text in sorted(overrides.items(), key=lambda item: item[0].count(".")):
-            file = SourceFile(ORIGIN, f"{path}={text}")
-            self._apply(result, path, file)
-        return result
+    def constraints(self, overrides: Mapping[str, str]) -> tuple[plan.Constraint, ...]:
+        """The constraints that they stand for; whole values first, then parts of them."""
+        in_order = sorted(overrides.items(), key=lambda item: item[0].count("."))
+        files = [(path, SourceFile(ORIGIN, f"{path}={text}")) for path, text in in_order]
+        found = [self._constraint(path, file) for path, file in files]
+        return tuple(constraint for constraint in found if constraint is not None)
 
-    def _apply(self, values: dict[str, plan.Expression], path: str, file: SourceFile) -> None:
+    def _constraint(self, path: str, file: SourceFile) -> plan.Constraint | None:
         first, *rest = path.split(".")
-        fields: Mapping[str, FieldSymbol] = self._scope.fields
-        if first not in fields:
-            self._unknown(path, first, fields, file)
-            return
-        type_ = self._type(fields[first].type, rest, path, file)
-        if type_ is None:
-            return
+        span = Span(file, 0, len(path))
+        root = self._root(first)
+        if root is None:
+            self._unknown(path, first, self._scope.fields, file)
+            return None
+        left: plan.Expression = replace(root[1], span=span)
+        type_ = root[0].type
+        for name in rest:
+            field = self._field(type_, name, path, file)
+            if field is None:
+                return None
+            type_, left = field.type, plan.Member(left, field.name, span)
         node = parse_expression(file, self._bag, len(path) + 1)
         if node is None:
-            return
-        value = self._expressions.converted(node, type_, self._scope, f"`{path}`")
-        if not rest:
-            values[first] = value
-            return
-        whole = values.get(first)
-        part = self._put(whole, rest, value)
-        if part is None:
-            self._refuse(
-                path, file, f"the value of `{first}` is not constructed there", f"override `{first}` itself"
-            )
-        else:
-            values[first] = part
-
-    def _type(self, type_: Type, rest: list[str], path: str, file: SourceFile) -> Type | None:
-        """The type at the end of a path; None if the path leads nowhere, which is reported."""
-        for name in rest:
-            if not isinstance(type_, Structured):
-                self._refuse(path, file, f"{self._expressions.converter.describe(type_)} has no field `{name}`")
-                return None
-            fields = all_fields(type_.symbol)
-            if name not in fields:
-                self._unknown(path, name, fields, file)
-                return None
-            type_ = fields[name].type
-        return type_
-
-    def _put(
-        self, whole: plan.Expression | None, rest: list[str], value: plan.Expression
-    ) -> plan.Expression | None:
-        """The constructed value with another value at a path; None if something on the way is not constructed."""
-        if not isinstance(whole, plan.Construct):
             return None
-        name, *deeper = rest
-        given = dict(whole.arguments)
-        defaults = dict(whole.defaults)
-        if deeper:
-            part = self._put(given.get(name, defaults.get(name)), deeper, value)
-            if part is None:
-                return None
-            value = part
-        given[name] = value
-        defaults.pop(name, None)
-        in_order = tuple((field, given[field]) for field in whole.type.fields if field in given)
-        return replace(whole, arguments=in_order, defaults=tuple(defaults.items()))
+        value = self._expressions.converted(node, type_, self._scope, f"`{path}`")
+        whole = Span(file, 0, len(file.text))
+        return plan.Constraint(plan.Compare("==", left, value, whole), False, whole)
+
+    def _root(self, name: str) -> tuple[FieldSymbol, plan.Field | plan.Global] | None:
+        """The field of the scenario that a path begins with, or the global parameter."""
+        nowhere = self._expressions.program.nowhere
+        for field in self._scope.fields.values():
+            if name in {field.name, field.text}:
+                return field, plan.Field(field.name, nowhere)
+        for parameter in self._expressions.program.globals.values():
+            if name in {parameter.name, parameter.text}:
+                return parameter, plan.Global(parameter.name, nowhere)
+        return None
+
+    def _field(self, type_: Type, name: str, path: str, file: SourceFile) -> FieldSymbol | None:
+        """The field of a value that a part of a path means; None if there is none, which is reported."""
+        if not isinstance(type_, Structured):
+            self._refuse(path, file, f"{self._expressions.converter.describe(type_)} has no field `{name}`")
+            return None
+        fields = all_fields(type_.symbol)
+        if name not in fields:
+            self._unknown(path, name, fields, file)
+            return None
+        return fields[name]
 
     def _unknown(self, path: str, name: str, fields: Mapping[str, FieldSymbol], file: SourceFile) -> None:
         known = ", ".join(f"`{field}`" for field in fields)

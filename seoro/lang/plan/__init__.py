@@ -31,9 +31,7 @@ from seoro.lang.plan.behaviors import (
 )
 from seoro.lang.plan.declarations import (
     Action,
-    ActionParameter,
     Event,
-    Parameter,
     Plan,
     Scenario,
 )
@@ -66,7 +64,6 @@ from seoro.lang.plan.expressions import (
     Global,
     Index,
     Join,
-    Latent,
     ListOf,
     Literal,
     Logic,
@@ -85,6 +82,17 @@ from seoro.lang.plan.expressions import (
     TypeTest,
     Undefined,
     behavior_type,
+    parts,
+)
+from seoro.lang.plan.structures import (
+    Constraint,
+    ConstraintMember,
+    FieldDeclaration,
+    Latent,
+    RemoveDefault,
+    Structure,
+    StructureMember,
+    Structures,
 )
 from seoro.lang.plan.types import (
     ActorType,
@@ -100,7 +108,6 @@ from seoro.lang.plan.types import (
 
 __all__ = [
     "Action",
-    "ActionParameter",
     "ActorType",
     "Arithmetic",
     "Behavior",
@@ -112,6 +119,8 @@ __all__ = [
     "Compare",
     "Concatenate",
     "Conditional",
+    "Constraint",
+    "ConstraintMember",
     "Construct",
     "Contains",
     "Convert",
@@ -126,6 +135,7 @@ __all__ = [
     "Expression",
     "External",
     "Field",
+    "FieldDeclaration",
     "ForEach",
     "Global",
     "Index",
@@ -146,7 +156,6 @@ __all__ = [
     "OnEvent",
     "OneOf",
     "Parallel",
-    "Parameter",
     "Phase",
     "PhaseEvent",
     "PhysicalType",
@@ -154,6 +163,7 @@ __all__ = [
     "PrimitiveType",
     "RangeOf",
     "RangeType",
+    "RemoveDefault",
     "Scenario",
     "Self",
     "Serial",
@@ -162,9 +172,13 @@ __all__ = [
     "StringCall",
     "StringMethod",
     "StructType",
+    "Structure",
+    "StructureMember",
+    "Structures",
     "TypeTest",
     "Undefined",
     "ValueType",
     "Wait",
     "behavior_type",
+    "parts",
 ]

@@ -7,6 +7,7 @@ from typing import TypeAlias
 from seoro.lang.frozen import Value
 from seoro.lang.plan.events import EventReference, EventSpecification
 from seoro.lang.plan.expressions import Expression
+from seoro.lang.plan.structures import ConstraintMember
 from seoro.lang.source import Span
 
 
@@ -54,26 +55,31 @@ class Emit(Value):
 class InvokeAction(Value):
     """An action, carried out by Python.
 
-    `arguments` has a value for every parameter of the declaration, defaults included, in its order.
+    Args:
+        label: Its label.
+        action: Its name in `Plan.actions`, qualified by its actor type: `differential_drive_robot.nav_to_pose`.
+        actor: Who carries it out, if it belongs to an actor.
+        arguments: Values of parameters, evaluated where the invocation stands.
+        constraints: What else holds for the parameters, during this invocation.
+        span: Its place in the text.
     """
 
     label: str | None
-    action: str  # qualified by its actor type: `differential_drive_robot.nav_to_pose`
+    action: str
     actor: Expression | None
     arguments: tuple[tuple[str, Expression], ...]
+    constraints: tuple[ConstraintMember, ...]
     span: Span
 
 
 class InvokeScenario(Value):
-    """Another scenario, by its name in `Plan.scenarios`.
-
-    `arguments` has what the invocation gives; the other parameters have the values of the scenario.
-    """
+    """Another scenario, by its name in `Plan.scenarios`; the rest as for actions."""
 
     label: str | None
     scenario: str
     actor: Expression | None
     arguments: tuple[tuple[str, Expression], ...]
+    constraints: tuple[ConstraintMember, ...]
     span: Span
 
 

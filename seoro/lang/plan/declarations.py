@@ -6,18 +6,9 @@ from collections.abc import Mapping
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior
-from seoro.lang.plan.expressions import Expression
-from seoro.lang.plan.types import ActorType, ValueType
+from seoro.lang.plan.structures import Constraint, Structure, Structures
+from seoro.lang.plan.types import ActorType
 from seoro.lang.source import Span
-
-
-class Parameter(Value):
-    """A parameter of a scenario, which each invocation has to give if it has no value, or a global parameter."""
-
-    name: str
-    type: ValueType
-    value: Expression | None
-    span: Span
 
 
 class Event(Value):
@@ -33,26 +24,20 @@ class Scenario(Value):
 
     name: str
     bases: tuple[str, ...]
-    parameters: tuple[Parameter, ...]
+    structure: Structure
     events: tuple[Event, ...]
     body: Behavior | None
     span: Span
 
 
-class ActionParameter(Value):
-    """A parameter of an action's declaration."""
-
-    name: str
-    type: ValueType
-    span: Span
-
-
 class Action(Value):
-    """The declaration of an action; `library` is what was imported to get it, such as `osc.nav2`."""
+    """The declaration of an action; `library` is what was imported to get it, such as `osc.nav2`, `bases` are the
+    names of what it inherits, nearest first."""
 
     name: str
+    bases: tuple[str, ...]
     actor: ActorType | None
-    parameters: tuple[ActionParameter, ...]
+    structure: Structure
     library: str | None
     span: Span
 
@@ -62,14 +47,18 @@ class Plan(Value):
 
     Args:
         entry: The scenario to run, a key of `scenarios`.
+        overrides: What was set from outside for its fields, and for global parameters; applied last.
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
-        globals: The global parameters, each after those that it refers to (7.3.14); evaluated once for a run.
+        globals: The global parameters (7.3.14), whose values are chosen with those of the entry scenario.
+        structures: The structures of all structs and actors.
         file: The entry file, as the user named it.
     """
 
     entry: str
+    overrides: tuple[Constraint, ...]
     scenarios: Mapping[str, Scenario]
     actions: Mapping[str, Action]
-    globals: tuple[Parameter, ...]
+    globals: Structure
+    structures: Structures
     file: str

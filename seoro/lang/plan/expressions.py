@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.types import ActorType, EnumValue, StructType, ValueType
+from seoro.lang.plan.types import EnumValue, StructType, ValueType
 from seoro.lang.source import Span
+
+if TYPE_CHECKING:
+    from seoro.lang.plan.structures import Structures
 
 
 class Number(Enum):
@@ -246,40 +249,18 @@ class Cast(Value):
     span: Span
 
 
-class Latent(Value):
-    """A conditional subtype that a value may turn out to be of (7.3.8.2.5).
+class Construct(Value):
+    """A struct value that is made where the expression stands.
 
     Args:
-        type: Its name.
-        base: The name of what it inherits.
-        field: The field that decides.
-        value: What it has to be.
-        defaults: The fields that the subtype adds, each after those that it refers to.
-        missing: Those of its fields that have no value.
+        type: What it is a value of.
+        arguments: Values for fields, evaluated in the scope around; the others have what their structure says.
+        structures: The structures of all types.
     """
 
-    type: str
-    base: str
-    field: str
-    value: bool | EnumValue
-    defaults: tuple[tuple[str, Expression], ...]
-    missing: tuple[str, ...]
-    span: Span
-
-
-class Construct(Value):
-    """A struct value, or an actor that comes into being with the field that holds it.
-
-    Arguments and defaults together have every field of the type; a default refers by `Field` to the
-    fields before it of the value that is constructed. `conditions` are those of the type itself, which the value
-    has to meet; `latents` come after their bases.
-    """
-
-    type: StructType | ActorType
-    arguments: tuple[tuple[str, Expression], ...]  # evaluated in the scope around
-    defaults: tuple[tuple[str, Expression], ...]  # evaluated in the scope of the new value
-    conditions: tuple[tuple[str, bool | EnumValue], ...]
-    latents: tuple[Latent, ...]
+    type: StructType
+    arguments: tuple[tuple[str, Expression], ...]
+    structures: Structures
     span: Span
 
 
@@ -329,6 +310,19 @@ Expression: TypeAlias = (
     | Construct
     | Call
 )
+
+
+def parts(expression: Expression) -> Iterable[Expression]:
+    """The expressions of which an expression consists, those in bodies of methods apart."""
+    for name in expression.__match_args__:
+        value = getattr(expression, name)
+        if isinstance(value, Expression):
+            yield value
+        elif isinstance(value, tuple):
+            for item in value:
+                inner = item[1] if isinstance(item, tuple) and len(item) == 2 else item
+                if isinstance(inner, Expression):
+                    yield inner
 
 
 class External(Value):

@@ -11,22 +11,21 @@ import asyncio
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.plan import InvokeAction
+from seoro.runtime.behaviors.scenario import invoked, shared
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
-from seoro.runtime.evaluate import evaluate
+from seoro.runtime.instantiate import parameters
 from seoro.runtime.invocation import Place
-from seoro.runtime.values import Actor
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
 async def run_action(plan: InvokeAction, place: Place) -> Outcome:
     """Carry it out."""
     services = place.services
-    environment = place.environment()
-    actor = evaluate(plan.actor, environment) if plan.actor is not None else None
-    assert actor is None or isinstance(actor, Actor)
-    arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
-    coroutine = services.actions[plan.action].call(ActionContext(place, plan), actor, arguments)
+    invocation, action = invoked(plan, place), services.plan.actions[plan.action]
+    fields = parameters(services.plan, action, invocation, shared(place))
+    arguments = {name: fields[name] for name in action.structure.fields}
+    coroutine = services.actions[plan.action].call(ActionContext(place, plan), invocation.actor, arguments)
 
     def overrun() -> None:
         reason = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"

@@ -7,11 +7,12 @@ what is still running in it. Its `start`, then its `end` or `fail` occur for who
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from seoro.lang.plan import InvokeScenario, Phase, Plan, Scenario
+from seoro.lang.plan import InvokeAction, InvokeScenario, Phase
 from seoro.runtime.behaviors.members import Perform
-from seoro.runtime.evaluate import Environment, evaluate
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.instantiate import Invocation, parameters
 from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import SUCCEEDED, Outcome
@@ -19,13 +20,10 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 async def run_scenario(plan: InvokeScenario, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
-    environment = place.environment()
-    actor = evaluate(plan.actor, environment) if plan.actor is not None else None
-    assert actor is None or isinstance(actor, Actor)
-    given = {name: evaluate(value, environment) for name, value in plan.arguments}
-    shared = {found.name: place.instance.fields[found.name] for found in place.services.plan.globals}
     scenario = place.services.plan.scenarios[plan.scenario]
-    instance = instantiate(scenario, place.path, {**shared, **given}, actor)
+    invocation = invoked(plan, place)
+    fields = parameters(place.services.plan, scenario, invocation, shared(place))
+    instance = Instance(scenario, place.path, fields, invocation.actor)
     for value in instance.fields.values():
         if isinstance(value, Actor) and place.services.homes.of(value) is None:
             place.services.homes.settle(value)
@@ -53,45 +51,15 @@ async def run_instance(instance: Instance, place: Place, perform: Perform) -> Ou
     return outcome
 
 
-@dataclass(frozen=True)
-class _Parameters:
-    """The parameters of an instance while they get their values, one after another."""
-
-    scenario: Scenario
-    fields: dict[str, Value]
-
-
-def evaluate_globals(plan: Plan) -> dict[str, Value]:
-    """The values of the global parameters of a run (7.3.14).
-
-    Raises:
-        EvaluationError: A value cannot be computed.
-    """
-    found = _Parameters(plan.scenarios[plan.entry], {})
-    for parameter in plan.globals:
-        assert parameter.value is not None, "checked: it has a value"
-        path = parameter.name.rpartition("::")[2]
-        found.fields[parameter.name] = evaluate(parameter.value, Environment(found, {}, path))
-    return found.fields
+def invoked(plan: InvokeScenario | InvokeAction, place: Place) -> Invocation:
+    """What an invocation says, with the values that its expressions have now."""
+    environment = place.environment()
+    actor = evaluate(plan.actor, environment) if plan.actor is not None else None
+    assert actor is None or isinstance(actor, Actor)
+    given = {name: evaluate(value, environment) for name, value in plan.arguments}
+    return Invocation(given, actor, plan.constraints, environment, environment.seed)
 
 
-def instantiate(scenario: Scenario, path: str, given: dict[str, Value], actor: Actor | None) -> Instance:
-    """A new instance; parameters that were not given take the values of the plan, in their order.
-
-    Args:
-        scenario: What to instantiate.
-        path: Its position, for people.
-        given: Values of parameters, and of all global parameters.
-        actor: The actor that it is invoked on.
-
-    Raises:
-        EvaluationError: A value cannot be computed.
-    """
-    parameters = _Parameters(scenario, dict(given))
-    bindings = {"actor": actor} if actor is not None else {}
-    for parameter in scenario.parameters:
-        if parameter.name not in parameters.fields:
-            assert parameter.value is not None, "checked: the invocation gives it, or it has a value"
-            environment = Environment(parameters, bindings, parameter.name)
-            parameters.fields[parameter.name] = evaluate(parameter.value, environment)
-    return Instance(scenario, path, parameters.fields, actor)
+def shared(place: Place) -> dict[str, Value]:
+    """The values of the global parameters."""
+    return {name: place.instance.fields[name] for name in place.services.plan.globals.fields}

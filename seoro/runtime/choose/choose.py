@@ -1,0 +1,362 @@
+"""Chooses the values of an instance and of all that it holds (7.3.6, 7.3.11), with the solver.
+
+What decides is collected, defaults that are overridden are dropped, lists get their sizes, and what remains is one
+problem for the solver: a cell for each scalar that is not given, a term for each constraint. A value that turns
+out to be of a conditional subtype gets what that adds, and the rest is chosen again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import cast
+
+from seoro.lang import solve
+from seoro.lang.plan import (
+    Constraint,
+    ConstraintMember,
+    EnumType,
+    EnumValue,
+    Expression,
+    Index,
+    Latent,
+    ListType,
+    Literal,
+    PhysicalType,
+    PrimitiveType,
+    Size,
+    Structure,
+    Structures,
+    ValueType,
+    parts,
+)
+from seoro.lang.solve import terms
+from seoro.lang.solve.cells import UINT_LIMITS
+from seoro.lang.source import Span
+from seoro.runtime.choose.fields import Compute, Fields
+from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
+from seoro.runtime.choose.slots import Rule, Slot
+from seoro.runtime.choose.symbolic import NotYet, Translation
+from seoro.runtime.environment import Environment, Evaluate, HasFields, NoChoice
+from seoro.runtime.values import Range, Value
+
+MAX_SIZE = 1000  # of a list whose size is chosen
+SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
+
+
+@dataclass(frozen=True)
+class Request:
+    """What values are asked for.
+
+    Args:
+        holder: The instance; its fields are `Fields`, and get the values.
+        roots: What it is made of; for the entry scenario, the global parameters first.
+        given: Values that it has from the start.
+        environment: Its scope.
+        constraints: What else holds for it, in an invocation.
+        around: The scope of that, in which `it` is the instance; its own if there is none around it.
+        overrides: What is set from outside.
+        structures: The structures of all types.
+        evaluate: Evaluates expressions.
+        value: The place of the instance, if it is a struct or an actor.
+    """
+
+    holder: HasFields
+    roots: tuple[Structure, ...]
+    given: Mapping[str, Value]
+    environment: Environment
+    structures: Structures
+    evaluate: Evaluate
+    constraints: tuple[ConstraintMember, ...] = ()
+    around: Environment | None = None
+    overrides: tuple[Constraint, ...] = ()
+    value: Slot | None = None
+
+
+def choose(request: Request) -> None:
+    """Choose the values of an instance; its fields have them afterwards.
+
+    Raises:
+        NoChoice: There are none that meet all constraints, or nothing bounds a number or a string.
+        EvaluationError: An expression has no value.
+    """
+    gathering = Gathering(request.structures)
+    if request.value is not None:
+        gathering.add_value(request.value, request.roots[0], request.given)
+    else:
+        for structure in request.roots:
+            gathering.add_root(structure, request.holder, request.given, request.environment)
+    gathering.add_constraints(request.constraints, request.around or request.environment, INVOCATION)
+    gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
+    gathering.expand()
+    _Choice(gathering, request).run()
+
+
+class _Choice:
+    """One choice, from what was gathered to the values."""
+
+    def __init__(self, gathering: Gathering, request: Request) -> None:
+        self._gathering = gathering
+        self._slots = gathering.slots
+        self._evaluate = request.evaluate
+        self._seed = request.environment.seed
+        self._translation = Translation(self._slots, request.evaluate, self._put)
+        self._pins: list[solve.Constraint] = []
+        self._is_final = False
+        self._names: dict[str, int] = {}
+
+    def run(self) -> None:
+        """Choose, until the values are of no subtypes that have not been taken into account."""
+        while True:
+            self._size_lists()
+            self._prepare()
+            self._put(self._solve(self._pins).values)
+            found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
+            if not found:
+                break
+            for slot, latent in found:
+                decider = self._slots.of(slot.made)[latent.field]
+                if decider.cell is not None:
+                    term = terms.Compare("==", terms.CellRef(decider.cell), terms.Const(latent.value))
+                    self._pins.append(solve.Constraint(term, latent.span, latent.span.text))
+                self._gathering.add_latent(slot, latent)
+            self._gathering.expand()
+        self._finish()
+
+    def _is_of(self, slot: Slot, latent: Latent) -> bool:
+        """Whether a value has turned out to be of a subtype that it has not been given yet."""
+        made = slot.made
+        assert made is not None
+        if latent.type in made.types or latent.base not in made.types:
+            return False
+        return made.fields[latent.field] == latent.value
+
+    # ------------------------------------------------------------ cells and constraints
+
+    def _prepare(self) -> None:
+        """Drop what is overridden, and give every scalar a cell."""
+        self._gathering.settle_defaults()
+        for slot in self._slots.all:
+            if isinstance(slot.holder.fields, Fields):
+                slot.holder.fields.compute = self._computing(slot.holder)
+            domain = _domain(slot.type)
+            if slot.cell is None and not slot.is_given and domain is not None:
+                slot.cell = solve.Cell(self._unique(slot.path), slot.span, domain)
+
+    def _unique(self, path: str) -> str:
+        """The name of a cell; a field and a global parameter may be called alike."""
+        count = self._names[path] = self._names.get(path, 0) + 1
+        return path if count == 1 else f"{path} ({count})"
+
+    def _solve(self, more: list[solve.Constraint]) -> solve.Solution:
+        rules = dict(self._constraints())
+        cells = [cell for slot in self._slots.all for cell in (slot.cell, slot.size) if cell is not None]
+        problem = solve.Problem(tuple(cells), (*rules, *more))
+        try:
+            return solve.solve(problem, self._seed)
+        except solve.Conflict as conflict:
+            raise _conflict(conflict, rules) from conflict
+        except solve.Unbounded as unbounded:
+            reason = f"`{unbounded.cell.name}` has no value: give it a default, a constraint or an override"
+            where = (unbounded.cell.span, "nothing gives it a value, or bounds it")
+            raise NoChoice(reason, "E0443", (where,)) from unbounded
+        except (solve.NeedsSolver, solve.Undecided) as undecided:
+            places = tuple((cell.span, "") for cell in undecided.cells)
+            raise NoChoice(str(undecided), "E0444", places) from undecided
+
+    def _constraints(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
+        """What has to hold, each with the rule that it comes from."""
+        for rule in self._gathering.rules:
+            term = self._term(rule)
+            if term is not None and term != terms.Const(True):
+                strength = solve.Strength.DEFAULT if rule.is_default else solve.Strength.HARD
+                yield solve.Constraint(term, rule.span, rule.span.text, strength), rule
+        for slot in self._slots.all:
+            if "lower" in slot.parts:
+                low, high = (slot.parts[key].cell for key in ("lower", "upper"))
+                assert low is not None and high is not None
+                term = terms.Compare("<=", terms.CellRef(low), terms.CellRef(high))
+                yield solve.Constraint(term, slot.span, f"{slot.path}.lower() <= {slot.path}.upper()"), None
+
+    def _term(self, rule: Rule) -> terms.Term | None:
+        """A rule as a term; None if it has no say, or is about what does not exist yet."""
+        if rule.is_void or rule.is_done or (rule.subject is not None and rule.subject.definition is rule):
+            return None
+        try:
+            return self._translated(rule)
+        except NotYet:
+            return None
+
+    def _translated(self, rule: Rule) -> terms.Term:
+        if rule.condition is not None:
+            return self._translation.condition(rule.condition, rule.environment)
+        assert rule.subject is not None and rule.value is not None
+        return self._translation.equality(rule.subject, rule.value, rule.environment)
+
+    def _is_postponed(self, rule: Rule) -> bool:
+        """Whether a rule is about a field of a subtype that a value has not turned out to be of."""
+        if rule.condition is None or rule.is_void or rule.is_done:
+            return False
+        try:
+            self._translated(rule)
+        except NotYet:
+            return True
+        return False
+
+    # ------------------------------------------------------------ lists
+
+    def _size_lists(self) -> None:
+        """Give each list that is made here a size: the smallest that its constraints allow (7.3.5.2.1)."""
+        while True:
+            unsized = [slot for slot in self._slots.all if self._is_unsized(slot)]
+            if not unsized:
+                return
+            conditions = [rule for rule in self._gathering.rules if rule.condition is not None]
+            for slot in unsized:
+                least, is_sized = self._mentioned(slot, conditions)
+                slot.size = solve.Cell(f"{slot.path}.size()", slot.span, solve.Integer(least, MAX_SIZE))
+                slot.is_sized = not is_sized
+            self._prepare()
+            for slot in unsized:
+                size = self._smallest(slot) if not slot.is_sized else _least(slot)
+                slot.size, slot.is_sized = None, True
+                self._gathering.size_list(slot, size)
+            self._gathering.expand()
+
+    @staticmethod
+    def _is_unsized(slot: Slot) -> bool:
+        is_made = isinstance(slot.type, ListType) and not slot.is_given and slot.definition is None
+        return is_made and not slot.is_sized
+
+    def _mentioned(self, slot: Slot, rules: list[Rule]) -> tuple[int, bool]:
+        """How many members constraints mention, and whether they mention the size."""
+        least, is_sized = 0, False
+        for rule in rules:
+            pending: list[Expression] = [rule.condition] if rule.condition is not None else []
+            while pending:
+                current = pending.pop()
+                match current:
+                    case Index(items, Literal(int(position))) if self._is(items, slot, rule):
+                        least = max(least, position + 1)
+                    case Size(items) if self._is(items, slot, rule):
+                        is_sized = True
+                    case _:
+                        pass
+                pending += parts(current)
+        return least, is_sized
+
+    def _is(self, expression: Expression, slot: Slot, rule: Rule) -> bool:
+        return self._slots.find(expression, rule.environment) is slot
+
+    def _smallest(self, slot: Slot) -> int:
+        size = slot.size
+        assert size is not None
+        least = _least(slot)
+        for candidate in range(least, min(least + SIZES_TRIED, MAX_SIZE)):
+            term = terms.Compare("==", terms.CellRef(size), terms.Const(candidate))
+            try:
+                self._solve([*self._pins, solve.Constraint(term, slot.span, f"{slot.path}.size() == {candidate}")])
+            except NoChoice:
+                continue
+            return candidate
+        return cast(int, self._solve(self._pins).values[size])
+
+    # ------------------------------------------------------------ values
+
+    def _put(self, chosen: Mapping[solve.Cell, solve.Value]) -> None:
+        """Put values of cells into the instances."""
+        for slot in self._slots.all:
+            if slot.cell is not None and slot.cell in chosen:
+                _assign(slot, cast(Value, chosen[slot.cell]))
+
+    def _computing(self, holder: object) -> Compute:
+        slots = self._slots.of(holder)
+
+        def compute(name: str) -> Value:
+            return self._value(slots[name])
+
+        return compute
+
+    def _value(self, slot: Slot) -> Value:
+        """The value of what is no cell; once all cells are final, it stays."""
+        if slot.definition is not None:
+            assert slot.definition.value is not None
+            around = replace(slot.definition.environment, path=slot.path)
+            value = self._evaluate(slot.definition.value, around)
+        elif "lower" in slot.parts:
+            low, high = (part.holder.fields[part.key] for part in slot.parts.values())
+            value = Range(cast(float, low), cast(float, high))
+        elif isinstance(slot.type, ListType):
+            value = tuple(part.holder.fields[part.key] for part in slot.parts.values())
+        else:
+            raise KeyError(slot.key)
+        if self._is_final:
+            _assign(slot, value)
+        return value
+
+    def _finish(self) -> None:
+        """Compute what is no cell, check what could not be told before, and leave plain fields behind."""
+        self._is_final = True
+        for slot in self._slots.all:
+            slot.holder.fields[slot.key]
+        for rule in self._gathering.rules:
+            if self._is_postponed(rule) and not self._evaluate(cast(Expression, rule.condition), rule.environment):
+                raise NoChoice("this constraint cannot hold", "E0442", ((rule.span, ""),))
+        holders = {id(slot.holder): slot.holder for slot in self._slots.all}
+        for holder in holders.values():
+            fields = holder.fields
+            if isinstance(fields, Fields):
+                fields.compute = None
+                in_order = {name: fields[name] for name in (*self._slots.of(holder), *fields)}
+                fields.clear()
+                fields.update(in_order)
+
+
+def _assign(slot: Slot, value: Value) -> None:
+    slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict
+
+
+def _least(slot: Slot) -> int:
+    assert slot.size is not None and isinstance(slot.size.domain, solve.Integer)
+    return slot.size.domain.low
+
+
+def _domain(type_: ValueType) -> solve.Domain | None:
+    """What a scalar can be; None if it is none."""
+    match type_:
+        case PrimitiveType("bool"):
+            return solve.Boolean()
+        case PrimitiveType("int"):
+            return solve.Integer()
+        case PrimitiveType("uint"):
+            return solve.Integer(*UINT_LIMITS)
+        case PrimitiveType("float") | PhysicalType():
+            return solve.Real()
+        case PrimitiveType():
+            return solve.Free()
+        case EnumType(name, members):
+            by_number = {number: EnumValue(name, member, number) for member, number in reversed(members)}
+            return solve.Choice(tuple(reversed(by_number.values())))
+        case _:
+            return None
+
+
+def _conflict(conflict: solve.Conflict, rules: Mapping[solve.Constraint, Rule | None]) -> NoChoice:
+    """What to say of constraints that clash."""
+    places: list[tuple[Span, str]] = []
+    for constraint in conflict.constraints:
+        rule = rules.get(constraint)
+        if rule is not None and rule.order[0] == OVERRIDE:
+            text = "this was set from outside"
+        elif constraint.strength is solve.Strength.DEFAULT:
+            text = "this default is not overridden"
+        else:
+            text = "this has to hold"
+        places.append((constraint.span, text))
+    places += [(cell.span, f"`{cell.name}` can be no such value") for cell in conflict.limits]
+    what = "these constraints cannot hold together" if len(places) > 1 else "this constraint cannot hold"
+    hint = "a default gives way to a later `keep` with the parameter alone on its left side, `keep(x == 3)` or "
+    hint += "`keep(x in [1..3])`, and to `remove_default(x)`"
+    has_default = any(constraint.strength is solve.Strength.DEFAULT for constraint in conflict.constraints)
+    message = f"{what}: {conflict.reason}" if conflict.reason else what
+    return NoChoice(message, "E0442", tuple(places), hint if has_default else "")

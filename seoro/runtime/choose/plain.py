@@ -1,0 +1,98 @@
+"""Instances of which given values and defaults decide everything: nearly all, so they are made without ado."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
+from seoro.runtime.choose.fields import Fields
+from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
+from seoro.runtime.values import Actor, Struct, Value
+
+
+def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:
+    """Whether nothing has to be chosen for an instance."""
+    return structure.is_plain and structure.open_fields <= given.keys()
+
+
+def fill(
+    fields: Fields, structure: Structure, structures: Structures, environment: Environment, evaluate: Evaluate
+) -> None:
+    """Give the fields of a plain structure the values that they do not have yet.
+
+    Args:
+        fields: The fields, with those values that are given.
+        structure: What the instance is made of.
+        structures: The structures of all types.
+        environment: The scope of the instance, for defaults.
+        evaluate: Evaluates them.
+
+    Raises:
+        EvaluationError: A default has no value.
+    """
+    pending: set[str] = set()
+
+    def compute(name: str) -> Value:
+        declared = structure.fields[name]
+        if name in pending:
+            raise EvaluationError(f"the value of `{declared.span.text}` depends on itself", declared.span)
+        pending.add(name)
+        path = f"{environment.path}.{name}" if environment.path else name
+        fields[name] = _value(declared, structures, replace(environment, path=path), evaluate)
+        return fields[name]
+
+    fields.compute = compute
+    for name in structure.fields:
+        fields[name]
+    fields.compute = None
+
+
+def _value(
+    declared: FieldDeclaration, structures: Structures, environment: Environment, evaluate: Evaluate
+) -> Value:
+    if declared.default is not None:
+        return evaluate(declared.default, environment)
+    match declared.type:
+        case StructType() | ActorType():
+            return make_plain(structures.of(declared.type), {}, structures, environment, evaluate)
+        case ListType():
+            return ()
+        case _:
+            raise AssertionError("a plain structure has a default here")
+
+
+def make_plain(
+    structure: Structure,
+    given: Mapping[str, Value],
+    structures: Structures,
+    environment: Environment,
+    evaluate: Evaluate,
+) -> Struct | Actor:
+    """A value of a plain structure.
+
+    Args:
+        structure: What it is made of.
+        given: Values of fields.
+        structures: The structures of all types.
+        environment: The scope around; its path is that of the value.
+        evaluate: Evaluates defaults.
+    """
+    fields = Fields()
+    made = empty(structure, environment.path, fields)
+    fields.update(given)
+    fill(fields, structure, structures, scope_of(made, environment), evaluate)
+    return made
+
+
+def empty(structure: Structure, path: str, fields: Fields) -> Struct | Actor:
+    """A value without fields yet."""
+    if isinstance(structure.type, ActorType):
+        return Actor(structure.type, path, fields)
+    assert structure.type is not None, "what runs is no value"
+    return Struct(structure.type, fields)
+
+
+def scope_of(made: HasFields, environment: Environment) -> Environment:
+    """The scope of the members of a value that is made in another scope."""
+    return replace(environment, instance=made, scenario=environment.outermost)

@@ -1,0 +1,324 @@
+"""Choosing the values of instances: constraints, defaults and what overrides them, lists, subtypes, the seed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from seoro.errors import InvalidUse
+from seoro.runtime.environment import NoChoice
+from seoro.runtime.instantiate import entry_parameters
+from seoro.runtime.values import Actor, Range, Struct, Value, plain
+from seoro.runtime.verdict import RunStatus
+from tests.lang.helpers import lower
+from tests.runtime.conftest import Prepare, RunText
+
+HEADER = "import osc.types\n"
+
+
+def chosen(folder: Path, text: str, overrides: Mapping[str, str] | None = None, seed: int = 0) -> dict[str, Value]:
+    """The values of the parameters of the scenario `main`."""
+    return entry_parameters(lower(folder, HEADER + text, overrides or {}, "main"), seed)
+
+
+def in_main(folder: Path, *members: str) -> dict[str, Value]:
+    """The values of the parameters of a scenario with these members."""
+    lines = [f"    {line}" for member in members for line in member.split("\n")]
+    return chosen(folder, "\n".join(["scenario main:", *lines, ""]))
+
+
+def conflict(folder: Path, *members: str) -> list[str]:
+    """The texts of the constraints that clash."""
+    with pytest.raises(NoChoice) as caught:
+        in_main(folder, *members)
+    return [span.text for span, _ in caught.value.places]
+
+
+# ---------------------------------------------------------------- constraints and defaults (7.3.11)
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        (("x: int", "keep(x == 3)"), 3),
+        (("x: int with:\n    keep(it == 3)",), 3),
+        (("x: int", "y: int = 7", "keep(x + y == 10)", "keep(x in [0..9])"), 3),
+        (("x: float", "keep(2.0 * x == 3.0)"), 1.5),
+        (("x: length", "y: speed = 2mps", "keep(x == y * 3s)"), 6.0),
+        (("x: string", "keep(x in ['only'])"), "only"),
+        (("x: range of int", "keep(x == [3..4])"), Range(3, 4)),
+        (("x: range of int", "keep(x.lower() == 1 and x.upper() == 4)"), Range(1, 4)),
+        (("x: int = 1", "keep(x in [5..5])"), 5),
+        (("x: int = y + 1", "y: int", "keep(y == 4)"), 5),
+        (("x: int = 1", "keep(default x == 2)"), 2),
+        (("x: int = 1", "remove_default(x)", "keep(x > 4)", "keep(x < 6)"), 5),
+        (("b: bool", "keep(b)", "x: int", "keep(b => x == 8)"), 8),
+        (("b: bool = true", "x: int", "keep(x == (b ? 3 : 4))"), 3),
+        (("def twice(n: int) -> int is expression 2 * n", "x: int", "keep(twice(x) == 8)"), 4),
+        (("xs: list of int = [4, x]", "x: int", "keep(xs[1] == 9)"), 9),
+        (("x: int", "keep(x in [1, 2, 3].filter(it > 2))"), 3),
+        (("x: string", "keep(x in ['a', 'bcd'])", "keep(x.length() == 3)"), "bcd"),
+    ],
+)
+def test_constraints_give_values(members: tuple[str, ...], expected: Value, tmp_path: Path) -> None:
+    assert in_main(tmp_path, *members)["x"] == expected
+
+
+@pytest.mark.parametrize(
+    ("members", "clashing"),
+    [
+        (("x: int", "keep(x < 3)", "keep(x == 2)", "keep(x == 5)"), [["keep(x == 2)", "keep(x == 5)"],
+                                                                    ["keep(x < 3)", "keep(x == 5)"]]),
+        (("x: int = 2", "keep(x > 100)"), [["2", "keep(x > 100)"]]),
+        (("x: int = 2", "keep(7 == x)"), [["2", "keep(7 == x)"]]),
+        (("x: int = 2", "keep(true => x == 6)"), [["2", "keep(true => x == 6)"]]),
+        (("x: int = 2", "y: int = 3", "keep(x > y)"), [["2", "3", "keep(x > y)"]]),
+        (("x: int", "keep(x == 1)", "keep(default x == 2)"), [["keep(x == 1)", "keep(default x == 2)"]]),
+    ],
+)  # fmt: skip
+def test_conflicts_name_the_smallest_set(
+    members: tuple[str, ...], clashing: list[list[str]], tmp_path: Path
+) -> None:
+    assert conflict(tmp_path, *members) in clashing
+
+
+@pytest.mark.parametrize("member", ["x: int", "x: string", "x: length", "x: range of int"])
+def test_what_nothing_bounds_has_no_value(member: str, tmp_path: Path) -> None:
+    with pytest.raises(NoChoice, match="has no value: give it a default, a constraint or an override"):
+        in_main(tmp_path, member, "y: int", "keep(y == 1)")
+
+
+def test_constraints_reach_into_what_a_field_holds(tmp_path: Path) -> None:
+    text = """
+struct crate:
+    width: int = 2
+    depth: int
+    keep(depth == width + 1)
+struct shelf:
+    top: crate
+    bottom: crate with:
+        keep(it.width == 5)
+scenario main:
+    s: shelf
+    keep(s.top.width == s.bottom.depth)
+"""
+    assert plain(chosen(tmp_path, text)["s"]) == {
+        "top": {"width": 6, "depth": 7},
+        "bottom": {"width": 5, "depth": 6},
+    }
+
+
+def test_an_equality_makes_two_fields_hold_one_value(tmp_path: Path) -> None:
+    text = """
+actor cart:
+    load: int
+struct team:
+    leader: cart
+    helper: cart
+scenario main:
+    a: cart with:
+        keep(it.load == 1)
+    b: cart with:
+        keep(it.load == 2)
+    t: team with:
+        keep(it.leader == b)
+        keep(it.helper == a)
+"""
+    found = chosen(tmp_path, text)
+    team = found["t"]
+    assert isinstance(team, Struct)
+    assert team.fields["leader"] is found["b"] and team.fields["helper"] is found["a"]
+
+
+def test_the_fields_of_a_constructed_default_are_overridden_one_by_one(tmp_path: Path) -> None:
+    text = """
+scenario main:
+    goal: position_3d = position_3d(x: 1m, y: 2m)
+    keep(goal.x == 5m)
+"""
+    assert plain(chosen(tmp_path, text)["goal"]) == {"x": 5.0, "y": 2.0, "z": 0.0}
+
+
+def test_constraints_of_a_constructed_value_hold(tmp_path: Path) -> None:
+    text = """
+struct crate:
+    width: int
+    depth: int
+    keep(depth == width + 1)
+scenario main:
+    c: list of crate = [crate(width: 3)]
+"""
+    assert plain(chosen(tmp_path, text)["c"]) == [{"width": 3, "depth": 4}]
+
+
+def test_global_parameters_are_chosen_with_the_scenario(tmp_path: Path) -> None:
+    text = "global limit: int\nglobal margin: int = limit + 1\nscenario main:\n    x: int = margin\n"
+    assert chosen(tmp_path, text + "    keep(limit == 3)\n")["x"] == 4
+    assert chosen(tmp_path, "global n: int\nscenario main:\n    x: int = n\n", {"n": "7"})["x"] == 7
+
+
+# ---------------------------------------------------------------- overrides
+
+
+def test_overrides_come_last(tmp_path: Path) -> None:
+    text = """
+actor cart:
+    label: string = ""
+scenario main:
+    c: cart
+    goal: position_3d = position_3d(x: 1m, y: 2m)
+    twice: length = 2 * goal.x
+"""
+    found = chosen(tmp_path, text, {"goal.x": "3km", "c.label": '"red"', "goal": "position_3d(y: 4m)"})
+    assert plain(found["goal"]) == {"x": 3000.0, "y": 4.0, "z": 0.0}
+    assert found["twice"] == 6000.0
+    assert isinstance(found["c"], Actor) and found["c"].fields["label"] == "red"
+
+
+def test_an_override_cannot_break_a_constraint(tmp_path: Path) -> None:
+    with pytest.raises(NoChoice) as caught:
+        chosen(tmp_path, "scenario main:\n    x: int = 1\n    keep(x < 10)\n", {"x": "50"})
+    assert [text for _, text in caught.value.places] == ["this was set from outside", "this has to hold"]
+
+
+# ---------------------------------------------------------------- lists (7.3.5.2.1)
+
+
+@pytest.mark.parametrize(
+    ("constraints", "size"),
+    [
+        (("keep(it.size() == 3)",), 3),
+        (("keep(it[4] == true)",), 5),
+        (("keep(it[1] == true)", "keep(it.size() > 2)"), 3),
+        (("keep(it.size() == n)",), 4),
+        (("keep(it.size() >= 0)",), 0),
+    ],
+)
+def test_a_list_is_as_long_as_its_constraints_ask_for(
+    constraints: tuple[str, ...], size: int, tmp_path: Path
+) -> None:
+    block = "\n".join(f"    {line}" for line in constraints)
+    found = in_main(tmp_path, "n: int = 4", f"flags: list of bool with:\n{block}")["flags"]
+    assert isinstance(found, tuple) and len(found) == size
+
+
+def test_members_of_a_list_are_made_with_their_constraints(tmp_path: Path) -> None:
+    text = """
+struct crate:
+    width: int = 1
+    depth: int
+    keep(depth == width + 1)
+scenario main:
+    row: list of crate with:
+        keep(it.size() == 2)
+        keep(it[1].width == 5)
+"""
+    row = chosen(tmp_path, text)["row"]
+    assert isinstance(row, tuple)
+    assert [plain(crate) for crate in row] == [{"width": 1, "depth": 2}, {"width": 5, "depth": 6}]
+
+
+# ---------------------------------------------------------------- conditional subtypes (7.3.8.2)
+
+VESSELS = """
+enum cargo_kind: [people, liquid]
+actor vessel:
+    cargo: cargo_kind
+    crew: int = 2
+actor tanker inherits vessel (cargo == liquid):
+    tanks: int
+    keep(tanks == crew * 3)
+"""
+
+
+def test_a_value_gets_what_its_subtype_adds(tmp_path: Path) -> None:
+    text = VESSELS + "scenario main:\n    v: vessel with:\n        keep(it.cargo == liquid)\n    w: vessel\n"
+    text += "    keep(w.cargo == people)\n    t: tanker\n    keep(t.crew == 1)\n"
+    found = chosen(tmp_path, text)
+    v, w, t = found["v"], found["w"], found["t"]
+    assert isinstance(v, Actor) and isinstance(w, Actor) and isinstance(t, Actor)
+    assert v.types[0] == "tanker" and v.fields["tanks"] == 6
+    assert w.types[0] == "vessel" and "tanks" not in w.fields
+    assert t.fields["tanks"] == 3
+
+
+def test_the_type_of_a_value_can_be_asked_for_in_constraints(tmp_path: Path) -> None:
+    text = VESSELS + "scenario main:\n    v: vessel\n    keep(v.is(tanker))\n"
+    assert plain(chosen(tmp_path, text)["v"]) == "v"
+    assert all(
+        chosen(tmp_path, text, seed=seed)["v"].types[0] == "tanker"  # type: ignore[union-attr]
+        for seed in range(5)
+    )
+
+
+# ---------------------------------------------------------------- the seed
+
+
+def test_free_choices_come_from_the_seed(tmp_path: Path) -> None:
+    text = "enum rgb: [red, green, blue]\nscenario main:\n    c: rgb\n    b: bool\n    n: int in_\n"
+    text = text.replace("n: int in_", "n: int with:\n        keep(it in [1..6])")
+    drawn = [chosen(tmp_path, text, seed=seed) for seed in range(30)]
+    assert {str(plain(found["c"])) for found in drawn} == {"rgb!red", "rgb!green", "rgb!blue"}
+    assert {found["n"] for found in drawn} == {1, 2, 3, 4, 5, 6}
+    assert drawn[7] == chosen(tmp_path, text, seed=7)
+
+
+async def test_every_invocation_draws_anew(run_text: RunText) -> None:
+    text = """
+scenario roll:
+    n: int with:
+        keep(it in [1..1000000])
+    do log(n == 1 ? "one" : "other")
+scenario main:
+    do serial:
+        roll()
+        roll()
+"""
+    ran = await run_text(text)
+    assert len(ran.logs) == 2
+
+
+# ---------------------------------------------------------------- invocations
+
+
+async def test_the_with_block_of_an_invocation_sees_both_sides(run_text: RunText) -> None:
+    text = """
+scenario tell:
+    n: int = 1
+    window: range of int = [0..0]
+    do log(n == 8 and window.upper() == 4 ? "eight" : "other")
+scenario main:
+    base: int = 7
+    do serial:
+        tell() with:
+            keep(it.n == base + 1)
+            keep(it.window == [1..4])
+        tell(n: [8..8], window: [2..4])
+        tell()
+"""
+    assert [message for _, message in (await run_text(text)).logs] == ["eight", "eight", "other"]
+
+
+async def test_a_conflict_in_an_invocation_ends_the_run_as_an_error(run_text: RunText) -> None:
+    text = "scenario tell:\n    n: int\n    keep(n < 3)\nscenario main:\n    do tell(n: 5)\n"
+    verdict = (await run_text(text)).verdict
+    assert verdict.status is RunStatus.ERROR and "cannot hold" in verdict.reason
+
+
+async def test_a_conflict_in_the_entry_scenario_is_told_before_the_run(prepare_text: Prepare) -> None:
+    with pytest.raises(InvalidUse, match="cannot hold together") as caught:
+        async with prepare_text("scenario main:\n    x: int = 1\n    keep(x > 3)\n"):
+            pass
+    assert len(caught.value.places) == 2
+
+
+async def test_the_parameters_of_an_action_are_constrained_like_others(run_text: RunText) -> None:
+    text = """
+import osc.helpers
+scenario main:
+    do log() with:
+        keep(it.msg == "by constraint")
+"""
+    assert [message for _, message in (await run_text(text)).logs] == ["by constraint"]
