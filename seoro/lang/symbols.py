@@ -278,7 +278,7 @@ class Program:
 
     Args:
         nowhere: The beginning of the entry file, for what has no place of its own.
-        is_lenient: Names may be missing because of what is not supported; they are not reported.
+        is_lenient: Names may be missing because of what could not be read; they are not reported.
     """
 
     nowhere: Span

@@ -51,23 +51,22 @@ class Checked:
 
 
 def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
-    """Check a loaded scenario; texts with syntax errors are not looked at any further."""
+    """Check a loaded scenario; where texts could not be read whole, names that are missing are not reported."""
     bag = Bag()
-    program = Program(Span(sources.entry.file, 0, 0))
+    program = Program(Span(sources.entry.file, 0, 0), is_lenient=bool(sources.diagnostics))
     expressions = Expressions(program, bag, strict)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
-    if not sources.diagnostics:
-        if strict:
-            _note_libraries(sources, bag)
-        _declare_all(sources, program, bag)
-        expressions.methods.elaborate_all()
-        _check_fields(program, expressions)
-        for symbol in program.behaviors.values():
-            found = do_directive(symbol)
-            if found is not None and found.owner is symbol:
-                behavior = Behaviors(found, expressions, traits).elaborate()
-                if behavior is not None:
-                    behaviors[symbol] = behavior
+    if strict:
+        _note_libraries(sources, bag)
+    _declare_all(sources, program, bag)
+    expressions.methods.elaborate_all()
+    _check_fields(program, expressions)
+    for symbol in program.behaviors.values():
+        found = do_directive(symbol)
+        if found is not None and found.owner is symbol:
+            behavior = Behaviors(found, expressions, traits).elaborate()
+            if behavior is not None:
+                behaviors[symbol] = behavior
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
     found_all = (*sources.diagnostics, *bag.diagnostics)
     diagnostics = sorted(found_all, key=lambda found: (order.get(found.position[0], -1), *found.position[1:]))

@@ -190,7 +190,8 @@ class Expressions:
     def _physical(self, node: ast.PhysicalLiteral) -> Typed:
         unit = self.program.units.get(node.unit.text)
         if unit is None:
-            self.bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self.program.units)))
+            if not self.program.is_lenient:
+                self.bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self.program.units)))
             return nothing(node.span)
         if unit.dimension is None:
             return nothing(node.span)
