@@ -12,7 +12,6 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.symbols import (
     Condition,
     Declaration,
@@ -248,8 +247,8 @@ class Resolver:
 
     def _named(self, name: ast.BehaviorName, space: Space) -> Type:
         if name.actor is not None:
-            self._bag.add(NotSupported(name.span, Construct.BEHAVIOR_TYPE, name.span.text))
-            return UNKNOWN
+            behavior = self._behavior(name, space)
+            return Structured(behavior) if behavior is not None else UNKNOWN
         match self._lookup.type(space, name.name):
             case QuantitySymbol() as quantity:
                 return Quantity(quantity.dimension)
@@ -258,10 +257,10 @@ class Resolver:
             case TypeSymbol() as symbol:
                 return Structured(symbol)
             case None:
-                if self._lookup.behavior(space, None, name.name) is not None:
-                    self._bag.add(NotSupported(name.span, Construct.BEHAVIOR_TYPE, name.name.text))
-                else:
-                    self._report_type(None, name.name, "a type")
+                behavior = self._lookup.behavior(space, None, name.name)
+                if behavior is not None:
+                    return Structured(behavior)
+                self._report_type(None, name.name, "a type")
                 return UNKNOWN
 
     def _report_type(

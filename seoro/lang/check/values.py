@@ -141,14 +141,10 @@ class Values:
             self._enter(field)
         members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
         latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
-        is_value = symbol.kind in {Kind.STRUCT, Kind.ACTOR}
-        made = self._made(
-            symbol.plan_name, struct_type(symbol) if is_value else None, members, latents, symbol.span
-        )
+        made = self._made(struct_type(symbol), members, latents, symbol.span)
         self._open.pop()
         self._structures[symbol] = made
-        if is_value:
-            self._expressions.program.structures.add(made)
+        self._expressions.program.structures.add(made)
         return made
 
     def globals(self) -> plan.Structure:
@@ -164,19 +160,18 @@ class Values:
                     it = plan.Global(symbol.name, symbol.span)
                     members += self._with_block(declaration.constraints, self._scope(None, home), symbol, it)
         span = members[0].span if members else program.nowhere
-        return self._made(GLOBALS, None, tuple(members), (), span)
+        return self._made(plan.StructType(GLOBALS, (), ()), tuple(members), (), span)
 
     def _made(
         self,
-        name: str,
-        type_: plan.StructType | plan.ActorType | None,
+        type_: plan.StructType | plan.ActorType,
         members: tuple[plan.StructureMember, ...],
         latents: tuple[plan.Latent, ...],
         span: Span,
     ) -> plan.Structure:
         fields = {member.name: member for member in members if isinstance(member, plan.FieldDeclaration)}
         open_fields = frozenset(field.name for field in fields.values() if self._is_open(field))
-        return plan.Structure(name, type_, fields, members, latents, open_fields, span)
+        return plan.Structure(type_, fields, members, latents, open_fields, span)
 
     def _is_open(self, field: plan.FieldDeclaration) -> bool:
         """Whether the value of a field has to be chosen if it is not given."""

@@ -28,7 +28,6 @@ class Construct(Enum):
     BOOL_CONDITION = "13", "waiting for a condition"
     EVENT_IS = "14", "`is` in the declaration of an event"
     COVERAGE = "17", "`cover` or `record`"
-    BEHAVIOR_TYPE = "26", "a scenario or an action as the type of a field"
     REFERENCE = "28", "an argument that is the path of a variable"
     FOREIGN_EVENT = "29", "an event of another object"
     DURATION = "32", "the `duration` of an invocation"

@@ -84,8 +84,7 @@ class Structure(Frozen):
     """What instances of a type are made of.
 
     Args:
-        name: The name of the type.
-        type: The type, for structs and actors; None for what runs, and for global parameters.
+        type: The type.
         fields: The fields among the members, by name.
         members: Fields and constraints, those of bases included.
         latents: The conditional subtypes that an instance may be of, each after its base.
@@ -93,8 +92,7 @@ class Structure(Frozen):
         span: Its name in the text.
     """
 
-    name: str
-    type: StructType | ActorType | None
+    type: StructType | ActorType
     fields: Mapping[str, FieldDeclaration]
     members: tuple[StructureMember, ...]
     latents: tuple[Latent, ...]
@@ -118,7 +116,7 @@ class Structures:
 
     def add(self, structure: Structure) -> None:
         """Add a structure; for checking."""
-        self._found[structure.name] = structure
+        self._found[structure.type.name] = structure
 
     def find(self, type_: StructType | ActorType) -> Structure | None:
         """The structure of a type; None before it is known."""

@@ -89,7 +89,6 @@ def empty(structure: Structure, path: str, fields: Fields) -> Struct | Actor:
     """A value without fields yet."""
     if isinstance(structure.type, ActorType):
         return Actor(structure.type, path, fields)
-    assert structure.type is not None, "what runs is no value"
     return Struct(structure.type, fields)
 
 
