@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from seoro.errors import InvalidScenario
 from seoro.lang import ast
 from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import imports, syntax
@@ -98,6 +99,19 @@ def load(path: Path, name: str | None = None) -> Sources:
         tuple(loading.libraries),
         tuple(sorted(loading.bag.diagnostics, key=lambda found: found.position)),
     )
+
+
+def read_source(path: Path) -> SourceFile:
+    """Read one file, without what it imports.
+
+    Raises:
+        InvalidScenario: It cannot be read.
+    """
+    text = _read(path)
+    if isinstance(text, str):
+        return SourceFile(str(path), text, path)
+    fault = syntax.UnreadableFile(Span(SourceFile(str(path), "", path), 0, 0), str(path), text.reason)
+    raise InvalidScenario([fault.diagnostic()])
 
 
 def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) -> Module:

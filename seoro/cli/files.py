@@ -1,0 +1,52 @@
+"""The scenario files that a command line names: files, and folders with all files in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from seoro.errors import InvalidUse
+
+STDIN = "-"
+SUFFIX = ".osc"
+
+
+def find_files(arguments: Sequence[str]) -> list[str]:
+    """The files, each once, in the order in which they are named; those of a folder by name.
+
+    A file that does not exist is among them: whoever reads it says so.
+
+    Args:
+        arguments: Files, and folders, in which hidden folders are left out.
+
+    Raises:
+        InvalidUse: A folder has no scenario files, or cannot be read.
+    """
+    found: dict[str, str] = {}
+    for argument in arguments:
+        if Path(argument).is_dir():
+            inside = list(_files_in(argument))
+            if not inside:
+                raise InvalidUse(f"there are no {SUFFIX} files in `{argument}`")
+        else:
+            inside = [argument]
+        for file in inside:
+            found.setdefault(os.path.realpath(file), file)
+    return list(found.values())
+
+
+def _files_in(folder: str) -> Iterator[str]:
+    def fail(error: OSError) -> None:
+        raise InvalidUse(f"cannot read the folder `{error.filename}`: {error.strerror}")
+
+    for place, folders, files in os.walk(folder, onerror=fail):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for file in sorted(files):
+            if file.endswith(SUFFIX):
+                yield str(Path(place, file))
+
+
+def count(number: int, what: str = "file") -> str:
+    """A number of things in words: `1 file`, `2 files`."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

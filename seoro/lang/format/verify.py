@@ -1,0 +1,53 @@
+"""Makes sure that formatting changed nothing but the layout: against faults of the formatter itself."""
+
+from __future__ import annotations
+
+from seoro.lang import ast
+from seoro.lang.diagnostic import Bag
+from seoro.lang.format.lines import read_gap
+from seoro.lang.lexer import Lexer
+from seoro.lang.parser import parse_file
+from seoro.lang.source import SourceFile
+
+_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
+
+
+def is_same(before: SourceFile, tree: ast.OscFile, after: SourceFile) -> bool:
+    """Whether another text has the same tree, but for the places in it, and the same comments.
+
+    Args:
+        before: The one text.
+        tree: Its tree.
+        after: The other text.
+    """
+    bag = Bag()
+    other = parse_file(after, bag)
+    return not len(bag) and _are_equal(tree, other) and _comments(before) == _comments(after)
+
+
+def _are_equal(one: ast.OscFile, other: ast.OscFile) -> bool:
+    """Whether two trees are equal but for their spans; not by recursion, since trees may be deep."""
+    pending: list[tuple[object, object]] = [(one, other)]
+    while pending:
+        left, right = pending.pop()
+        if type(left) is not type(right):
+            return False
+        if isinstance(left, ast.Node):
+            fields: tuple[str, ...] = left.__match_args__
+            pending += [(getattr(left, name), getattr(right, name)) for name in fields if name != "span"]
+        elif isinstance(left, tuple) and isinstance(right, tuple):
+            if len(left) != len(right):
+                return False
+            pending += zip(left, right, strict=True)
+        elif repr(left) != repr(right):  # which tells 0.0 from -0.0, and not nan from nan
+            return False
+    return True
+
+
+def _comments(file: SourceFile) -> list[str]:
+    """The texts of all comments, sorted: where brackets are broken anew, they may change places."""
+    tokens = [token for token in Lexer(file, Bag()).tokens() if token.kind not in _LAYOUT]
+    starts = [*(token.start for token in tokens), len(file.text)]
+    ends = [0, *(token.end for token in tokens)]
+    gaps = [read_gap(file, end, start) for end, start in zip(ends, starts, strict=True)]
+    return sorted(comment.text for gap in gaps for comment in gap.comments)
