@@ -16,12 +16,18 @@ class OutLine(NamedTuple):
     comment: Comment | None = None
 
 
-def take_continuation(out: list[OutLine], gap: Gap) -> Gap:
-    """Move comments that stand right below one behind a statement to the lines; gives what is left of the gap."""
+def take_continuation(out: list[OutLine], gap: Gap, below: int) -> Gap:
+    """Move comments that stand right below one behind a statement to the lines; gives what is left of the gap.
+
+    Args:
+        out: The lines before the gap.
+        gap: What stands between two statements.
+        below: The column of the statement below, to which comments at the same column belong.
+    """
     taken = 0
     if out and (last := out[-1].comment) is not None:
         for comment in gap.comments:
-            if comment.column != last.column or comment.after_blank:
+            if comment.after_blank or comment.column != last.column or comment.column == below:
                 break
             out.append(OutLine("", comment))
             taken += 1

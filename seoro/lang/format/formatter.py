@@ -59,13 +59,13 @@ def _write(file: SourceFile, found: FileLines, names: Collection[int]) -> str:
     last: _Kind | None = None  # of the file's own statements
     for line in found.lines:
         kind = _kind(line, names) if line.level == 0 else None
-        above = take_continuation(out, line.before)
+        above = take_continuation(out, line.before, line.column)
         lines = list(_above(above, line.columns, line.level, kind is not None and _is_apart(last, kind)))
         out += lines[1:] if is_header and lines and not lines[0].text else lines
         out += _lay_out_line(file, line, names)
         is_header = line.opens_block
         last = kind or last
-    rest = take_continuation(out, found.rest)._replace(ends_blank=False)
+    rest = take_continuation(out, found.rest, 0)._replace(ends_blank=False)
     lines = list(_above(rest, found.columns, 0, False))
     out += lines[1:] if is_header and lines and not lines[0].text else lines
     return "".join(f"{line}\n" for line in align(out))

@@ -49,6 +49,7 @@ class LogicalLine(NamedTuple):
     Args:
         before: What stands above it.
         level: How many blocks it is in.
+        column: Where it begins, from 0.
         columns: The columns of the blocks that were open above it, the outermost first.
         tokens: Its tokens.
         gaps: What stands behind each of them; the last gap ends at the end of the line.
@@ -57,6 +58,7 @@ class LogicalLine(NamedTuple):
 
     before: Gap
     level: int
+    column: int
     columns: tuple[int, ...]
     tokens: tuple[Token, ...]
     gaps: tuple[Gap, ...]
@@ -94,7 +96,9 @@ def read_lines(file: SourceFile, tokens: Sequence[Token]) -> FileLines:
                 gaps = tuple(read_gap(file, one.end, behind) for one, behind in zip(current, ends, strict=True))
                 before = read_gap(file, end, current[0].start)
                 opens = tokens[index + 1].kind == "_INDENT"
-                lines.append(LogicalLine(before, len(columns) - 1, above, tuple(current), gaps, opens))
+                lines.append(
+                    LogicalLine(before, len(columns) - 1, columns[-1], above, tuple(current), gaps, opens)
+                )
                 current, end, above = [], token.start, columns
             case "$END":
                 pass
