@@ -49,7 +49,8 @@ format: $(VENV)/.dev  ## format the code
 	@$(BIN)/ruff check --fix .
 
 goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
-	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py
+	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py tests/lang/test_explain.py \
+		tests/lang/format/test_formatter.py
 
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py

@@ -5,25 +5,30 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterator, Sequence
 
 from seoro.cli.exits import Exit
+from seoro.cli.files import count, find_files
 from seoro.cli.output import use_colour
 from seoro.embed import check_file
-from seoro.lang.diagnostic import Severity
+from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.render import render_text, to_json
 
 NAME = "check"
 HELP = "parse and check scenario files, without running"
 EXAMPLES = """examples:
   seoro check maze.osc
-  seoro check --strict --format json scenarios/*.osc
+  seoro check --strict scenarios/
+  seoro check --format json scenarios/*.osc
 
 exit status: 0 without errors, 2 with"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help="scenario files (.osc)")
+    parser.add_argument(
+        "files", metavar="FILE", nargs="+", help="scenario files (.osc), and folders with such files"
+    )
     parser.add_argument(
         "--format", choices=("text", "json"), default="text", help="how to print what was found (default: text)"
     )
@@ -32,18 +37,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    found = [
-        diagnostic
-        for file in options.files
-        for diagnostic in check_file(file, strict=options.strict).checked.diagnostics
-    ]
-    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
+    files = find_files(options.files)
+    found = _once(_check(files, strict=options.strict))
     if options.format == "json":
-        print(json.dumps([to_json(diagnostic) for diagnostic in found], indent=1))
+        diagnostics = list(found)
+        print(json.dumps([to_json(diagnostic) for diagnostic in diagnostics], indent=1))
     else:
-        colour = use_colour(sys.stderr)
-        for diagnostic in found:
-            print(render_text(diagnostic, colour=colour) + "\n", file=sys.stderr)
-        if not errors:
-            print(f"{len(options.files)} file{'s' if len(options.files) > 1 else ''} checked: no errors")
-    return Exit.INVALID if errors else Exit.PASSED
+        diagnostics = _show(found)
+        _summarise(len(files), diagnostics)
+    return Exit.INVALID if _errors(diagnostics) else Exit.PASSED
+
+
+def _check(files: Sequence[str], *, strict: bool) -> Iterator[Diagnostic]:
+    for file in files:
+        yield from check_file(file, strict=strict).checked.diagnostics
+
+
+def _once(diagnostics: Iterator[Diagnostic]) -> Iterator[Diagnostic]:
+    """Each of some diagnostics once: a file that others import is checked with each of them."""
+    seen: set[tuple[str, int, int, str, str]] = set()
+    for diagnostic in diagnostics:
+        span = diagnostic.primary.span
+        key = (span.file.name, span.start, span.end, diagnostic.code, diagnostic.message)
+        if key not in seen:
+            seen.add(key)
+            yield diagnostic
+
+
+def _show(found: Iterator[Diagnostic]) -> list[Diagnostic]:
+    """Print diagnostics as they are found."""
+    shown: list[Diagnostic] = []
+    colour = use_colour(sys.stderr)
+    for diagnostic in found:
+        print(render_text(diagnostic, colour=colour) + "\n", file=sys.stderr)
+        shown.append(diagnostic)
+    return shown
+
+
+def _summarise(files: int, found: Sequence[Diagnostic]) -> None:
+    """Say how many files have how many errors and warnings; on stderr if there are errors."""
+    errors = _errors(found)
+    warnings = len(found) - errors
+    parts = [count(errors, "error") if errors else "no errors"]
+    if warnings:
+        parts.append(count(warnings, "warning"))
+    file = sys.stderr if errors else sys.stdout
+    print(f"{count(files)} checked: {', '.join(parts)}", file=file)
+    if found:
+        print(f"`seoro explain {found[0].code}` says more", file=file)
+
+
+def _errors(found: Sequence[Diagnostic]) -> int:
+    return sum(diagnostic.severity is Severity.ERROR for diagnostic in found)

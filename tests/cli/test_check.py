@@ -39,3 +39,62 @@ def test_the_published_scenarios_are_valid() -> None:
     files = [str(path) for path in scenarios.rglob("*.osc")]
     assert files
     assert main(["check", *files]) == 0
+
+
+ERRONEOUS = "struct a:\n    x: int = 1.5\n    y: int = true\n"
+
+
+def test_all_files_of_folders_are_checked_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a.osc", "deep/er/b.osc", ".hidden/c.osc"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(ERRONEOUS)
+    (tmp_path / "notes.txt").write_text("no scenario")
+    assert main(["check", str(tmp_path / "a.osc"), str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("error[E0301]") == 4
+    assert err.endswith("\n\n2 files checked: 4 errors\n`seoro explain E0301` says more\n")
+
+
+def test_what_is_wrong_in_an_imported_file_is_said_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("parts.osc").write_text(ERRONEOUS)
+    Path("a.osc").write_text('import "parts.osc"\n')
+    Path("b.osc").write_text('import "parts.osc"\n')
+    assert main(["check", "--format", "json", "."]) == 2
+    found = json.loads(capsys.readouterr().out)
+    assert [(item["file"], item["line"]) for item in found] == [("parts.osc", 2), ("parts.osc", 3)]
+
+
+def test_each_missing_file_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good = tmp_path / "a.osc"
+    good.write_text("struct a\n")
+    assert main(["check", "x.osc", str(good), "y.osc"]) == 2
+    err = capsys.readouterr().err
+    assert "cannot read `x.osc`: No such file or directory" in err
+    assert "cannot read `y.osc`: No such file or directory" in err
+    assert "3 files checked: 2 errors\n" in err
+
+
+def test_a_folder_without_scenarios_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(tmp_path)]) == 2
+    assert "there are no .osc files in" in capsys.readouterr().err
+
+
+def test_warnings_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "a.osc"
+    file.write_text("import osc.helpers\n")
+    assert main(["check", "--strict", str(file)]) == 0
+    out, err = capsys.readouterr()
+    assert err.startswith("warning[E0392]")
+    assert out == "1 file checked: no errors, 1 warning\n`seoro explain E0392` says more\n"
+
+
+def test_json_of_files_without_errors_is_an_empty_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "a.osc"
+    file.write_text("struct a\n")
+    assert main(["check", "--format", "json", str(file)]) == 0
+    assert json.loads(capsys.readouterr().out) == []

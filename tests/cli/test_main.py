@@ -15,11 +15,11 @@ def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     assert caught.value.code == 0
     out = capsys.readouterr().out
-    for command in ("exec", "check", "sim"):
+    for command in ("exec", "check", "fmt", "explain", "sim"):
         assert f"\n    {command} " in out
 
 
-@pytest.mark.parametrize("command", ["exec", "check", "sim"])
+@pytest.mark.parametrize("command", ["exec", "check", "fmt", "explain", "sim"])
 def test_each_command_has_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main([command, "--help"])

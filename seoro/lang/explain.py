@@ -1,0 +1,133 @@
+"""What the codes of messages mean, for `seoro explain` and the documentation.
+
+Each code has a file in `explanations/`: its title, what it means, a wrong example with the message that it gives,
+and a right one. The codes of what is not supported yet share one text, as they disappear one after another.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from seoro.lang.diagnostics import listing, near
+from seoro.lang.diagnostics.unsupported import Construct
+from seoro.lang.frozen import Frozen
+
+FOLDER: Final = Path(__file__).with_name("explanations")
+EXAMPLE: Final = "example.osc"  # how examples are called in their messages
+PHASES: Final = {
+    "E01": "Reading and parsing",
+    "E02": "Imports and names",
+    "E03": "Types and expressions",
+    "E04": "Behaviors, and what a run is made from",
+    "E05": "Runs",
+    "E09": "Not supported yet",
+}
+_UNSUPPORTED: Final = "E09"
+_CODE: Final = re.compile(r"E\d{4}")
+_TEXT: Final = re.compile(
+    r"# (?P<code>E\d{4}): (?P<title>[^\n]+)\n\n(?P<meaning>.+?)\n\n"
+    r"## Wrong\n\n```osc\n(?P<wrong>.+?)```\n\n```console\n\$ (?P<command>[^\n]+)\n(?P<message>.*?)```\n\n"
+    r"## Right\n\n```osc\n(?P<right>.+?)```\n(?:\n```console\n\$ (?P<other_command>[^\n]+)\n```\n)?",
+    re.DOTALL,
+)
+
+
+class Example(Frozen):
+    """A file that shows a message, and one that shows how to do without it.
+
+    Args:
+        wrong: The text of the one.
+        command: The command that gives the message.
+        message: What it prints on stderr.
+        right: The text of the other.
+        right_command: The command that then has nothing to say.
+    """
+
+    wrong: str
+    command: str
+    message: str
+    right: str
+    right_command: str
+
+
+class Explanation(Frozen):
+    """What a code means.
+
+    Args:
+        code: The code, such as `E0312`.
+        title: One line, without a full stop.
+        meaning: What is wrong, and why; Markdown.
+        text: All of it in Markdown, with the examples.
+        example: The examples; None for what is not supported yet.
+    """
+
+    code: str
+    title: str
+    meaning: str
+    text: str
+    example: Example | None
+
+    @property
+    def phase(self) -> str:
+        """In which phase the message is found."""
+        return PHASES[self.code[:3]]
+
+
+def codes() -> tuple[str, ...]:
+    """All codes that there are, in order."""
+    own = [path.stem for path in FOLDER.glob("E????.md")]
+    return tuple(sorted([*own, *_unsupported()]))
+
+
+def explanation(code: str) -> Explanation | None:
+    """The explanation of a code, in upper or lower case; None if there is no such code."""
+    code = code.upper()
+    if (what := _unsupported().get(code)) is not None:
+        meaning = (FOLDER / f"{_UNSUPPORTED}.md").read_text(encoding="utf-8").strip()
+        title = f"{what[0].upper()}{what[1:]} is not supported yet"
+        return Explanation(code, title, meaning, f"# {code}: {title}\n\n{meaning}\n", None)
+    path = FOLDER / f"{code}.md"
+    if not _CODE.fullmatch(code) or not path.exists():
+        return None
+    return parse(path.read_text(encoding="utf-8"))
+
+
+def explanations() -> tuple[Explanation, ...]:
+    """The explanations of all codes, in order."""
+    return tuple(filter(None, map(explanation, codes())))
+
+
+def near_codes(code: str) -> str:
+    """A help text with the codes that may have been meant; empty if nothing comes near."""
+    code = code.upper()
+    phase = [known for known in codes() if known.startswith(code[:3])]
+    if not _CODE.fullmatch(code) or not phase:
+        return near(code, codes())
+    nearest = sorted(phase, key=lambda known: abs(int(known[1:]) - int(code[1:])))[:3]
+    return f"did you mean {listing(sorted(nearest), 'or')}?"
+
+
+def parse(text: str) -> Explanation:
+    """Read the text of an explanation.
+
+    Raises:
+        ValueError: It has not the form that all have.
+    """
+    found = _TEXT.fullmatch(text)
+    if found is None:
+        raise ValueError(f"this is no explanation of a code: {text[:40]!r}")
+    example = Example(
+        found["wrong"],
+        found["command"],
+        found["message"],
+        found["right"],
+        found["other_command"] or found["command"],
+    )
+    return Explanation(found["code"], found["title"], found["meaning"], text, example)
+
+
+def _unsupported() -> dict[str, str]:
+    """The codes of what is not supported yet, with what it is called."""
+    return {f"{_UNSUPPORTED}{construct.value[0]}": construct.value[1] for construct in Construct}

@@ -1,0 +1,134 @@
+"""Explanations: every code has one, whose examples give its message, and none.
+
+`SEORO_UPDATE_GOLDENS=1 pytest tests/lang/test_explain.py` writes the messages into them, and the list of codes
+into the documentation.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from seoro.lang.diagnostics.unsupported import Construct
+from seoro.lang.explain import (
+    EXAMPLE,
+    FOLDER,
+    PHASES,
+    Example,
+    Explanation,
+    codes,
+    explanation,
+    explanations,
+    near_codes,
+    parse,
+)
+from seoro.lang.format.formatter import format_text
+from seoro.lang.source import SourceFile
+
+ROOT = Path(__file__).parents[2]
+LIST = ROOT / "docs/codes.md"
+UPDATES = bool(os.environ.get("SEORO_UPDATE_GOLDENS"))
+OWN = [path.stem for path in sorted(FOLDER.glob("E????.md"))]
+
+
+def run(folder: Path, text: str, command: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Run a command on an example; gives its exit status and what it says on stderr."""
+    (folder / EXAMPLE).write_text(text, encoding="utf-8")
+    capsys.readouterr()
+    name, *arguments = shlex.split(command)
+    assert name == "seoro"
+    status = main(arguments)
+    return status, capsys.readouterr().err
+
+
+def read(code: str) -> tuple[Explanation, Example]:
+    found = explanation(code)
+    assert found is not None and found.example is not None
+    return found, found.example
+
+
+def codes_in_the_sources() -> set[str]:
+    sources = [*(ROOT / "seoro/lang").rglob("*.py"), *(ROOT / "seoro/cli").glob("*.py")]
+    found = {code for path in sources for code in re.findall(r'"(E\d{4})"', path.read_text(encoding="utf-8"))}
+    return found | {f"E09{construct.value[0]}" for construct in Construct}
+
+
+def test_every_code_has_an_explanation_and_every_explanation_a_code() -> None:
+    assert set(codes()) == codes_in_the_sources()
+    assert [item.code for item in explanations()] == list(codes())
+
+
+@pytest.mark.parametrize("code", OWN)
+def test_the_wrong_example_gives_the_message(
+    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found, example = read(code)
+    _, message = run(tmp_path, example.wrong, example.command, capsys)
+    message = message.partition("\n\n1 file checked")[0].rstrip() + "\n"
+    if UPDATES:
+        command = f"$ {example.command}\n"
+        text = found.text.replace(f"{command}{example.message}```", f"{command}{message}```", 1)
+        (FOLDER / f"{code}.md").write_text(text, encoding="utf-8")
+        _, example = read(code)
+    assert message == example.message
+    found_codes = re.findall(r"^(\w+)\[(E\d{4})\]", message, re.MULTILINE)
+    assert code in {found for _, found in found_codes}
+    assert {found for severity, found in found_codes if severity == "error"} <= {code}
+
+
+@pytest.mark.parametrize("code", OWN)
+def test_the_right_example_gives_none(
+    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    _, example = read(code)
+    status, message = run(tmp_path, example.right, example.right_command, capsys)
+    assert status == 0, message
+    assert "[E" not in message
+
+
+@pytest.mark.parametrize("code", OWN)
+def test_the_right_example_is_laid_out_well(code: str) -> None:
+    _, example = read(code)
+    assert format_text(SourceFile(EXAMPLE, example.right)) == example.right
+
+
+def test_titles_and_lines_are_short() -> None:
+    for item in explanations():
+        assert item.phase in PHASES.values()
+        assert len(item.title) < 80 and not item.title.endswith("."), item.code
+        assert max(map(len, item.meaning.splitlines())) <= 120, item.code
+
+
+def test_codes_are_found_in_any_case_and_near_ones_named() -> None:
+    assert explanation("e0312") is not None
+    assert explanation("E9999") is None
+    assert explanation("../../../setup") is None
+    assert "`E0312`" in near_codes("E0311")
+
+
+def test_a_text_of_another_form_is_refused() -> None:
+    with pytest.raises(ValueError, match="no explanation of a code"):
+        parse("# E0312: a title\n\nNo examples.\n")
+
+
+def test_the_documentation_lists_all_codes() -> None:
+    lines = [
+        "# Codes of messages",
+        "",
+        "Every message has a code, which keeps its meaning in all versions: programs may rely on it. `seoro",
+        "explain CODE` says what it means, shows an example of it, and how to mend that.",
+    ]
+    for prefix, phase in PHASES.items():
+        lines += ["", f"## {phase}", "", "| code | meaning |", "|---|---|"]
+        lines += [f"| {item.code} | {item.title} |" for item in explanations() if item.code.startswith(prefix)]
+    text = "\n".join(lines) + "\n"
+    if UPDATES:
+        LIST.write_text(text, encoding="utf-8")
+    assert text == LIST.read_text(encoding="utf-8")
