@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all lint format goldens bench clean
+.PHONY: help install demo test test-all lint format goldens editors bench clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -50,7 +50,10 @@ format: $(VENV)/.dev  ## format the code
 
 goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
 	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py tests/lang/test_explain.py \
-		tests/lang/format/test_formatter.py
+		tests/lang/format/test_formatter.py tests/editors/test_textmate.py
+
+editors:  ## install what the tests of the grammar for editors need, with Node.js
+	@npm --prefix editors/vscode install --no-package-lock --no-audit --no-fund
 
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py
