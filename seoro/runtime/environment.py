@@ -24,7 +24,7 @@ class NoChoice(EvaluationError):
 
     Args:
         message: What is wrong.
-        code: `E0442` if constraints clash, `E0443` if a value is not bounded, `E0444` if nobody could decide.
+        code: `E0442` if constraints clash, `E0443` if no value was found.
         places: The places in the text that have to do with it, each with what to say of it; at least one.
         help: What to do.
     """

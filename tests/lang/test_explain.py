@@ -53,7 +53,7 @@ def read(code: str) -> tuple[Explanation, Example]:
 
 
 def codes_in_the_sources() -> set[str]:
-    sources = [*(ROOT / "seoro/lang").rglob("*.py"), *(ROOT / "seoro/cli").glob("*.py")]
+    sources = (ROOT / "seoro").rglob("*.py")
     found = {code for path in sources for code in re.findall(r'"(E\d{4})"', path.read_text(encoding="utf-8"))}
     return found | {f"E09{construct.value[0]}" for construct in Construct}
 

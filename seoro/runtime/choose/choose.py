@@ -162,7 +162,7 @@ class _Choice:
             raise NoChoice(reason, "E0443", (where,)) from unbounded
         except (solve.NeedsSolver, solve.Undecided) as undecided:
             places = tuple((cell.span, "") for cell in undecided.cells)
-            raise NoChoice(str(undecided), "E0444", places) from undecided
+            raise NoChoice(str(undecided), "E0443", places) from undecided
 
     def _constraints(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
         """What has to hold, each with the rule that it comes from."""
