@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -35,7 +36,7 @@ def described(statement: ast.Statement) -> tuple[str, tuple[str, ...]] | None:
     head = statement.span.text.splitlines()[0].removesuffix(":")
     members = []
     for member in statement.members:
-        text = member.span.text
+        text = re.sub(r"\s*\\?\n\s*", " ", member.span.text)
         members.append(text.partition(" is ")[0] if isinstance(member, ast.MethodDeclaration) else text)
     return head, tuple(members)
 
