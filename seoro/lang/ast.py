@@ -419,6 +419,7 @@ class ParameterDeclaration(Node):
     type: TypeDeclarator
     default: Expression | None
     constraints: tuple[ConstraintDeclaration | InvalidStatement, ...]
+    coverage: tuple[CoverageDeclaration, ...]
     span: Span
 
 

@@ -266,14 +266,16 @@ class Builder(ExpressionBuilder):
         names: tuple[ast.Name, ...],
         type_: ast.TypeDeclarator,
         default: ast.Expression | None,
-        constraints: tuple[Any, ...] = (),
+        members: tuple[Any, ...] = (),
     ) -> ast.ParameterDeclaration:
         """A parameter, or several of one type."""
-        return ast.ParameterDeclaration(names, type_, default, constraints, span)
+        coverage = tuple(member for member in members if isinstance(member, ast.CoverageDeclaration))
+        constraints = tuple(member for member in members if not isinstance(member, ast.CoverageDeclaration))
+        return ast.ParameterDeclaration(names, type_, default, constraints, coverage, span)
 
-    def parameter_with_declaration(self, span: Span, *constraints: Any) -> tuple[Any, ...]:
+    def parameter_with_declaration(self, span: Span, *members: Any) -> tuple[Any, ...]:
         """The `with:` block of a parameter."""
-        return constraints
+        return members
 
     def variable_declaration(
         self, span: Span, names: tuple[ast.Name, ...], type_: ast.TypeDeclarator, value: Any

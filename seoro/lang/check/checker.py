@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from seoro.lang import ast, plan
 from seoro.lang.check.behaviors import Behaviors, Traits
+from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
     check_namespaces,
     declare,
@@ -36,6 +37,7 @@ class Checked:
         scenarios: Names of the scenarios that the entry file declares, in its order.
         program: The declarations.
         behaviors: The behavior of each scenario and action that has one.
+        coverage: What `cover` and `record` sample.
     """
 
     sources: Sources
@@ -43,6 +45,7 @@ class Checked:
     scenarios: tuple[str, ...]
     program: Program
     behaviors: Mapping[TypeSymbol, plan.Behavior]
+    coverage: plan.Coverage
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
@@ -61,6 +64,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     _declare_all(sources, program, bag)
     expressions.methods.elaborate_all()
     _check_fields(program, expressions)
+    coverage = Coverage(expressions).check()
     for symbol in program.behaviors.values():
         found = do_directive(symbol)
         if found is not None and found.owner is symbol:
@@ -70,7 +74,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
     found_all = (*sources.diagnostics, *bag.diagnostics)
     diagnostics = sorted(found_all, key=lambda found: (order.get(found.position[0], -1), *found.position[1:]))
-    return Checked(sources, tuple(diagnostics), _scenarios(sources, program), program, behaviors)
+    return Checked(sources, tuple(diagnostics), _scenarios(sources, program), program, behaviors, coverage)
 
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:

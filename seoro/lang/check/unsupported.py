@@ -33,8 +33,6 @@ def refuse_statement(statement: ast.Statement, program: Program, bag: Bag) -> bo
 def refuse_member(member: ast.TypeMember, bag: Bag) -> bool:
     """Report a member of a type that is not supported."""
     match member:
-        case ast.CoverageDeclaration(kind, span=span):
-            bag.add(NotSupported(head(span, kind), Construct.COVERAGE))
         case ast.ModifierApplication(invocation, span=span):
             bag.add(NotSupported(span, Construct.MODIFIER_APPLICATION, name_of(invocation)))
         case ast.OnDirective(span=span):

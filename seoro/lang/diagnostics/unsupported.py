@@ -27,10 +27,11 @@ class Construct(Enum):
     EVERY = "12", "`every`"
     BOOL_CONDITION = "13", "waiting for a condition"
     EVENT_IS = "14", "`is` in the declaration of an event"
-    COVERAGE = "17", "`cover` or `record`"
+    COVERAGE = "17", "`cover` or `record` in an action or a modifier"
     REFERENCE = "28", "an argument that is the path of a variable"
     FOREIGN_EVENT = "29", "an event of another object"
     DURATION = "32", "the `duration` of an invocation"
+    ITEM_EVENT = "40", "sampling at an event of a struct or an actor"
     ELAPSED_CONDITION = "31", "`elapsed` as the condition of an event"
 
 

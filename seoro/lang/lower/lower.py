@@ -43,7 +43,7 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
                 pending.append(scenarios[invocation.scenario])
     structures = checked.program.structures
     file = checked.sources.entry.file.name
-    return plan.Plan(first.name, given, scenarios, actions, global_parameters, structures, file)
+    return plan.Plan(first.name, given, scenarios, actions, global_parameters, structures, file, checked.coverage)
 
 
 def _invocations(body: plan.Behavior | None) -> Iterator[plan.InvokeAction | plan.InvokeScenario]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior
+from seoro.lang.plan.coverage import Coverage
 from seoro.lang.plan.structures import Constraint, Structure, Structures
 from seoro.lang.plan.types import ActorType
 from seoro.lang.source import Span
@@ -53,6 +55,7 @@ class Plan(Value):
         globals: The global parameters (7.3.14), whose values are chosen with those of the entry scenario.
         structures: The structures of all structs and actors.
         file: The entry file, as the user named it.
+        coverage: What is sampled, by the type that declares it (7.5).
     """
 
     entry: str
@@ -62,3 +65,4 @@ class Plan(Value):
     globals: Structure
     structures: Structures
     file: str
+    coverage: Coverage = field(default_factory=dict)

@@ -1,0 +1,204 @@
+"""`cover` and `record` (7.5): the items of all types, each with its overrides in the order of the text.
+
+An item has a name of its own in its type and what that inherits. An override changes an item of the same type,
+above it or in an extension (7.5.6); it says `cover` of what is a cover item, and `record` of a record. An item
+that is disabled is not sampled, and neither are the crosses that combine it with others.
+
+Each draft is elaborated when it is declared and again with every override, so that what is overridden later has to
+be right too; the same message at the same place counts once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from seoro.lang import ast, plan
+from seoro.lang.check.coverage_arguments import Argument, collect
+from seoro.lang.check.coverage_items import Draft, Item, Items
+from seoro.lang.check.expressions import Expressions, Scope, scope_of
+from seoro.lang.check.unsupported import head
+from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.source import Span
+from seoro.lang.symbols import FieldSymbol, Home, Kind, TypeSymbol, lineage
+
+_FIXED = ("name", "expression", "event", "unit")  # what an override cannot change
+_HOLDERS = (Kind.STRUCT, Kind.ACTOR, Kind.SCENARIO)
+
+
+class Coverage:
+    """Checks the items of all types.
+
+    Args:
+        expressions: For expressions, and for messages.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._bag = expressions.bag
+        self._items = Items(expressions)
+        self._of: dict[TypeSymbol, dict[str, Item]] = {}
+
+    def check(self) -> plan.Coverage:
+        """The items that are sampled, by the type that declares them."""
+        symbols = self._expressions.program.structured()
+        for symbol in symbols:
+            for type_ in reversed(list(lineage(symbol))):
+                if type_ not in self._of:
+                    self._declare(type_)
+        found = {_key(symbol): tuple(self._active(symbol)) for symbol in symbols}
+        return {key: items for key, items in found.items() if items}
+
+    def _active(self, symbol: TypeSymbol) -> Iterator[plan.AnyCoverageItem]:
+        """The items of a type itself that are right and not disabled."""
+        known = {**self._inherited(symbol), **self._of[symbol]}
+        for item in self._of[symbol].values():
+            if item.plan is None or item.is_disabled:
+                continue
+            leaves = item.plan.items if isinstance(item.plan, plan.CrossItem) else ()
+            if not any(known[leaf].is_disabled for leaf in leaves):
+                yield item.plan
+
+    def _inherited(self, symbol: TypeSymbol) -> dict[str, Item]:
+        found: dict[str, Item] = {}
+        for type_ in reversed(list(lineage(symbol))[1:]):
+            found.update(self._of[type_])
+        return found
+
+    # ------------------------------------------------------------ the declarations of one type
+
+    def _declare(self, symbol: TypeSymbol) -> None:
+        own = self._of[symbol] = {}
+        written = list(_declarations(symbol))
+        if symbol.kind not in _HOLDERS:
+            for node, _, _ in written:
+                self._bag.add(NotSupported(head(node.span, node.kind), Construct.COVERAGE))
+            return
+        inherited = self._inherited(symbol)
+        pending = [(node, self._read(symbol, node, home, field)) for node, home, field in written]
+        for number, (node, (scope, arguments, field)) in enumerate(pending):
+            later = {
+                name.text: name.span
+                for _, (_, others, _) in pending[number + 1 :]
+                if (name := _identifier(others.get("name"))) is not None
+            }
+            if "override" in arguments:
+                self._override(symbol, node, arguments, inherited, later)
+                continue
+            draft = self._draft(symbol, node, arguments, scope, field)
+            if draft is None:
+                continue
+            first = own.get(draft.name.text) or inherited.get(draft.name.text)
+            if first is None:
+                own[draft.name.text] = self._items.elaborate(draft, {**inherited, **own}, later)
+            else:
+                text, owner = draft.name.text, symbol.qualified_name
+                place = first.draft.name.span
+                self._bag.add(messages.SecondItem(draft.name.span, draft.kind, text, owner, place))
+
+    def _read(
+        self, symbol: TypeSymbol, node: ast.CoverageDeclaration, home: Home, field: FieldSymbol | None
+    ) -> tuple[Scope, dict[str, Argument], FieldSymbol | None]:
+        """The scope and the arguments of a declaration; in the `with:` block of a field, `it` is the field."""
+        scope = scope_of(symbol, home)
+        if field is not None:
+            scope = replace(scope, it=field.type, is_it_bound=True)
+        return scope, collect(node.kind, node.arguments, scope, self._bag), field
+
+    def _draft(
+        self,
+        symbol: TypeSymbol,
+        node: ast.CoverageDeclaration,
+        arguments: Mapping[str, Argument],
+        scope: Scope,
+        field: FieldSymbol | None,
+    ) -> Draft | None:
+        """A new item; None without a name, which is reported."""
+        argument = arguments.get("name")
+        if argument is None:
+            self._bag.add(messages.MissingName(head(node.span, node.kind), node.kind))
+            return None
+        name = _identifier(argument)
+        if name is None:
+            self._bag.add(messages.NotAName(argument.value.span, node.kind))
+            return None
+        return Draft(name, node.kind, symbol, field, scope, arguments, node.span)
+
+    # ------------------------------------------------------------ overrides (7.5.6)
+
+    def _override(
+        self,
+        symbol: TypeSymbol,
+        node: ast.CoverageDeclaration,
+        arguments: Mapping[str, Argument],
+        inherited: Mapping[str, Item],
+        later: Mapping[str, Span],
+    ) -> None:
+        own = self._of[symbol]
+        name = _identifier(arguments["override"])
+        if name is None:
+            self._bag.add(messages.NotAName(arguments["override"].value.span, node.kind))
+            return
+        item = own.get(name.text)
+        if item is None:
+            self._report_missing(symbol, name, inherited, later)
+            return
+        place = item.draft.name.span
+        if item.draft.kind != node.kind:
+            reason = f"`{name.text}` is declared by `{item.draft.kind}`"
+            hint = f"write `{item.draft.kind}(override: {name.text}, ...)`"
+            self._bag.add(messages.WrongItemOverride(head(node.span, node.kind), reason, place, hint))
+            return
+        for fixed in _FIXED:
+            if fixed in arguments:
+                reason = f"an override cannot change the `{fixed}` of an item"
+                self._bag.add(messages.WrongItemOverride(arguments[fixed].place, reason, place))
+        changed = {key: value for key, value in arguments.items() if key not in (*_FIXED, "override")}
+        draft = replace(item.draft, arguments={**item.draft.arguments, **changed})
+        before = {other: found for other, found in own.items() if other != name.text}
+        own[name.text] = self._items.elaborate(draft, {**inherited, **before}, later)
+
+    def _report_missing(
+        self, symbol: TypeSymbol, name: ast.Name, inherited: Mapping[str, Item], later: Mapping[str, Span]
+    ) -> None:
+        item = inherited.get(name.text)
+        if item is None:
+            owner, known = symbol.qualified_name, tuple(self._of[symbol])
+            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, later.get(name.text)))
+            return
+        owner = item.draft.owner.qualified_name
+        reason = f"`{name.text}` is an item of `{owner}`, and can be overridden only there"
+        hint = f"write it in `extend {owner}:`"
+        self._bag.add(messages.WrongItemOverride(name.span, reason, item.draft.name.span, hint))
+
+
+def _declarations(
+    symbol: TypeSymbol,
+) -> Iterator[tuple[ast.CoverageDeclaration, Home, FieldSymbol | None]]:
+    """What a type and its extensions declare, in order, with the fields in whose blocks it stands."""
+    for part in symbol.parts:
+        for member in part.members:
+            match member:
+                case ast.CoverageDeclaration():
+                    yield member, part.home, None
+                case ast.ParameterDeclaration(field_names, coverage=coverage):
+                    fields = [
+                        field for field in symbol.fields.values() if field.span in [n.span for n in field_names]
+                    ]
+                    for field in fields:
+                        yield from ((node, part.home, field) for node in coverage)
+                case _:
+                    pass
+
+
+def _identifier(argument: Argument | None) -> ast.Name | None:
+    """The name that is the value of an argument; None if it is something else."""
+    if argument is None or not isinstance(argument.value, ast.NameExpression):
+        return None
+    return argument.value.name
+
+
+def _key(symbol: TypeSymbol) -> str:
+    """What the plan calls a type, apart from scenarios of the same name."""
+    return plan.behavior_type(symbol.plan_name) if symbol.kind is Kind.SCENARIO else symbol.plan_name

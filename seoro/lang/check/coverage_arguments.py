@@ -1,0 +1,189 @@
+"""The arguments of `cover` and `record`: which there are (7.5.5), and the forms of their values.
+
+The values that shape an item are literals, since buckets are the same in every run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from seoro.lang import ast
+from seoro.lang.check.expressions import Scope
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.source import Span
+
+BUCKET_ARGUMENTS: Final = ("range", "every", "buckets")
+ARGUMENTS: Final = (
+    "name", "override", "expression", "unit", "text", *BUCKET_ARGUMENTS, "event", "items", "ignore", "illegal",
+    "disable", "target",
+)  # fmt: skip
+UINT_LIMIT = 2**64
+
+
+@dataclass(frozen=True)
+class Argument:
+    """An argument, and what names mean in its value."""
+
+    place: Span  # of its name, or of the value where it stands without
+    value: ast.Expression
+    scope: Scope
+
+
+def collect(kind: str, arguments: ast.ArgumentList, scope: Scope, bag: Bag) -> dict[str, Argument]:
+    """The arguments by name; those that are unknown, nameless or given twice are reported."""
+    found: dict[str, Argument] = {}
+    is_override = any(argument.name.text == "override" for argument in arguments.named)
+    for number, value in enumerate(arguments.positional):
+        if number == 0 and not is_override:
+            found["name"] = Argument(value.span, value, scope)
+        else:
+            bag.add(messages.UnnamedArgument(value.span, kind, is_override))
+    for argument in arguments.named:
+        name = argument.name.text
+        if name not in ARGUMENTS or argument.name.namespace is not None:
+            bag.add(messages.UnknownItemArgument(argument.name.span, kind, name, ARGUMENTS))
+        elif name in found:
+            bag.add(behavior_messages.ArgumentTwice(argument.name.span, name, found[name].place))
+        else:
+            found[name] = Argument(argument.name.span, argument.value, scope)
+    return found
+
+
+class Literals:
+    """Reads the values of arguments that are literals; what is none is reported.
+
+    Args:
+        arguments: The arguments of an item.
+        unit: The unit in which numbers are meant; empty if the item has none.
+        bag: Where messages go.
+    """
+
+    def __init__(self, arguments: Mapping[str, Argument], unit: str, bag: Bag) -> None:
+        self._arguments = arguments
+        self._unit = unit
+        self._bag = bag
+
+    def flag(self, name: str) -> bool:
+        """`true` or `false`, by default the latter."""
+        match self._value(name):
+            case None:
+                return False
+            case ast.BoolLiteral(truth):
+                return truth
+            case other:
+                self._refuse(other, name, "`true` or `false`, written out")
+                return False
+
+    def text(self, name: str) -> str:
+        """A string, by default an empty one."""
+        match self._value(name):
+            case None:
+                return ""
+            case ast.StringLiteral(text):
+                return text
+            case other:
+                self._refuse(other, name, "a string in quotes")
+                return ""
+
+    def count(self, name: str) -> int:
+        """A `uint`, by default 1."""
+        match self._value(name):
+            case None:
+                return 1
+            case ast.IntegerLiteral(value) if 0 <= value < UINT_LIMIT:
+                return value
+            case other:
+                self._refuse(other, name, "a whole number that is not negative")
+                return 1
+
+    def range(self) -> tuple[float, float] | None:
+        """The bounds of `range`, the smaller one first."""
+        match self._value("range"):
+            case None:
+                return None
+            case ast.RangeConstructor(low, high):
+                bounds = [self._number(bound, "range", f"numbers{self._in_unit}") for bound in (low, high)]
+                known = sorted(bound for bound in bounds if bound is not None)
+                return (known[0], known[1]) if len(known) == 2 else None
+            case other:
+                self._refuse(other, "range", "a range of numbers", "such as `[0..100]`")
+                return None
+
+    def width(self) -> float | None:
+        """The positive number of `every`."""
+        node = self._value("every")
+        if node is None:
+            return None
+        width = self._number(node, "every", f"a number{self._in_unit}")
+        if width is not None and width <= 0:
+            self._refuse(node, "every", "a number greater than 0")
+            return None
+        return width
+
+    def edges(self) -> tuple[float, ...] | None:
+        """The boundaries in `buckets`, in order."""
+        match self._value("buckets"):
+            case None:
+                return None
+            case ast.ListConstructor(items) if len(items) > 1:
+                return self._ascending(items)
+            case other:
+                self._refuse(other, "buckets", "a list of at least two numbers", "such as `[0, 2, 6.5, 10]`")
+                return None
+
+    def _ascending(self, items: tuple[ast.Expression, ...]) -> tuple[float, ...] | None:
+        edges: list[float] = []
+        for item, before in zip(items, (None, *items), strict=False):
+            edge = self._number(item, "buckets", f"numbers{self._in_unit}", is_bounded=False)
+            if edge is None:
+                return None
+            if before is not None and edge < edges[-1]:
+                self._bag.add(messages.Descending(item.span, item.span.text, before.span.text, before.span))
+                return None
+            edges.append(edge)
+        return tuple(edges)
+
+    def names(self, name: str) -> tuple[ast.Name, ...]:
+        """A list of at least two different names; nothing if it is something else."""
+        node = self._value(name)
+        assert node is not None, "asked for where it is given"
+        items = node.items if isinstance(node, ast.ListConstructor) else ()
+        found = tuple(item.name for item in items if isinstance(item, ast.NameExpression))
+        if not items or len(found) < len(items):
+            self._refuse(node, name, "a list of names of items", "such as `[speed_at_end, gap_at_end]`")
+            return ()
+        if len({each.text for each in found}) < max(len(found), 2):
+            self._refuse(node, name, "at least two items, each once")
+            return ()
+        return found
+
+    # ------------------------------------------------------------ values
+
+    @property
+    def _in_unit(self) -> str:
+        return f" in `{self._unit}`, written without the unit" if self._unit else ""
+
+    def _value(self, name: str) -> ast.Expression | None:
+        argument = self._arguments.get(name)
+        return argument.value if argument is not None else None
+
+    def _number(self, node: ast.Expression, name: str, needed: str, is_bounded: bool = True) -> float | None:
+        """A number that is written out; an infinite one only where a bound may be missing."""
+        match node:
+            case ast.IntegerLiteral(value):
+                return value
+            case ast.FloatLiteral(value) if not math.isnan(value) and not (is_bounded and math.isinf(value)):
+                return value
+            case ast.PhysicalLiteral(value, unit) if unit.text == self._unit:
+                self._refuse(node, name, needed, f"write `{value}`")
+            case _:
+                self._refuse(node, name, needed)
+        return None
+
+    def _refuse(self, node: ast.Expression, name: str, needed: str, hint: str = "") -> None:
+        self._bag.add(messages.WrongArgumentValue(node.span, name, needed, hint))

@@ -1,0 +1,94 @@
+"""The buckets of an item, from `range`, `every` and `buckets` (7.5.5), or from its type (7.5.7)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+
+from seoro.lang import plan
+from seoro.lang.check.coverage_arguments import BUCKET_ARGUMENTS, Argument, Literals
+from seoro.lang.check.plan_types import enum_value, type_name
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.symbols import Program
+from seoro.lang.types import BOOL, INT, UINT, Enumeration, Type, is_integer, is_number
+
+MAX_BUCKETS = 10_000  # of an item
+BYTE = 256  # ranges of whole numbers up to this have a bucket for each (7.5.7)
+DIGITS = 12  # of edges, so that 0.1 + 0.2 is 0.3
+_NO_BUCKETS = plan.Distinct()
+
+
+def buckets_of(
+    name: str, type_: Type, arguments: Mapping[str, Argument], literals: Literals, program: Program, bag: Bag
+) -> plan.Buckets:
+    """The buckets of an item.
+
+    Args:
+        name: Its name.
+        type_: The type of its value, which is scalar.
+        arguments: Its arguments.
+        literals: Reads them.
+        program: For names in messages.
+        bag: Where messages go.
+    """
+    given = [each for each in BUCKET_ARGUMENTS if each in arguments]
+    if given and not is_number(type_):
+        for each in given:
+            bag.add(messages.NoBuckets(arguments[each].place, each, name, type_name(type_, program)))
+        return _NO_BUCKETS
+    if "buckets" in given:
+        for each in given[:-1]:
+            reason = "excludes `buckets`, which has the boundaries itself"
+            bag.add(messages.ExcludedArgument(arguments[each].place, each, reason, arguments["buckets"].place))
+        edges = literals.edges()
+        return plan.Edges(edges) if edges is not None else _NO_BUCKETS
+    bounds, width = literals.range(), literals.width()
+    if bounds is not None and width is not None:
+        return _sliced(bounds, width, arguments["every"], bag)
+    if width is not None:
+        return plan.Slices(width)
+    return _of_range(bounds, is_integer(type_)) if bounds is not None else _of_type(type_)
+
+
+def _sliced(bounds: tuple[float, float], width: float, every: Argument, bag: Bag) -> plan.Buckets:
+    """A range in slices, the last of which is shorter if the width does not divide it."""
+    low, high = bounds
+    quotient = _rounded((high - low) / width)
+    if quotient > MAX_BUCKETS:
+        bag.add(messages.TooManyBuckets(every.value.span, quotient, MAX_BUCKETS))
+        return _NO_BUCKETS
+    count = max(1, math.ceil(quotient))
+    return plan.Edges((*(_rounded(low + number * width) for number in range(count)), high))
+
+
+def _of_range(bounds: tuple[float, float], is_whole: bool) -> plan.Buckets:
+    """A range that is not sliced."""
+    low, high = bounds
+    if is_whole and high - low < BYTE:
+        return plan.EachValue(tuple(range(math.ceil(low), math.floor(high) + 1)))
+    return plan.Levels(low, high)
+
+
+def _of_type(type_: Type) -> plan.Buckets:
+    """The buckets of all values of a type."""
+    match type_:
+        case Enumeration(symbol):
+            values = [enum_value(symbol, member) for member in symbol.members]
+            return plan.EachValue(tuple(dict.fromkeys(values)))
+        case _ if type_ == BOOL:
+            return plan.EachValue((False, True))
+        case _ if type_ == INT:
+            return plan.Levels(-(2**63), 2**63 - 1)
+        case _ if type_ == UINT:
+            return plan.Levels(0, 2**64 - 1)
+        case _ if is_number(type_):
+            return plan.Levels(-sys.float_info.max, sys.float_info.max)
+        case _:
+            return _NO_BUCKETS
+
+
+def _rounded(value: float) -> float:
+    """A number to a dozen digits; whole ones that are exact stay as they are."""
+    return value if isinstance(value, int) else float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,310 @@
+"""One item of `cover` or `record`: its arguments with all that overrides changed become an item of the plan.
+
+Where 7.5 is silent: an item of a struct or an actor has as its default event the end of the scenario that holds
+the value; it cannot have an event of its own type yet, since nothing but a scenario emits events. An item that
+combines others takes only the arguments that mean something for it: `items`, `event`, `text`, `target` and
+`disable`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from seoro.lang import ast, plan
+from seoro.lang.check.convert import Typed
+from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
+from seoro.lang.check.coverage_buckets import buckets_of
+from seoro.lang.check.events import PHASES
+from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.rewrite import rewrite
+from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics import names
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.source import Span
+from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, UnitSymbol, all_events, is_open
+from seoro.lang.types import (
+    BOOL,
+    Enumeration,
+    Primitive,
+    Quantity,
+    Type,
+    Unknown,
+    dimension_of,
+    is_known,
+)
+
+CROSS_ARGUMENTS = ("name", "items", "event", "text", "target", "disable")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """An item as it is written, with what overrides changed.
+
+    Args:
+        name: Its name.
+        kind: `cover` or `record`.
+        owner: The type that it belongs to.
+        held_by: The field in whose `with:` block it stands; None where it is a member of the type itself.
+        scope: What names mean where it stands.
+        arguments: Its arguments.
+        span: Where it is declared.
+    """
+
+    name: ast.Name
+    kind: str
+    owner: TypeSymbol
+    held_by: FieldSymbol | None
+    scope: Scope
+    arguments: Mapping[str, Argument]
+    span: Span
+
+
+@dataclass(frozen=True)
+class Item:
+    """What became of a draft; `event` and `plan` are None where they are wrong, which has been reported."""
+
+    draft: Draft
+    event: plan.EventReference | None
+    plan: plan.AnyCoverageItem | None
+    is_disabled: bool
+
+
+class Items:
+    """Elaborates items.
+
+    Args:
+        expressions: For expressions, and for messages.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._bag = expressions.bag
+
+    def elaborate(self, draft: Draft, before: Mapping[str, Item], later: Mapping[str, Span]) -> Item:
+        """The item of a draft.
+
+        Args:
+            draft: The draft.
+            before: The items that it can combine, by name.
+            later: Those that come too late for it.
+        """
+        event = self._event(draft)
+        is_disabled = Literals(draft.arguments, "", self._bag).flag("disable")
+        if "items" in draft.arguments:
+            return Item(draft, event, self._cross(draft, event, before, later), is_disabled)
+        return Item(draft, event, self._single(draft, event), is_disabled)
+
+    # ------------------------------------------------------------ events
+
+    def _event(self, draft: Draft) -> plan.EventReference | None:
+        """When an item is sampled; None if that is wrong, which is reported."""
+        argument = draft.arguments.get("event")
+        if argument is None:
+            return plan.PhaseEvent(None, plan.Phase.END, draft.span)
+        if not isinstance(argument.value, ast.NameExpression):
+            self._bag.add(messages.PathOfEvent(argument.value.span))
+            return None
+        name, owner = argument.value.name, draft.owner
+        events = all_events(owner)
+        declared = self._expressions.lookup.member(argument.scope.space, events, name)
+        if owner.kind is not Kind.SCENARIO and declared is not None:
+            self._bag.add(NotSupported(name.span, Construct.ITEM_EVENT, name.text))
+        elif declared is not None:
+            return plan.DeclaredEvent(declared.name, name.span)
+        elif owner.kind is Kind.SCENARIO and name.namespace is None and name.text in PHASES:
+            return plan.PhaseEvent(None, PHASES[name.text], name.span)
+        elif not is_open(owner) and not self._expressions.program.is_lenient:
+            phases = tuple(PHASES) if owner.kind is Kind.SCENARIO else ()
+            known = (*(event.text for event in events.values()), *phases)
+            self._bag.add(behavior_messages.UnknownEvent(name.span, name.text, known))
+        return None
+
+    # ------------------------------------------------------------ items of one value
+
+    def _single(self, draft: Draft, event: plan.EventReference | None) -> plan.CoverageItem | None:
+        arguments, name = draft.arguments, draft.name.text
+        value = self._value(draft)
+        if value is None:
+            return None
+        unit = self._unit(draft, value.type)
+        literals = Literals(arguments, unit.name if unit is not None else "", self._bag)
+        buckets: plan.Buckets = plan.Distinct()
+        if is_known(value.type):
+            program = self._expressions.program
+            buckets = buckets_of(name, value.type, arguments, literals, program, self._bag)
+        ignore, illegal = (self._condition(draft, each, value.type) for each in ("ignore", "illegal"))
+        self._check_target(draft, draft.kind, "")
+        if event is None:
+            return None
+        return plan.CoverageItem(
+            name=name,
+            owner=draft.owner.plan_name,
+            kind=plan.CoverageKind(draft.kind),
+            expression=value.expression,
+            it=draft.held_by.name if draft.held_by is not None else None,
+            unit=unit,
+            event=event,
+            buckets=buckets,
+            ignore=ignore,
+            illegal=illegal,
+            target=literals.count("target"),
+            text=literals.text("text"),
+            span=draft.span,
+        )
+
+    def _value(self, draft: Draft) -> Typed | None:
+        """What is sampled; None if there is no such thing, which is reported."""
+        argument = draft.arguments.get("expression")
+        expressions = self._expressions
+        if argument is not None:
+            value = expressions.value(argument.value, argument.scope)
+        else:
+            field = expressions.lookup.member(draft.scope.space, draft.scope.fields, draft.name)
+            if field is None:
+                self._report_nothing(draft)
+                return None
+            value = Typed(plan.Field(field.name, draft.name.span), field.type)
+        if isinstance(value.type, Primitive | Quantity | Enumeration | Unknown):
+            return value
+        described = expressions.converter.describe(value.type)
+        self._bag.add(messages.NotScalar(value.expression.span, draft.name.text, described))
+        return None
+
+    def _report_nothing(self, draft: Draft) -> None:
+        if not is_open(draft.owner) and not self._expressions.program.is_lenient:
+            known = tuple(field.text for field in draft.scope.fields.values())
+            owner = draft.owner.qualified_name
+            self._bag.add(messages.NothingToSample(draft.name.span, draft.name.text, owner, known))
+
+    def _unit(self, draft: Draft, type_: Type) -> plan.CoverageUnit | None:
+        """The unit of an item; None if it needs none, or if it is wrong, which is reported."""
+        argument = draft.arguments.get("unit")
+        described = self._expressions.converter.describe(type_)
+        if argument is None:
+            if isinstance(type_, Quantity):
+                units = self._units(type_)
+                self._bag.add(messages.MissingUnit(draft.name.span, draft.name.text, described, units))
+            return None
+        if not isinstance(argument.value, ast.NameExpression):
+            needed = "the name of a unit"
+            self._bag.add(messages.WrongArgumentValue(argument.value.span, "unit", needed, "such as `m` or `kph`"))
+            return None
+        name = argument.value.name
+        unit = self._expressions.program.units.get(name.text)
+        if unit is None:
+            self._bag.add(names.UnknownUnit(name.span, name.text, tuple(self._expressions.program.units)))
+        elif unit.dimension is not None and is_known(type_):
+            if isinstance(type_, Quantity) and dimension_of(type_) == unit.dimension:
+                return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
+            fitting = self._units(type_)
+            message = messages.WrongUnit(name.span, name.text, draft.name.text, described, fitting)
+            self._bag.add(message)
+        return None
+
+    def _units(self, type_: Type) -> tuple[str, ...]:
+        """The units of a physical type, the SI unit first."""
+
+        def rank(unit: UnitSymbol) -> tuple[bool, int]:
+            return unit.factor != 1 or unit.offset != 0, len(unit.name)
+
+        units = self._expressions.program.units.values()
+        fitting = [u for u in units if isinstance(type_, Quantity) and u.dimension == dimension_of(type_)]
+        return tuple(unit.name for unit in sorted(fitting, key=rank))
+
+    def _condition(self, draft: Draft, name: str, type_: Type) -> plan.Expression | None:
+        """`ignore` or `illegal`: of the item's value and constants."""
+        argument = draft.arguments.get(name)
+        if argument is None:
+            return None
+        item = draft.name.text
+        scope = replace(argument.scope, bindings={**argument.scope.bindings, item: type_})
+        condition = self._expressions.converted(argument.value, BOOL, scope, f"`{name}`")
+        wrong: list[plan.Expression] = []
+
+        def note(node: plan.Expression) -> plan.Expression:
+            match node:
+                case plan.Field() | plan.Global() | plan.Self() | plan.Call() | plan.Construct():
+                    wrong.append(node)
+                case plan.Binding(bound) if bound not in (item, "it") or (bound == "it" and scope.is_it_bound):
+                    wrong.append(node)
+                case _:
+                    pass
+            return node
+
+        rewrite(condition, note)
+        for node in wrong[:1]:
+            self._bag.add(messages.NotConstant(node.span, name, item))
+        return condition
+
+    def _check_target(self, draft: Draft, kind: str, reason: str) -> None:
+        argument = draft.arguments.get("target")
+        if argument is not None and plan.CoverageKind(kind) is plan.CoverageKind.RECORD:
+            self._bag.add(messages.TargetOfRecord(argument.place, draft.name.text, reason))
+
+    # ------------------------------------------------------------ items of several values (7.5.4)
+
+    def _cross(
+        self,
+        draft: Draft,
+        event: plan.EventReference | None,
+        before: Mapping[str, Item],
+        later: Mapping[str, Span],
+    ) -> plan.CrossItem | None:
+        arguments = draft.arguments
+        for name in ARGUMENTS:
+            if name in arguments and name not in CROSS_ARGUMENTS:
+                reason = "belongs to the items that are combined, not to their combination"
+                place = arguments[name].place
+                self._bag.add(messages.ExcludedArgument(place, name, reason, arguments["items"].place))
+        literals = Literals(arguments, "", self._bag)
+        combined = [self._combined(draft, name, event, before, later) for name in literals.names("items")]
+        found = [item for item in combined if item is not None]
+        records = [item for item in found if item.draft.kind == "record"]
+        kind = "record" if records else draft.kind
+        self._check_target(draft, kind, f" because `{records[0].draft.name.text}` is one" if records else "")
+        leaves = [leaf for item in found for leaf in _leaves(item)]
+        if event is None or not found or len(found) < len(combined):
+            return None
+        return plan.CrossItem(
+            name=draft.name.text,
+            owner=draft.owner.plan_name,
+            kind=plan.CoverageKind(kind),
+            items=tuple(dict.fromkeys(leaves)),
+            event=event,
+            target=literals.count("target"),
+            text=literals.text("text"),
+            span=draft.span,
+        )
+
+    def _combined(
+        self,
+        draft: Draft,
+        name: ast.Name,
+        event: plan.EventReference | None,
+        before: Mapping[str, Item],
+        later: Mapping[str, Span],
+    ) -> Item | None:
+        """An item that is combined with others; None if it cannot be, which is reported."""
+        item = before.get(name.text)
+        if item is None:
+            owner, known = draft.owner.qualified_name, tuple(before)
+            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, later.get(name.text)))
+            return None
+        if event is None or item.event is None:
+            return None
+        own, other = _event_name(event), _event_name(item.event)
+        if own != other:
+            self._bag.add(messages.OtherEvent(name.span, name.text, other, own, item.draft.name.span))
+            return None
+        return item if item.plan is not None else None
+
+
+def _leaves(item: Item) -> tuple[str, ...]:
+    """The items of one value that an item has."""
+    return item.plan.items if isinstance(item.plan, plan.CrossItem) else (item.draft.name.text,)
+
+
+def _event_name(event: plan.EventReference) -> str:
+    return event.phase.value if isinstance(event, plan.PhaseEvent) else event.name
