@@ -234,6 +234,7 @@ def _result(verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> di
         "duration": verdict.duration,
         "wall_duration": verdict.wall_duration,
         "parameters": run.parameters,
+        "coverage": [item.plain() for item in verdict.coverage],
         "files": [str(path) for path, _ in files],
     }
 

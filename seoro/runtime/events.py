@@ -34,6 +34,7 @@ class Event:
     instant: int = -1
     occurrences: list[Occurrence] = field(default_factory=list)  # that have taken hold
     waiters: list[tuple[Waiter, Accepts]] = field(default_factory=list)
+    listeners: list[Callable[[], None]] = field(default_factory=list)  # told between rounds, of each occurrence
 
 
 class Events:
@@ -73,6 +74,8 @@ class Events:
 
     def _take_hold(self, event: Event, occurrence: Occurrence) -> None:
         event.occurrences.append(occurrence)
+        for listener in event.listeners:
+            listener()
         event.waiters = [
             (waiter, accepts)
             for waiter, accepts in event.waiters

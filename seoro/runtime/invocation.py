@@ -35,6 +35,7 @@ from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 if TYPE_CHECKING:
     from seoro.runtime.actions import BoundAction
+    from seoro.runtime.coverage import Coverage
     from seoro.runtime.homes import Homes
 
 STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
@@ -59,6 +60,7 @@ class Services:
     agenda: Agenda
     events: Events
     trace: Trace
+    coverage: Coverage
     actions: Mapping[str, BoundAction]
     homes: Homes
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action

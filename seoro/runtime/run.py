@@ -23,6 +23,7 @@ from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded
 from seoro.runtime.behaviors.scenario import run_instance
 from seoro.runtime.contracts import Backend, Clock, Observer
+from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
@@ -71,6 +72,7 @@ class Execution:
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         self._actions = _bind_all(plan, settings.implementations or {})
+        self._coverage = Coverage(plan.coverage, self._trace)
         self._entry = self._instantiate()
         self.verdict: Verdict | None = None  # once the run is over
         self._services = Services(
@@ -79,6 +81,7 @@ class Execution:
             agenda=self._agenda,
             events=Events(self._agenda, self._trace.event),
             trace=self._trace,
+            coverage=self._coverage,
             actions=self._actions,
             homes=self._homes,
             grace=settings.grace,
@@ -221,6 +224,7 @@ class Execution:
             scenario=self._plan.entry,
             file=self._plan.file,
             cancelled=tuple(services.cancelled),
+            coverage=self._coverage.results(),
         )
 
     def _record_end(self, verdict: Verdict) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from seoro.lang.source import Span
+from seoro.runtime.tally import ItemCoverage
 
 
 class Status(Enum):
@@ -61,6 +62,7 @@ class Verdict:
         scenario: Name of the scenario.
         file: Its file, as the user named it.
         cancelled: Paths of the behaviors that the end of the run cancelled.
+        coverage: What was sampled by `cover` and `record`, in the order in which items were met.
     """
 
     status: RunStatus
@@ -72,6 +74,7 @@ class Verdict:
     scenario: str
     file: str
     cancelled: tuple[str, ...] = ()
+    coverage: tuple[ItemCoverage, ...] = ()
 
     @property
     def passed(self) -> bool:

@@ -37,6 +37,7 @@ async def run_instance(instance: Instance, place: Place, perform: Perform) -> Ou
     inside = replace(place, instance=instance)
     with agenda.scope(flow) as scope:
         instance.scope = scope
+        place.services.coverage.watch(instance)
         place.services.events.emit(instance.phase(None, Phase.START), {}, flow)
         try:
             outcome = SUCCEEDED if body is None else await perform(body, inside.member(0, body))

@@ -1,0 +1,84 @@
+"""The buckets of coverage items (7.5.5, 7.5.7): how many there are, and into which one a value falls.
+
+Where 7.5 is silent: a boundary belongs to the bucket above it, and the last bucket is closed, so that `[10..130]`
+in slices of 10 is twelve buckets, and 130 is in the last.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import assert_never
+
+from seoro.lang.plan import Buckets, Distinct, EachValue, Edges, Levels, Slices
+from seoro.runtime.values import Value, plain
+
+_LEVELS = ("low", "medium", "high")
+
+
+def number_of(buckets: Buckets) -> int | None:
+    """How many there are; None if nothing bounds them."""
+    match buckets:
+        case EachValue(values):
+            return len(values)
+        case Edges(edges):
+            return len(edges) - 1
+        case Levels():
+            return len(_LEVELS) + 2
+        case Slices() | Distinct():
+            return None
+        case _:
+            assert_never(buckets)
+
+
+def bucket_of(buckets: Buckets, value: Value) -> str | None:
+    """The bucket of a value, as people call it; None for one outside of all."""
+    match buckets:
+        case EachValue(values):
+            return next((label(each) for each in values if each == value), None)
+        case Edges(edges):
+            return _between(edges, _number(value))
+        case Levels(low, high):
+            return _level(low, high, _number(value))
+        case Slices(width):
+            return _slice(width, _number(value))
+        case Distinct():
+            return label(value)
+        case _:
+            assert_never(buckets)
+
+
+def label(value: Value) -> str:
+    """A value as the name of its bucket."""
+    shown = plain(value)
+    return str(shown).lower() if isinstance(shown, bool) else str(shown)
+
+
+def _between(edges: tuple[float, ...], value: float) -> str | None:
+    pairs = list(pairwise(edges))
+    for number, (low, high) in enumerate(pairs):
+        is_closed = number == len(pairs) - 1 or low == high
+        if low <= value < high or (is_closed and value == high):
+            return f"{low:.12g}..{high:.12g}"
+    return None
+
+
+def _level(low: float, high: float, value: float) -> str | None:
+    if not low <= value <= high:
+        return None
+    if value in (low, high):
+        return "min" if value == low else "max"
+    share = value / high if low == 0 else (value / 2 - low / 2) / (high / 2 - low / 2)  # halves do not overflow
+    return _LEVELS[min(int(share * len(_LEVELS)), len(_LEVELS) - 1)]
+
+
+def _slice(width: float, value: float) -> str | None:
+    if math.isinf(value):
+        return None
+    low = math.floor(value / width) * width
+    return f"{low:.12g}..{low + width:.12g}"
+
+
+def _number(value: Value) -> float:
+    assert isinstance(value, int | float), "checked: only numbers have boundaries"
+    return value

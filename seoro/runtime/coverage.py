@@ -1,0 +1,227 @@
+"""Sampling of `cover` and `record` (7.5): when an item's event occurs, its value goes to the trace and is counted.
+
+It only looks on: a sample is taken between rounds, when the occurrence takes hold; it starts and ends nothing.
+Where 7.5 is silent:
+
+- A struct or an actor is sampled when the scenario ends that first held it, wherever else it is passed.
+- A value that cannot be computed, or is not a number, is an error value, which 7.5.5 ignores; the log warns of it.
+- What is ignored leaves no record; what is illegal leaves one that says so, and is in no bucket.
+- A combination is sampled when all its items were, and none was ignored or illegal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from seoro.lang import plan
+from seoro.lang.source import Span
+from seoro.runtime.buckets import bucket_of, number_of
+from seoro.runtime.environment import Environment, EvaluationError, HasFields
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.events import Event
+from seoro.runtime.tally import ItemCoverage, Tally
+from seoro.runtime.trace import Trace
+from seoro.runtime.values import Actor, Struct, Value, plain
+
+if TYPE_CHECKING:
+    from seoro.runtime.invocation import Instance
+
+_DIGITS = 12  # of values in their unit, so that 50kph are 50 again
+
+
+@dataclass(frozen=True)
+class _Holder:
+    """Something with items: a scenario, or a struct or an actor that it holds.
+
+    Args:
+        instance: The scenario.
+        value: What has the items.
+        path: Where the scenario has it; empty for the scenario itself.
+    """
+
+    instance: Instance
+    value: Instance | Struct | Actor
+    path: str
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """What `Plan.coverage` calls its types, the most general first."""
+        if isinstance(self.value, Struct | Actor):
+            return self.value.types[::-1]
+        scenario = self.value.scenario
+        return tuple(plan.behavior_type(name) for name in (scenario.name, *scenario.bases))[::-1]
+
+    def environment(self, bindings: Mapping[str, Value | HasFields]) -> Environment:
+        """What names stand for in its items."""
+        given = dict(bindings)
+        if self.instance.actor is not None and self.value is self.instance:
+            given["actor"] = self.instance.actor
+        return Environment(self.value, given, self.instance.path, self.instance)
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """A value that counts: in the item's unit, and its bucket."""
+
+    value: Value
+    bucket: str | None
+
+
+@dataclass(eq=False)
+class Coverage:
+    """Samples the items of a run.
+
+    Args:
+        items: What is sampled, by type.
+        trace: Where records go.
+    """
+
+    items: plan.Coverage
+    trace: Trace
+    _tallies: dict[tuple[str, str], Tally] = field(default_factory=dict)
+    _held: set[Struct | Actor] = field(default_factory=set)
+
+    def results(self) -> tuple[ItemCoverage, ...]:
+        """What was sampled of the items of all that was instantiated."""
+        return tuple(tally.result() for tally in self._tallies.values())
+
+    def watch(self, instance: Instance) -> None:
+        """Sample the items of a scenario, and of what it holds, from now on."""
+        if not self.items:
+            return
+        for holder in self._holders(instance):
+            groups: dict[Event, list[plan.AnyCoverageItem]] = {}
+            for item in self._items_of(holder):
+                self._open_tally(holder, item)
+                groups.setdefault(instance.event(item.event), []).append(item)
+            for event, items in groups.items():
+                event.listeners.append(partial(self._sample, holder, items, event.path))
+
+    def _items_of(self, holder: _Holder) -> Iterator[plan.AnyCoverageItem]:
+        """Its items, those that are combined before their combinations."""
+        for type_ in holder.types:
+            yield from self.items.get(type_, ())
+
+    def _holders(self, instance: Instance) -> Iterator[_Holder]:
+        """A scenario and what it holds that no other scenario has held before."""
+        yield _Holder(instance, instance, "")
+        pending: list[tuple[str, Value]] = list(instance.fields.items())
+        while pending:
+            path, value = pending.pop(0)
+            if isinstance(value, tuple):
+                pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
+            elif isinstance(value, Struct | Actor) and value not in self._held:
+                self._held.add(value)
+                yield _Holder(instance, value, path)
+                pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]
+
+    def _open_tally(self, holder: _Holder, item: plan.AnyCoverageItem) -> None:
+        key = item.owner, item.name
+        if key in self._tallies:
+            return
+        if isinstance(item, plan.CoverageItem):
+            self._tallies[key] = Tally(item, self._goals(holder, item))
+            return
+        totals = [self._tally(holder, name).total for name in item.items]
+        known = [total for total in totals if total is not None]
+        self._tallies[key] = Tally(item, math.prod(known) if len(known) == len(totals) else None)
+
+    def _goals(self, holder: _Holder, item: plan.CoverageItem) -> int | None:
+        """How many buckets an item has, apart from those of single values that are ignored or illegal."""
+        if not isinstance(item.buckets, plan.EachValue):
+            return number_of(item.buckets)
+        wanted = [value for value in item.buckets.values if not self._excluded(holder, item, value)]
+        return len(wanted)
+
+    def _excluded(self, holder: _Holder, item: plan.CoverageItem, value: Value) -> bool:
+        """Whether a value is one that no run is to reach; without an answer, it is not."""
+        try:
+            return any(self._is_true(holder, item, condition, value) for condition in (item.ignore, item.illegal))
+        except EvaluationError:
+            return False
+
+    @staticmethod
+    def _is_true(
+        holder: _Holder, item: plan.CoverageItem, condition: plan.Expression | None, value: Value
+    ) -> bool:
+        return condition is not None and bool(evaluate(condition, holder.environment({item.name: value})))
+
+    def _tally(self, holder: _Holder, name: str) -> Tally:
+        """The tally of another item of a type or what it inherits."""
+        owner = next(item.owner for item in self._items_of(holder) if item.name == name)
+        return self._tallies[owner, name]
+
+    # ------------------------------------------------------------ samples
+
+    def _sample(self, holder: _Holder, items: list[plan.AnyCoverageItem], event: str) -> None:
+        """Sample the items of one event."""
+        samples: dict[str, _Sample] = {}
+        for item in items:
+            if isinstance(item, plan.CrossItem):
+                self._sample_cross(holder, item, samples, event)
+                continue
+            try:
+                sample = self._sample_value(holder, item, event)
+            except EvaluationError as error:
+                self._warn(holder, item, str(error), error.span)
+                continue
+            if sample is not None:
+                samples[item.name] = sample
+
+    def _sample_value(self, holder: _Holder, item: plan.CoverageItem, event: str) -> _Sample | None:
+        """The sample of an item; None if it does not count."""
+        bindings = {"it": holder.value.fields[item.it]} if item.it is not None else {}
+        value = evaluate(item.expression, holder.environment(bindings))
+        if isinstance(value, float) and math.isnan(value):
+            self._warn(holder, item, "it is not a number", item.span)
+            return None
+        tally = self._tallies[item.owner, item.name]
+        if self._is_true(holder, item, item.ignore, value):
+            tally.ignored += 1
+            return None
+        is_illegal = self._is_true(holder, item, item.illegal, value)
+        shown = _in_unit(value, item.unit)
+        unit = item.unit.name if item.unit is not None else ""
+        self._record(holder, item, event, value=plain(shown), unit=unit, illegal=is_illegal)
+        if is_illegal:
+            tally.illegal += 1
+            return None
+        sample = _Sample(shown, bucket_of(item.buckets, shown))
+        tally.count(sample.bucket)
+        return sample
+
+    def _sample_cross(
+        self, holder: _Holder, item: plan.CrossItem, samples: Mapping[str, _Sample], event: str
+    ) -> None:
+        parts = {name: samples[name] for name in item.items if name in samples}
+        if len(parts) < len(item.items):
+            return
+        values = {name: plain(part.value) for name, part in parts.items()}
+        self._record(holder, item, event, value=values, unit="", illegal=False)
+        buckets = [part.bucket for part in parts.values()]
+        known = [bucket for bucket in buckets if bucket is not None]
+        combined = " x ".join(known) if len(known) == len(buckets) else None
+        self._tallies[item.owner, item.name].count(combined)
+
+    def _record(self, holder: _Holder, item: plan.AnyCoverageItem, event: str, **fields: object) -> None:
+        self.trace.record(item.kind.value, item=_path(holder, item), event=event, **fields)
+
+    def _warn(self, holder: _Holder, item: plan.AnyCoverageItem, reason: str, span: Span) -> None:
+        message = f"item `{_path(holder, item)}` has no value: {reason}"
+        self.trace.record("log", level="warning", message=message, source=str(span))
+
+
+def _path(holder: _Holder, item: plan.AnyCoverageItem) -> str:
+    return f"{holder.path}.{item.name}" if holder.path else item.name
+
+
+def _in_unit(value: Value, unit: plan.CoverageUnit | None) -> Value:
+    """A physical value in a unit; any other as it is."""
+    if unit is None:
+        return value
+    assert isinstance(value, int | float), "checked: only physical values have a unit"
+    return float(f"{(value - unit.offset) / unit.factor:.{_DIGITS}g}")
