@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from typing import IO, Any
 
 from rich.console import Console
@@ -13,10 +14,12 @@ from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.lang.source import Span
+from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import RunStatus, Verdict
 
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
+_MAX_ITEMS = 20  # of coverage, on the terminal
 _MARKS = {"succeeded": ("+", "green"), "failed": ("x", "red"), "cancelled": ("-", "yellow")}
 
 _STATUS_STYLES = {
@@ -120,3 +123,12 @@ class Progress:
         )
         self._console.print()
         self._console.print(line)
+        self._coverage([item for item in verdict.coverage if item.grade is not None])
+
+    def _coverage(self, items: Sequence[ItemCoverage]) -> None:
+        """Print how much of the goals of coverage was reached."""
+        for item in items[:_MAX_ITEMS]:
+            reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
+            self.say(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
+        if len(items) > _MAX_ITEMS:
+            self.say(f"  and {len(items) - _MAX_ITEMS} more items: `--json` has all of them")

@@ -7,7 +7,7 @@ in slices of 10 is twelve buckets, and 130 is in the last.
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from bisect import bisect_left, bisect_right
 from typing import assert_never
 
 from seoro.lang.plan import Buckets, Distinct, EachValue, Edges, Levels, Slices
@@ -55,12 +55,12 @@ def label(value: Value) -> str:
 
 
 def _between(edges: tuple[float, ...], value: float) -> str | None:
-    pairs = list(pairwise(edges))
-    for number, (low, high) in enumerate(pairs):
-        is_closed = number == len(pairs) - 1 or low == high
-        if low <= value < high or (is_closed and value == high):
-            return f"{low:.12g}..{high:.12g}"
-    return None
+    if not edges[0] <= value <= edges[-1]:
+        return None
+    first = bisect_left(edges, value)
+    is_point = edges[first : first + 2] == (value, value)
+    number = first if is_point else min(bisect_right(edges, value), len(edges) - 1) - 1
+    return f"{edges[number]:.12g}..{edges[number + 1]:.12g}"
 
 
 def _level(low: float, high: float, value: float) -> str | None:
@@ -73,9 +73,10 @@ def _level(low: float, high: float, value: float) -> str | None:
 
 
 def _slice(width: float, value: float) -> str | None:
-    if math.isinf(value):
+    quotient = float(f"{value / width:.12g}")  # 0.3 / 0.1 is 3
+    if math.isinf(quotient):
         return None
-    low = math.floor(value / width) * width
+    low = math.floor(quotient) * width
     return f"{low:.12g}..{low + width:.12g}"
 
 

@@ -200,3 +200,15 @@ def test_all_errors_of_a_file_are_reported_at_once(write: Write, capsys: pytest.
     err = capsys.readouterr().err
     assert "test.osc:4:" in err
     assert "test.osc:5:" in err
+
+
+def test_coverage_is_in_the_result_and_on_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(Path(__file__).parents[2] / "scenarios" / "coverage" / "lanes_and_speeds.osc")
+    assert main(["exec", file, "--scenario", "main", "--clock", "virtual", "--json"]) == 0
+    out, err = capsys.readouterr()
+    found = {item["item"]: item for item in json.loads(out)["coverage"]}
+    assert found["leg.target_speed"]["buckets"] == {"10..20": 1, "20..30": 2}
+    assert found["leg.speed_and_side"]["grade"] == 0.25
+    assert found["load.mass"]["kind"] == "record"
+    assert "leg.target_speed: 2 of 4 buckets (50%)" in err
+    assert "load.mass" not in err

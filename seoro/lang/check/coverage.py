@@ -10,6 +10,7 @@ be right too; the same message at the same place counts once.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -76,22 +77,19 @@ class Coverage:
                 self._bag.add(NotSupported(head(node.span, node.kind), Construct.COVERAGE))
             return
         inherited = self._inherited(symbol)
-        pending = [(node, self._read(symbol, node, home, field)) for node, home, field in written]
-        for number, (node, (scope, arguments, field)) in enumerate(pending):
-            later = {
-                name.text: name.span
-                for _, (_, others, _) in pending[number + 1 :]
-                if (name := _identifier(others.get("name"))) is not None
-            }
+        read = [(node, self._read(symbol, node, home, field)) for node, home, field in written]
+        named = [_identifier(arguments.get("name")) for _, (_, arguments, _) in read]
+        places = {name.text: name.span for name in named if name is not None}
+        for node, (scope, arguments, field) in read:
             if "override" in arguments:
-                self._override(symbol, node, arguments, inherited, later)
+                self._override(symbol, node, arguments, inherited, places)
                 continue
             draft = self._draft(symbol, node, arguments, scope, field)
             if draft is None:
                 continue
             first = own.get(draft.name.text) or inherited.get(draft.name.text)
             if first is None:
-                own[draft.name.text] = self._items.elaborate(draft, {**inherited, **own}, later)
+                own[draft.name.text] = self._items.elaborate(draft, ChainMap(own, inherited), places)
             else:
                 text, owner = draft.name.text, symbol.qualified_name
                 place = first.draft.name.span
@@ -132,17 +130,18 @@ class Coverage:
         symbol: TypeSymbol,
         node: ast.CoverageDeclaration,
         arguments: Mapping[str, Argument],
-        inherited: Mapping[str, Item],
-        later: Mapping[str, Span],
+        inherited: dict[str, Item],
+        places: Mapping[str, Span],
     ) -> None:
         own = self._of[symbol]
         name = _identifier(arguments["override"])
         if name is None:
-            self._bag.add(messages.NotAName(arguments["override"].value.span, node.kind))
+            place = arguments["override"].value.span
+            self._bag.add(messages.WrongArgumentValue(place, "override", "the name of an item"))
             return
         item = own.get(name.text)
         if item is None:
-            self._report_missing(symbol, name, inherited, later)
+            self._report_missing(symbol, name, inherited, places)
             return
         place = item.draft.name.span
         if item.draft.kind != node.kind:
@@ -156,16 +155,15 @@ class Coverage:
                 self._bag.add(messages.WrongItemOverride(arguments[fixed].place, reason, place))
         changed = {key: value for key, value in arguments.items() if key not in (*_FIXED, "override")}
         draft = replace(item.draft, arguments={**item.draft.arguments, **changed})
-        before = {other: found for other, found in own.items() if other != name.text}
-        own[name.text] = self._items.elaborate(draft, {**inherited, **before}, later)
+        own[name.text] = self._items.elaborate(draft, ChainMap(own, inherited), places)
 
     def _report_missing(
-        self, symbol: TypeSymbol, name: ast.Name, inherited: Mapping[str, Item], later: Mapping[str, Span]
+        self, symbol: TypeSymbol, name: ast.Name, inherited: Mapping[str, Item], places: Mapping[str, Span]
     ) -> None:
         item = inherited.get(name.text)
         if item is None:
             owner, known = symbol.qualified_name, tuple(self._of[symbol])
-            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, later.get(name.text)))
+            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
             return
         owner = item.draft.owner.qualified_name
         reason = f"`{name.text}` is an item of `{owner}`, and can be overridden only there"

@@ -40,8 +40,9 @@ def buckets_of(
         return _NO_BUCKETS
     if "buckets" in given:
         for each in given[:-1]:
-            reason = "excludes `buckets`, which has the boundaries itself"
-            bag.add(messages.ExcludedArgument(arguments[each].place, each, reason, arguments["buckets"].place))
+            first, second = sorted((each, "buckets"), key=lambda name: arguments[name].place.start)
+            reason = f"and `{first}` exclude each other"
+            bag.add(messages.ExcludedArgument(arguments[second].place, second, reason, arguments[first].place))
         edges = literals.edges()
         return plan.Edges(edges) if edges is not None else _NO_BUCKETS
     bounds, width = literals.range(), literals.width()
@@ -57,7 +58,7 @@ def _sliced(bounds: tuple[float, float], width: float, every: Argument, bag: Bag
     low, high = bounds
     quotient = _rounded((high - low) / width)
     if quotient > MAX_BUCKETS:
-        bag.add(messages.TooManyBuckets(every.value.span, quotient, MAX_BUCKETS))
+        bag.add(messages.TooManyBuckets(every.value.span, MAX_BUCKETS))
         return _NO_BUCKETS
     count = max(1, math.ceil(quotient))
     return plan.Edges((*(_rounded(low + number * width) for number in range(count)), high))

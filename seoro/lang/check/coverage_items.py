@@ -82,18 +82,18 @@ class Items:
         self._expressions = expressions
         self._bag = expressions.bag
 
-    def elaborate(self, draft: Draft, before: Mapping[str, Item], later: Mapping[str, Span]) -> Item:
+    def elaborate(self, draft: Draft, before: Mapping[str, Item], places: Mapping[str, Span]) -> Item:
         """The item of a draft.
 
         Args:
             draft: The draft.
             before: The items that it can combine, by name.
-            later: Those that come too late for it.
+            places: Where its type defines items, also those that come too late for it.
         """
         event = self._event(draft)
         is_disabled = Literals(draft.arguments, "", self._bag).flag("disable")
         if "items" in draft.arguments:
-            return Item(draft, event, self._cross(draft, event, before, later), is_disabled)
+            return Item(draft, event, self._cross(draft, event, before, places), is_disabled)
         return Item(draft, event, self._single(draft, event), is_disabled)
 
     # ------------------------------------------------------------ events
@@ -103,8 +103,11 @@ class Items:
         argument = draft.arguments.get("event")
         if argument is None:
             return plan.PhaseEvent(None, plan.Phase.END, draft.span)
-        if not isinstance(argument.value, ast.NameExpression):
+        if isinstance(argument.value, ast.FieldAccess):
             self._bag.add(messages.PathOfEvent(argument.value.span))
+            return None
+        if not isinstance(argument.value, ast.NameExpression):
+            self._bag.add(messages.WrongArgumentValue(argument.value.span, "event", "the name of an event"))
             return None
         name, owner = argument.value.name, draft.owner
         events = all_events(owner)
@@ -250,7 +253,7 @@ class Items:
         draft: Draft,
         event: plan.EventReference | None,
         before: Mapping[str, Item],
-        later: Mapping[str, Span],
+        places: Mapping[str, Span],
     ) -> plan.CrossItem | None:
         arguments = draft.arguments
         for name in ARGUMENTS:
@@ -259,7 +262,7 @@ class Items:
                 place = arguments[name].place
                 self._bag.add(messages.ExcludedArgument(place, name, reason, arguments["items"].place))
         literals = Literals(arguments, "", self._bag)
-        combined = [self._combined(draft, name, event, before, later) for name in literals.names("items")]
+        combined = [self._combined(draft, name, event, before, places) for name in literals.names("items")]
         found = [item for item in combined if item is not None]
         records = [item for item in found if item.draft.kind == "record"]
         kind = "record" if records else draft.kind
@@ -284,13 +287,13 @@ class Items:
         name: ast.Name,
         event: plan.EventReference | None,
         before: Mapping[str, Item],
-        later: Mapping[str, Span],
+        places: Mapping[str, Span],
     ) -> Item | None:
         """An item that is combined with others; None if it cannot be, which is reported."""
-        item = before.get(name.text)
+        item = before.get(name.text) if name.text != draft.name.text else None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)
-            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, later.get(name.text)))
+            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
             return None
         if event is None or item.event is None:
             return None

@@ -8,8 +8,10 @@ from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.enumerations import Enumerations
 from seoro.lang.check.lookup import Lookup
+from seoro.lang.check.unsupported import head
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import coverage as coverage_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.symbols import (
@@ -68,6 +70,11 @@ class Resolver:
             type_ = self.type_of(parameter.type, home.space)
             for name in parameter.names:
                 program.globals[home.namespace_of(name), name.text].type = type_
+            for item in parameter.coverage:
+                message = coverage_messages.MisplacedItem(
+                    head(item.span, item.kind), item.kind, parameter.names[0].text
+                )
+                self._bag.add(message)
 
     # ------------------------------------------------------------ extensions (7.3.9)
 

@@ -1,4 +1,4 @@
-"""Messages of `cover` and `record` (E0490 to E0510; E0500 is of runs)."""
+"""Messages of `cover` and `record` (E0490 to E0511; E0500 is of runs)."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ class WrongUnit(Frozen):
 
 
 class ExcludedArgument(Frozen):
-    """Two arguments that exclude each other."""
+    """An argument that another one excludes."""
 
     span: Span
     name: str
@@ -200,12 +200,11 @@ class TooManyBuckets(Frozen):
     """A range in more buckets than anyone can look at."""
 
     span: Span
-    count: float
     limit: int
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        text = f"these are about {self.count:,.0f} buckets, more than {self.limit:,}"
+        text = f"this makes more than {self.limit:,} buckets"
         return error("E0504", self.span, text, help="take wider slices, or a shorter range")
 
 
@@ -297,3 +296,17 @@ class WrongItemOverride(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         return error("E0510", self.span, self.reason, Label(self.item, "the item is here"), help=self.help)
+
+
+class MisplacedItem(Frozen):
+    """An item of a global parameter, which is no member of a type."""
+
+    span: Span
+    kind: str
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.kind}` is a member of a struct, an actor or a scenario"
+        hint = f"write `{self.kind}(..., expression: {self.name})` in the scenario whose events sample it"
+        return error("E0511", self.span, text, help=hint)

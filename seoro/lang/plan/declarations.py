@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior
@@ -65,4 +64,4 @@ class Plan(Value):
     globals: Structure
     structures: Structures
     file: str
-    coverage: Coverage = field(default_factory=dict)
+    coverage: Coverage

@@ -1,0 +1,129 @@
+"""`cover` and `record` in the plan; what is refused is among the golden messages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.lang import plan
+
+from .helpers import lower, messages
+
+HEADER = "import osc.types\n\nenum light: [red, amber, green]\n\n"
+
+
+def items(folder: Path, members: str, before: str = "", after: str = "") -> list[plan.AnyCoverageItem]:
+    """The items of a scenario with these members."""
+    indented = "".join(f"    {line}\n" for line in members.splitlines())
+    found = lower(folder, f"{HEADER}{before}\nscenario main:\n{indented}{after}").coverage
+    return list(found.get("main()", ()))
+
+
+def single(folder: Path, members: str, before: str = "", after: str = "") -> plan.CoverageItem:
+    found = items(folder, members, before, after)
+    assert len(found) == 1
+    assert isinstance(found[0], plan.CoverageItem)
+    return found[0]
+
+
+def test_an_item_samples_the_field_of_its_name_at_the_end(tmp_path: Path) -> None:
+    item = single(tmp_path, 'v: speed = 50kph\ncover(v, unit: kph, text: "speed", target: 5)')
+    assert (item.name, item.owner, item.kind, item.text, item.target) == (
+        "v",
+        "main",
+        plan.CoverageKind.COVER,
+        "speed",
+        5,
+    )
+    assert isinstance(item.expression, plan.Field)
+    assert isinstance(item.event, plan.PhaseEvent) and item.event.phase is plan.Phase.END
+    assert item.unit is not None and (item.unit.name, item.unit.offset) == ("kph", 0)
+
+
+def test_a_declared_event_is_taken_also_from_a_base(tmp_path: Path) -> None:
+    before = "scenario base:\n    event sampled\n    n: int = 3\n"
+    text = f"{HEADER}{before}\nscenario main inherits base:\n    record(n, event: sampled)\n"
+    (item,) = lower(tmp_path, text, scenario="main").coverage["main()"]
+    assert isinstance(item.event, plan.DeclaredEvent) and item.event.name == "sampled"
+    assert item.kind is plan.CoverageKind.RECORD
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ("expression: true", plan.EachValue((False, True))),
+        ("expression: 3, range: [2..4]", plan.EachValue((2, 3, 4))),
+        ("expression: 3, range: [0..1000]", plan.Levels(0, 1000)),
+        ("expression: 1.5, range: [1..2]", plan.Levels(1, 2)),
+        ("expression: 3, range: [1..20], every: 5", plan.Edges((1, 6, 11, 16, 20))),
+        ("expression: 3, range: [20..1], every: 5", plan.Edges((1, 6, 11, 16, 20))),
+        ("expression: 1.5, range: [0..0.3], every: 0.1", plan.Edges((0, 0.1, 0.2, 0.3))),
+        ("expression: 3, every: 5", plan.Slices(5)),
+        ("expression: 3, buckets: [1, 2, 2, 6.5, inf]", plan.Edges((1, 2, 2, 6.5, float("inf")))),
+        ('expression: "a"', plan.Distinct()),
+        ("expression: -3", plan.Levels(-(2**63), 2**63 - 1)),
+    ],
+)
+def test_buckets_come_from_arguments_or_from_the_type(
+    tmp_path: Path, arguments: str, expected: plan.Buckets
+) -> None:
+    assert single(tmp_path, f"cover(item, {arguments})").buckets == expected
+
+
+def test_an_enumeration_has_a_bucket_for_each_value(tmp_path: Path) -> None:
+    buckets = single(tmp_path, "ahead: light = red\ncover(ahead)").buckets
+    assert isinstance(buckets, plan.EachValue)
+    assert [value.member for value in buckets.values if isinstance(value, plan.EnumValue)] == [
+        "red",
+        "amber",
+        "green",
+    ]
+
+
+def test_an_override_changes_what_it_gives_and_keeps_the_rest(tmp_path: Path) -> None:
+    members = 'n: int = 3\ncover(n, text: "lanes", range: [0..10], every: 5)\ncover(override: n, every: 2)'
+    item = single(tmp_path, members, after="\nextend main:\n    cover(override: n, ignore: n > 8, target: 2)\n")
+    assert item.buckets == plan.Edges((0, 2, 4, 6, 8, 10))
+    assert (item.text, item.target, item.ignore is not None) == ("lanes", 2, True)
+
+
+def test_a_disabled_item_is_gone_with_its_crosses(tmp_path: Path) -> None:
+    members = "a, b, c: int = 3\ncover(a)\ncover(b)\ncover(c)\ncover(ab, items: [a, b])\ncover(bc, items: [b, c])"
+    found = items(tmp_path, f"{members}\ncover(override: a, disable: true)")
+    assert [item.name for item in found] == ["b", "c", "bc"]
+
+
+def test_a_cross_of_a_cross_combines_the_items_of_both(tmp_path: Path) -> None:
+    members = (
+        "a, b, c: int = 3\ncover(a)\ncover(b)\nrecord(c)\ncover(ab, items: [a, b])\ncover(abc, items: [ab, c])"
+    )
+    *_, cross = items(tmp_path, members)
+    assert isinstance(cross, plan.CrossItem)
+    assert (cross.items, cross.kind) == (("a", "b", "c"), plan.CoverageKind.RECORD)
+
+
+def test_coverage_in_the_block_of_a_field_is_of_the_enclosing_type(tmp_path: Path) -> None:
+    before = "struct storm:\n    wind: speed = 30kph\n"
+    members = "now: storm with:\n    cover(wind, expression: it.wind, unit: kmph)\ngap: length = 1m with:\n"
+    wind, gap = items(tmp_path, members + "    cover(gap, unit: m)", before)
+    assert isinstance(wind, plan.CoverageItem) and wind.it == "now"
+    assert isinstance(gap, plan.CoverageItem) and isinstance(gap.expression, plan.Field)
+
+
+def test_items_of_structs_and_actors_stand_under_their_types(tmp_path: Path) -> None:
+    crate, courier = (
+        "struct crate:\n    n: int = 3\n    cover(n)\n",
+        "actor courier:\n    record(seven, expression: 7)\n",
+    )
+    text = f"{crate}{courier}scenario main\n"
+    coverage = lower(tmp_path, text).coverage
+    assert {type_: [item.name for item in found] for type_, found in coverage.items()} == {
+        "crate": ["n"],
+        "courier": ["seven"],
+    }
+
+
+def test_what_is_not_found_because_of_what_is_not_supported_is_not_reported(tmp_path: Path) -> None:
+    text = "modifier m\n\nscenario main:\n    cover(n)\n    record(k, expression: k)\n"
+    assert {code for _, code in messages(tmp_path, text)} == {"E0908"}
