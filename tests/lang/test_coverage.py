@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from seoro.lang import plan
 
@@ -127,3 +129,70 @@ def test_items_of_structs_and_actors_stand_under_their_types(tmp_path: Path) -> 
 def test_what_is_not_found_because_of_what_is_not_supported_is_not_reported(tmp_path: Path) -> None:
     text = "modifier m\n\nscenario main:\n    cover(n)\n    record(k, expression: k)\n"
     assert {code for _, code in messages(tmp_path, text)} == {"E0908"}
+
+
+ARGUMENTS = [
+    "name",
+    "override",
+    "expression",
+    "unit",
+    "range",
+    "every",
+    "buckets",
+    "event",
+    "items",
+    "text",
+    "ignore",
+    "illegal",
+    "disable",
+    "target",
+    "units",
+]
+VALUES = [
+    "n",
+    "gap",
+    "m",
+    "[0..3]",
+    "[n,gap]",
+    "[1,2.5,inf]",
+    "0",
+    "-1",
+    "1e-300",
+    "2m",
+    "true",
+    '"text"',
+    "it",
+    "n>3",
+    "main.end",
+    "end",
+    "nan",
+    "range(3,1)",
+    "crate(1)",
+    "18446744073709551615",
+]
+DECLARATIONS = """type length is SI(m: 1)
+unit m of length is SI(m: 1)
+struct crate:
+    n: int
+scenario main:
+    n: int = 3
+    gap: length = 1m
+"""
+ITEM = st.tuples(
+    st.sampled_from(["cover", "record"]),
+    st.sampled_from(VALUES),
+    st.lists(st.tuples(st.sampled_from(ARGUMENTS), st.sampled_from(VALUES)), max_size=4),
+)
+
+
+@settings(deadline=None)
+@given(st.lists(ITEM, min_size=1, max_size=4))
+def test_whatever_is_written_is_reported_or_sampled(
+    tmp_path_factory: pytest.TempPathFactory, written: list[tuple[str, str, list[tuple[str, str]]]]
+) -> None:
+    folder, text = tmp_path_factory.getbasetemp(), DECLARATIONS
+    for kind, first, arguments in written:
+        text += f"    {kind}({', '.join([first, *(f'{name}: {value}' for name, value in arguments)])})\n"
+    if not messages(folder, text):
+        found = [item.name for item in lower(folder, text).coverage.get("main()", ())]
+        assert len(found) == len(set(found)) <= len(written)

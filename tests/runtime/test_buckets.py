@@ -2,8 +2,11 @@
 
 import math
 import sys
+from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from seoro.lang.plan import Buckets, Distinct, EachValue, Edges, EnumValue, Levels, Slices
 from seoro.runtime.buckets import bucket_of, number_of
@@ -61,3 +64,28 @@ def test_how_many_there_are() -> None:
     assert number_of(WHOLE) == 5
     assert number_of(Slices(5)) is None
     assert number_of(Distinct()) is None
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(st.lists(FINITE, min_size=2, max_size=8), FINITE)
+def test_a_value_between_the_outer_edges_is_in_a_bucket_that_contains_it(found: list[float], value: float) -> None:
+    edges = tuple(sorted(found))
+    bucket = bucket_of(Edges(edges), value)
+    if not edges[0] <= value <= edges[-1]:
+        assert bucket is None
+        return
+    containing = [(a, b) for a, b in pairwise(edges) if a <= value <= b]
+    assert bucket in [f"{a:.12g}..{b:.12g}" for a, b in containing]
+
+
+@given(FINITE, FINITE, FINITE)
+def test_every_value_of_a_range_has_a_level(first: float, second: float, value: float) -> None:
+    low, high = sorted((first, second))
+    assert (bucket_of(Levels(low, high), value) is None) == (not low <= value <= high)
+
+
+@given(FINITE, st.floats(min_value=1e-300, allow_nan=False, allow_infinity=False))
+def test_slices_never_fail(value: float, width: float) -> None:
+    bucket_of(Slices(width), value)

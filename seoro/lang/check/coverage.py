@@ -91,9 +91,12 @@ class Coverage:
             if first is None:
                 own[draft.name.text] = self._items.elaborate(draft, ChainMap(own, inherited), places)
             else:
-                text, owner = draft.name.text, symbol.qualified_name
-                place = first.draft.name.span
-                self._bag.add(messages.SecondItem(draft.name.span, draft.kind, text, owner, place))
+                self._report_second(draft, first)
+
+    def _report_second(self, draft: Draft, first: Item) -> None:
+        owner, name = draft.owner.qualified_name, draft.name
+        place, is_inherited = first.draft.name.span, first.draft.owner is not draft.owner
+        self._bag.add(messages.SecondItem(name.span, draft.kind, name.text, owner, place, is_inherited))
 
     def _read(
         self, symbol: TypeSymbol, node: ast.CoverageDeclaration, home: Home, field: FieldSymbol | None
@@ -180,12 +183,10 @@ def _declarations(
             match member:
                 case ast.CoverageDeclaration():
                     yield member, part.home, None
-                case ast.ParameterDeclaration(field_names, coverage=coverage):
-                    fields = [
-                        field for field in symbol.fields.values() if field.span in [n.span for n in field_names]
-                    ]
-                    for field in fields:
-                        yield from ((node, part.home, field) for node in coverage)
+                case ast.ParameterDeclaration(field_names, coverage=(_, *_) as nodes):
+                    places = [name.span for name in field_names]
+                    fields = [field for field in symbol.fields.values() if field.span in places]
+                    yield from ((node, part.home, field) for field in fields for node in nodes)
                 case _:
                     pass
 

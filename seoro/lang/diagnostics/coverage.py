@@ -40,11 +40,13 @@ class SecondItem(Frozen):
     name: str
     owner: str
     first: Span
+    is_inherited: bool
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        before = Label(self.first, "the first one is here")
-        hint = f"to change the first one: `{self.kind}(override: {self.name}, ...)`"
+        before = Label(self.first, "inherited from here" if self.is_inherited else "the first one is here")
+        change = f"to change the first one: `{self.kind}(override: {self.name}, ...)`"
+        hint = "give it another name, and an `expression`" if self.is_inherited else change
         return error("E0492", self.span, f"`{self.owner}` has an item `{self.name}` already", before, help=hint)
 
 
