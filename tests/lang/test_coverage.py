@@ -185,7 +185,7 @@ ITEM = st.tuples(
 )
 
 
-@settings(deadline=None)
+@settings(deadline=None, derandomize=True)
 @given(st.lists(ITEM, min_size=1, max_size=4))
 def test_whatever_is_written_is_reported_or_sampled(
     tmp_path_factory: pytest.TempPathFactory, written: list[tuple[str, str, list[tuple[str, str]]]]
