@@ -23,6 +23,7 @@ from seoro.runtime.buckets import bucket_of, number_of
 from seoro.runtime.environment import Environment, EvaluationError, HasFields
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Event
+from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.tally import ItemCoverage, Tally
 from seoro.runtime.trace import Trace
 from seoro.runtime.values import Actor, Struct, Value, plain
@@ -41,26 +42,27 @@ class _Holder:
         instance: The scenario.
         value: What has the items.
         path: Where the scenario has it; empty for the scenario itself.
+        seed: What is drawn for values that its items construct is drawn from it.
     """
 
     instance: Instance
     value: Instance | Struct | Actor
     path: str
+    seed: int
 
     @property
     def types(self) -> tuple[str, ...]:
         """What `Plan.coverage` calls its types, the most general first."""
         if isinstance(self.value, Struct | Actor):
             return self.value.types[::-1]
-        scenario = self.value.scenario
-        return tuple(plan.behavior_type(name) for name in (scenario.name, *scenario.bases))[::-1]
+        return types_of(self.value.scenario)[::-1]
 
     def environment(self, bindings: Mapping[str, Value | HasFields]) -> Environment:
         """What names stand for in its items."""
         given = dict(bindings)
         if self.instance.actor is not None and self.value is self.instance:
             given["actor"] = self.instance.actor
-        return Environment(self.value, given, self.instance.path, self.instance)
+        return Environment(self.value, given, self.instance.path, self.instance, seed=self.seed)
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,12 @@ class Coverage:
     Args:
         items: What is sampled, by type.
         trace: Where records go.
+        seed: Of the run.
     """
 
     items: plan.Coverage
     trace: Trace
+    seed: int
     _tallies: dict[tuple[str, str], Tally] = field(default_factory=dict)
     _held: set[Struct | Actor] = field(default_factory=set)
 
@@ -108,7 +112,8 @@ class Coverage:
 
     def _holders(self, instance: Instance) -> Iterator[_Holder]:
         """A scenario and what it holds that no other scenario has held before."""
-        yield _Holder(instance, instance, "")
+        seed = derived_seed(self.seed, f"{instance.path} coverage")
+        yield _Holder(instance, instance, "", seed)
         pending: list[tuple[str, Value]] = list(instance.fields.items())
         while pending:
             path, value = pending.pop(0)
@@ -116,7 +121,7 @@ class Coverage:
                 pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
             elif isinstance(value, Struct | Actor) and value not in self._held:
                 self._held.add(value)
-                yield _Holder(instance, value, path)
+                yield _Holder(instance, value, path, seed)
                 pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]
 
     def _open_tally(self, holder: _Holder, item: plan.AnyCoverageItem) -> None:

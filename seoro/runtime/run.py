@@ -72,7 +72,7 @@ class Execution:
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         self._actions = _bind_all(plan, settings.implementations or {})
-        self._coverage = Coverage(plan.coverage, self._trace)
+        self._coverage = Coverage(plan.coverage, self._trace, settings.seed)
         self._entry = self._instantiate()
         self.verdict: Verdict | None = None  # once the run is over
         self._services = Services(

@@ -181,10 +181,11 @@ struct storm:
 
 scenario main:
     now: storm with:
+        keep(it.wind == 72kph)
         cover(wind, expression: it.wind, unit: kmph)
 """
     ran = await run_text(text)
-    assert samples(ran) == [(0, "cover", "wind", 36, "kmph")]
+    assert samples(ran) == [(0, "cover", "wind", 72, "kmph")]
 
 
 async def test_records_have_no_grade(run_text: RunText) -> None:
