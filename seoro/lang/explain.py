@@ -21,7 +21,7 @@ PHASES: Final = {
     "E02": "Imports and names",
     "E03": "Types and expressions",
     "E04": "Behaviors, and what a run is made from",
-    "E05": "Runs",
+    "E05": "Coverage and runs",
     "E09": "Not supported yet",
 }
 _UNSUPPORTED: Final = "E09"

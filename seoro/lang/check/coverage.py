@@ -164,6 +164,8 @@ class Coverage:
         self, symbol: TypeSymbol, name: ast.Name, inherited: Mapping[str, Item], places: Mapping[str, Span]
     ) -> None:
         item = inherited.get(name.text)
+        if item is None and self._expressions.program.is_lenient:
+            return
         if item is None:
             owner, known = symbol.qualified_name, tuple(self._of[symbol])
             self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))

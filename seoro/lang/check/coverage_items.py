@@ -291,6 +291,8 @@ class Items:
     ) -> Item | None:
         """An item that is combined with others; None if it cannot be, which is reported."""
         item = before.get(name.text) if name.text != draft.name.text else None
+        if item is None and self._expressions.program.is_lenient:
+            return None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)
             self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))

@@ -1,4 +1,4 @@
-"""Messages of `cover` and `record` (E0490 to E0511; E0500 is of runs)."""
+"""Messages of `cover` and `record` (E0501 to E0521)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class MissingName(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         hint = f"the first argument is the name: `{self.kind}(speed_at_end, expression: ...)`"
-        return error("E0490", self.span, f"this `{self.kind}` has no name", help=hint)
+        return error("E0501", self.span, f"this `{self.kind}` has no name", help=hint)
 
 
 class NotAName(Frozen):
@@ -29,7 +29,7 @@ class NotAName(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         hint = f"what is to be sampled follows the name: `{self.kind}(item, expression: {self.span.text.strip()})`"
-        return error("E0491", self.span, "the name of an item is a single identifier", help=hint)
+        return error("E0502", self.span, "the name of an item is a single identifier", help=hint)
 
 
 class SecondItem(Frozen):
@@ -47,7 +47,7 @@ class SecondItem(Frozen):
         before = Label(self.first, "inherited from here" if self.is_inherited else "the first one is here")
         change = f"to change the first one: `{self.kind}(override: {self.name}, ...)`"
         hint = "give it another name, and an `expression`" if self.is_inherited else change
-        return error("E0492", self.span, f"`{self.owner}` has an item `{self.name}` already", before, help=hint)
+        return error("E0503", self.span, f"`{self.owner}` has an item `{self.name}` already", before, help=hint)
 
 
 class UnknownItemArgument(Frozen):
@@ -61,7 +61,7 @@ class UnknownItemArgument(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         hint = near(self.name, self.known) or f"there are {listing(self.known)}"
-        return error("E0493", self.span, f"`{self.kind}` has no argument `{self.name}`", help=hint)
+        return error("E0504", self.span, f"`{self.kind}` has no argument `{self.name}`", help=hint)
 
 
 class UnnamedArgument(Frozen):
@@ -76,7 +76,7 @@ class UnnamedArgument(Frozen):
         what = "with `override`, every argument needs its name" if self.is_override else "only the name of an item"
         text = what if self.is_override else f"{what} stands without the name of its argument"
         hint = f"such as `{self.kind}(speed, unit: kph, range: [0..130], every: 10)`"
-        return error("E0494", self.span, text, help="" if self.is_override else hint)
+        return error("E0505", self.span, text, help="" if self.is_override else hint)
 
 
 class NothingToSample(Frozen):
@@ -93,7 +93,7 @@ class NothingToSample(Frozen):
             near(self.name, self.candidates) or "name a field, or say what is to be sampled by `expression: ...`"
         )
         text = f"`{self.name}` is no field of `{self.owner}`, and the item has no `expression`"
-        return error("E0495", self.span, text, help=hint)
+        return error("E0506", self.span, text, help=hint)
 
 
 class NotScalar(Frozen):
@@ -107,7 +107,7 @@ class NotScalar(Frozen):
         """The message."""
         hint = "sample a number, a physical value, a boolean, an enumeration or a string, such as a field of it"
         text = f"item `{self.name}` needs a single value"
-        return error("E0496", self.span, text, label=f"this is {a(self.found)}", help=hint)
+        return error("E0507", self.span, text, label=f"this is {a(self.found)}", help=hint)
 
 
 class MissingUnit(Frozen):
@@ -124,7 +124,7 @@ class MissingUnit(Frozen):
         others = listing(self.units[1:5], "or")
         hint += f" (or {others})" if others else ""
         text = f"item `{self.name}` is {a(self.found)} and needs a `unit`"
-        return error("E0497", self.span, text, help=hint)
+        return error("E0508", self.span, text, help=hint)
 
 
 class WrongUnit(Frozen):
@@ -140,7 +140,7 @@ class WrongUnit(Frozen):
         """The message."""
         hint = f"its units are {listing(self.units[:8])}" if self.units else "leave the unit out"
         text = f"item `{self.name}` is {a(self.found)} and cannot be given in `{self.unit}`"
-        return error("E0498", self.span, text, help=hint)
+        return error("E0509", self.span, text, help=hint)
 
 
 class ExcludedArgument(Frozen):
@@ -153,7 +153,7 @@ class ExcludedArgument(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0499", self.span, f"`{self.name}` {self.reason}", Label(self.other, "because of this"))
+        return error("E0510", self.span, f"`{self.name}` {self.reason}", Label(self.other, "because of this"))
 
 
 class WrongArgumentValue(Frozen):
@@ -166,7 +166,7 @@ class WrongArgumentValue(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0501", self.span, f"`{self.argument}` takes {self.needed}", help=self.help)
+        return error("E0511", self.span, f"`{self.argument}` takes {self.needed}", help=self.help)
 
 
 class NoBuckets(Frozen):
@@ -181,7 +181,7 @@ class NoBuckets(Frozen):
         """The message."""
         text = f"`{self.argument}` is for numbers, and `{self.name}` is {a(self.found)}"
         hint = "each of its values has a bucket of its own; `ignore` leaves values out"
-        return error("E0502", self.span, text, help=hint)
+        return error("E0512", self.span, text, help=hint)
 
 
 class Descending(Frozen):
@@ -195,7 +195,7 @@ class Descending(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         label = Label(self.other, "this is greater")
-        return error("E0503", self.span, f"boundaries ascend, and {self.value} follows {self.before}", label)
+        return error("E0513", self.span, f"boundaries ascend, and {self.value} follows {self.before}", label)
 
 
 class TooManyBuckets(Frozen):
@@ -207,7 +207,7 @@ class TooManyBuckets(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         text = f"this makes more than {self.limit:,} buckets"
-        return error("E0504", self.span, text, help="take wider slices, or a shorter range")
+        return error("E0514", self.span, text, help="take wider slices, or a shorter range")
 
 
 class PathOfEvent(Frozen):
@@ -219,7 +219,7 @@ class PathOfEvent(Frozen):
         """The message."""
         path = self.span.text.strip().lstrip("@")
         hint = f"declare `event sampled is @{path}` and write `event: sampled`"
-        return error("E0505", self.span, "`event` takes the name of an event of the same type", help=hint)
+        return error("E0515", self.span, "`event` takes the name of an event of the same type", help=hint)
 
 
 class NotConstant(Frozen):
@@ -232,7 +232,7 @@ class NotConstant(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         text = f"`{self.argument}` may contain only `{self.name}`, the value of the item, and constants"
-        return error("E0506", self.span, text)
+        return error("E0516", self.span, text)
 
 
 class TargetOfRecord(Frozen):
@@ -246,7 +246,7 @@ class TargetOfRecord(Frozen):
         """The message."""
         hint = "leave it out, or use `cover`" if not self.reason else "leave it out"
         return error(
-            "E0507", self.span, f"`{self.name}` is a record{self.reason}, which has no `target`", help=hint
+            "E0517", self.span, f"`{self.name}` is a record{self.reason}, which has no `target`", help=hint
         )
 
 
@@ -263,11 +263,11 @@ class UnknownItem(Frozen):
         """The message."""
         if self.later is not None:
             label = Label(self.later, "it is defined here, too late")
-            return error("E0508", self.span, f"item `{self.name}` is not defined yet", label)
+            return error("E0518", self.span, f"item `{self.name}` is not defined yet", label)
         hint = near(self.name, self.candidates)
         if not hint:
             hint = f"it has {listing(self.candidates)}" if self.candidates else "it has no items before this one"
-        return error("E0508", self.span, f"`{self.owner}` has no item `{self.name}`", help=hint)
+        return error("E0518", self.span, f"`{self.owner}` has no item `{self.name}`", help=hint)
 
 
 class OtherEvent(Frozen):
@@ -284,7 +284,7 @@ class OtherEvent(Frozen):
         label = Label(self.item, f"sampled at `{self.event}`")
         text = f"the cross is sampled at `{self.cross_event}`, and `{self.name}` is not"
         hint = "only items with the same event as the cross can be combined"
-        return error("E0509", self.span, text, label, help=hint)
+        return error("E0519", self.span, text, label, help=hint)
 
 
 class WrongItemOverride(Frozen):
@@ -297,7 +297,7 @@ class WrongItemOverride(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0510", self.span, self.reason, Label(self.item, "the item is here"), help=self.help)
+        return error("E0520", self.span, self.reason, Label(self.item, "the item is here"), help=self.help)
 
 
 class MisplacedItem(Frozen):
@@ -311,4 +311,4 @@ class MisplacedItem(Frozen):
         """The message."""
         text = f"`{self.kind}` is a member of a struct, an actor or a scenario"
         hint = f"write `{self.kind}(..., expression: {self.name})` in the scenario whose events sample it"
-        return error("E0511", self.span, text, help=hint)
+        return error("E0521", self.span, text, help=hint)
