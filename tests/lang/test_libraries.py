@@ -26,7 +26,7 @@ _KINDS = {
 def described(statement: ast.Statement) -> tuple[str, tuple[str, ...]] | None:
     """A declaration as the table has it."""
     if isinstance(statement, ast.EnumDeclaration):
-        return statement.span.text, ()
+        return re.sub(r"\n\s*", " ", statement.span.text).replace("[ ", "["), ()
     kind = _KINDS.get(type(statement))
     if kind is None:
         return None
