@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
+from typing import Final, Protocol
 
 from seoro.lang.source import Span
+
+MAX_TEXT: Final = 1000  # characters of a message
 
 
 class Severity(Enum):
@@ -85,6 +87,11 @@ class Bag:
         return tuple(self._found.values())
 
 
+def _short(text: str) -> str:
+    """A text without its middle if it is too long to be read; names and strings of a file have any length."""
+    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT // 2]}...{text[-MAX_TEXT // 2 :]}"
+
+
 def error(
     code: str,
     span: Span,
@@ -94,9 +101,9 @@ def error(
     help: str = "",  # noqa: A002
 ) -> Diagnostic:
     """An error, shortly written."""
-    return Diagnostic(Severity.ERROR, code, message, Label(span, label), secondary, help)
+    return Diagnostic(Severity.ERROR, code, _short(message), Label(span, _short(label)), secondary, _short(help))
 
 
 def warning(code: str, span: Span, message: str, label: str = "", help: str = "") -> Diagnostic:  # noqa: A002
     """A warning, shortly written."""
-    return Diagnostic(Severity.WARNING, code, message, Label(span, label), (), help)
+    return Diagnostic(Severity.WARNING, code, _short(message), Label(span, _short(label)), (), _short(help))

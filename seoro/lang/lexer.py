@@ -11,11 +11,13 @@ import unicodedata
 from typing import Any, Final, NamedTuple
 
 from seoro.lang import table
-from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
 from seoro.lang.source import SourceFile, Span
 
 TAB_STOP = 8
+MAX_ERRORS = 30  # of one file; what comes after is seldom more than an echo
+MAX_TOKENS = 50_000  # of one logical line
 # A letter or an underscore, then digits too, or anything beyond ASCII, which is looked at by category later:
 # written as the rest of ASCII excluded, since character sets of Unicode ranges take long to compile.
 _NAME = r"(?:[^\x00-@\[-^`{-\x7f][^\x00-/:-@\[-^`{-\x7f]*|\|[^|]+\|)"
@@ -29,8 +31,9 @@ _TOKEN: Final = re.compile(
     | (?P<number>0x[0-9A-Fa-f]+|[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+|[0-9]+)
       (?P<unit>(?:(?:{_NAME})?::)?{_NAME})?
     | (?P<name>{_NAME})
-    | (?P<long>\"\"\"(?:[^\\]|\\.)*?\"\"\"|'''(?:[^\\]|\\.)*?''')
-    | (?P<short>\"(?!\"\")(?:[^\\\r\n\"]|\\\r\n|\\.)*\"|'(?!'')(?:[^\\\r\n']|\\\r\n|\\.)*')
+    | (?P<long>\"\"\"[^\\"]*+(?:(?:\\.|\"(?!\"\"))[^\\"]*+)*+\"\"\"|'''[^\\']*+(?:(?:\\.|'(?!''))[^\\']*+)*+''')
+    | (?P<short>\"(?!\"\")[^\\\r\n\"]*+(?:(?:\\\r\n|\\.)[^\\\r\n\"]*+)*+\"
+        |'(?!'')[^\\\r\n']*+(?:(?:\\\r\n|\\.)[^\\\r\n']*+)*+')
     | (?P<operator>=>|==|!=|<=|>=|->|\.\.|[-+*/%<>=.,:@?()\[\]!])
     """,
     re.VERBOSE | re.DOTALL,
@@ -63,6 +66,14 @@ class Number(NamedTuple):
     unit: str | None
 
 
+class Refused(Exception):
+    """A text is not read any further; the message says why."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__()
+        self.message = message
+
+
 class Lexer:
     """Reads the tokens of a file.
 
@@ -75,16 +86,25 @@ class Lexer:
         self._file = file
         self._text = file.text
         self._bag = bag
+        self._errors = 0
         self._operators = table.load()["literals"]
 
     def tokens(self, offset: int = 0, indents: tuple[int, ...] = (0,)) -> list[Token]:
-        """All tokens from an offset, which is the start of a line inside blocks indented as given."""
+        """All tokens from an offset, which is the start of a line inside blocks indented as given.
+
+        Raises:
+            Refused: The text is beyond a limit.
+        """
         text, match = self._text, _TOKEN.match
         tokens: list[Token] = []
         levels = list(indents)
         brackets: list[Token] = []
         at_start = True  # of a logical line
+        first = 0  # the first token of a logical line
         while offset < len(text):
+            if len(tokens) - first > MAX_TOKENS:
+                span = Span(self._file, tokens[first].start, offset)
+                raise Refused(syntax.TooLong(span, MAX_TOKENS))
             if at_start:
                 offset, column = self._indentation(offset)
                 found = match(text, offset)
@@ -95,6 +115,7 @@ class Lexer:
                     break
                 self._indent(tokens, levels, column, offset)
                 at_start = False
+                first = len(tokens)
             found = match(text, offset)
             if found is None:
                 offset = self._recover(tokens, offset)
@@ -144,7 +165,7 @@ class Lexer:
                 blanks = self._text[start:offset]
                 mixes = "\t" in blanks or "\t" in self._file.line(self._file.position(end)[0])[: inner or 1]
                 columns = tuple(dict.fromkeys((*levels, inner)))
-                self._bag.add(syntax.UnknownIndentation(Span(self._file, start, offset), columns, mixes))
+                self._report(syntax.UnknownIndentation(Span(self._file, start, offset), columns, mixes))
                 levels.append(inner)
                 return
             tokens.append(Token("_DEDENT", column, end, end))
@@ -186,13 +207,13 @@ class Lexer:
         if is_float:
             value = float(digits)
             if value == float("inf"):
-                self._bag.add(syntax.FloatOutOfRange(span))
+                self._report(syntax.FloatOutOfRange(span))
         elif len(digits) > 30 and len(digits.lstrip("0x")) > 20:  # far out of range, and slow to convert
-            self._bag.add(syntax.IntegerOutOfRange(span))
+            self._report(syntax.IntegerOutOfRange(span))
         else:
             value = int(digits, 16 if is_hex else 10)
             if value >= 2**64:
-                self._bag.add(syntax.IntegerOutOfRange(span))
+                self._report(syntax.IntegerOutOfRange(span))
                 value = 0
         kind = "PHYSICAL_LITERAL" if unit else "FLOAT_LITERAL" if is_float else "INTEGER_LITERAL"
         return Token(kind, Number(value, is_float, unit), start, end)
@@ -209,6 +230,13 @@ class Lexer:
                     return start + index
         return end
 
+    def _report(self, message: Message) -> None:
+        """Report; the file is given up when there are so many that it is no scenario."""
+        self._errors += 1
+        if self._errors >= MAX_ERRORS:
+            raise Refused(message)
+        self._bag.add(message)
+
     def _recover(self, tokens: list[Token], offset: int) -> int:
         """Report what is no token; gives the offset to go on from."""
         text = self._text
@@ -217,10 +245,10 @@ class Lexer:
             quotes = char * 3 if text.startswith(char * 3, offset) else char
             ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
             end = min((found for found in ends if found >= 0), default=len(text))
-            self._bag.add(syntax.UnclosedString(Span(self._file, offset, end), quotes))
+            self._report(syntax.UnclosedString(Span(self._file, offset, end), quotes))
             tokens.append(Token("STRING_LITERAL", "", offset, end))
             return end
-        self._bag.add(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
+        self._report(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
         return offset + 1
 
 

@@ -14,11 +14,13 @@ from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
 from seoro.lang import ast
-from seoro.lang.diagnostic import Bag, Diagnostic
+from seoro.lang.diagnostic import Bag, Diagnostic, Message
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
+MAX_MISSES = 30  # imports that find nothing, until no more are followed
+MAX_PATH = 4096  # characters
 MAX_FILE_SIZE = 4 * 1024 * 1024  # bytes
 ENTRY_POINTS = "seoro.libraries"
 _LIBRARY = Path(__file__).with_name("library")
@@ -74,6 +76,12 @@ class _Loading:
     modules: list[Module] = field(default_factory=list)
     uses: set[str] = field(default_factory=set)
     libraries: dict[str, None] = field(default_factory=dict)
+    missed: int = 0
+
+    def miss(self, message: Message) -> None:
+        """Report an import that finds nothing."""
+        self.missed += 1
+        self.bag.add(message)
 
 
 def load(path: Path, name: str | None = None) -> Sources:
@@ -137,7 +145,9 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
             stack.pop()
             continue
         found: tuple[SourceFile, Path, str | None] | None = None
-        if isinstance(statement, ast.ImportModule):
+        if loading.missed >= MAX_MISSES:
+            pass
+        elif isinstance(statement, ast.ImportModule):
             found = _find_module(loading, statement)
         elif isinstance(statement, ast.ImportUri):
             found = _find_file(loading, statement, where, module)
@@ -149,6 +159,8 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[SourceFile, Path, str] | None:
     """The file of a module, unless it was read already or there is none."""
     name = ".".join(statement.path)
+    if name in loading.libraries:
+        return None
     own = own_libraries()
     path: Path | None = own.get(name)
     uses = _STANDARD[name][1] if name in _STANDARD else frozenset[str]()
@@ -156,7 +168,7 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
         installed = _installed_libraries()
         if name not in installed:
             known = tuple(sorted({*own, *installed}))
-            loading.bag.add(imports.UnknownModule(statement.span, name, known))
+            loading.miss(imports.UnknownModule(statement.span, name, known))
             return None
         path = installed[name]
     loading.uses |= uses
@@ -165,7 +177,7 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
         return None
     text = _read(path)
     if not isinstance(text, str):
-        loading.bag.add(imports.MissingFile(statement.span, name, text.reason))
+        loading.miss(imports.MissingFile(statement.span, name, text.reason))
         return None
     return SourceFile(f"<{name}>", text, path), path, name
 
@@ -182,7 +194,7 @@ def _find_file(
         return None
     text = _read(full)
     if not isinstance(text, str):
-        loading.bag.add(imports.MissingFile(statement.span, statement.uri, text.reason))
+        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason))
         return None
     shown = str(Path(importer.file.name).parent / path) if importer.library is None else f"<{path}>"
     return SourceFile(shown, text, full), full, importer.library
@@ -190,11 +202,15 @@ def _find_file(
 
 def _path_of(loading: _Loading, statement: ast.ImportUri) -> Path | None:
     """The path that a URI names; without a scheme it is one itself."""
+    if len(statement.uri) > MAX_PATH:
+        reason = f"it is longer than {MAX_PATH} characters"
+        loading.miss(imports.MissingFile(statement.span, statement.uri, reason))
+        return None
     parts = urlsplit(statement.uri)
     if len(parts.scheme) <= 1:  # none, or a drive
         return Path(statement.uri)
     if parts.scheme != "file" or parts.netloc not in {"", "localhost"}:
-        loading.bag.add(imports.UnknownScheme(statement.span, parts.scheme))
+        loading.miss(imports.UnknownScheme(statement.span, parts.scheme))
         return None
     return Path(unquote(parts.path))
 

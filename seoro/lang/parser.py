@@ -8,17 +8,17 @@ place for both, the token behind the word decides. A statement that cannot be pa
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from seoro.lang import ast, table
 from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
 from seoro.lang.expected import describe, explain
-from seoro.lang.lexer import Lexer, Token
+from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
 
-MAX_ERRORS = 30  # of one file; what comes after is seldom more than an echo
+MAX_FRAMES = 850  # of Python, whose limit is 1000, that those who walk over a tree may need for its depth
 
 _CALLED = frozenset({"rise", "fall", "elapsed", "every", "sample", "keep", "remove_default", "cover", "record"})
 _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "call", "until"})
@@ -30,19 +30,50 @@ _OPERAND_STARTS = frozenset(
     {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
 )
 _WORD_OPERATORS = frozenset({"in", "and", "or"})
+_CHAINS = frozenset({"implication", "disjunction", "conjunction", "relation", "sum", "term"})
+_FRAMES = {
+    **dict.fromkeys(_CHAINS, 4),
+    **dict.fromkeys(("ternary_op_exp", "inversion", "negation", "cast_exp", "type_test_exp"), 4),
+    **dict.fromkeys(("element_access", "field_access", "list_constructor", "range_constructor"), 4),
+    **dict.fromkeys(("list_type_declarator", "range_type_declarator"), 4),
+    "function_application": 10,
+    "composition": 7,
+}  # that checking, lowering or running take for a level; a chain of operators of one kind is one level
 
 
 def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
     """Parse a whole file; errors go to the bag."""
-    tree = _Parser(file, bag).parse("osc_file", Lexer(file, bag).tokens())
+    tree = _parse(file, bag, "osc_file", 0)
     return tree if isinstance(tree, ast.OscFile) else ast.OscFile((), Span(file, 0, len(file.text)))
 
 
 def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Expression | None:
     """Parse a text that is one expression from `offset` on; None if it is none."""
     before = len(bag)
-    tree: ast.Expression | None = _Parser(file, bag).parse("lone_expression", Lexer(file, bag).tokens(offset))
+    tree: ast.Expression | None = _parse(file, bag, "lone_expression", offset)
     return tree if len(bag) == before else None
+
+
+def _parse(file: SourceFile, bag: Bag, start: str, offset: int) -> Any:
+    """The tree for a start symbol; None if nothing could be made of the text."""
+    try:
+        return _Parser(file, bag).parse(start, Lexer(file, bag).tokens(offset))
+    except Refused as refused:
+        bag.add(refused.message)
+        return None
+
+
+class _Rule(NamedTuple):
+    """What a reduction does; see `table.Table`."""
+
+    origin: str
+    length: int
+    pick: list[int | None]
+    is_list: bool
+    is_spliced: bool  # or reuses a list: what is picked is more than single children
+    callback: Callable[..., Any] | None  # None if the only child stands for the node
+    frames: int  # that walking over what it makes takes
+    is_chain: bool
 
 
 class _Parser:
@@ -54,34 +85,34 @@ class _Parser:
         self._bag = bag
         self._rows = [loaded["rows"][number] for number in loaded["actions"]]
         self._gotos = loaded["gotos"]
-        self._rules = loaded["rules"]
+        builder = Builder(file, bag)
+        self._rules = [_rule(builder, *described) for described in loaded["rules"]]
         self._units = [
             origin if length == 1 and kind == "only" and pick == [0] else None
-            for origin, length, pick, kind, _ in self._rules
+            for origin, length, pick, kind, _ in loaded["rules"]
         ]  # rules of one thing that stands for another: most of the work
         self._starts = loaded["starts"]
         self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
-        builder = Builder(file, bag)
-        self._callbacks: list[Callable[..., Any] | None] = [
-            getattr(builder, callback) if kind != "list" and not (kind == "only" and len(pick) == 1) else None
-            for _, _, pick, kind, callback in self._rules
-        ]
         self._tokens: list[Token] = []
         self._states: list[int] = []
         self._values: list[Any] = []
-        self._spans: list[tuple[int, int]] = []
+        self._spans: list[tuple[int, int, int]] = []  # start, end, and the frames for the depth of the tree
         self._marks: list[int] = []  # depth of the stack at the start of the current line of each open block
         self._fresh = True  # the next token is the first one of its line
         self._errors = 0
         self._reported: set[int] = set()  # lines that have an error: what comes after it there is an echo
 
     def parse(self, start: str, tokens: list[Token]) -> Any:
-        """The tree for a start symbol; None if nothing could be made of the tokens."""
+        """The tree for a start symbol; None if nothing could be made of the tokens.
+
+        Raises:
+            Refused: The text is beyond a limit.
+        """
         self._tokens = tokens
         self._reported = {found.primary.span.line for found in self._bag.diagnostics}
         self._states = [self._starts[start]]
         self._values = [None]
-        self._spans = [(0, 0)]
+        self._spans = [(0, 0, 0)]
         accepting = self._gotos[self._starts[start]][start]
         rows, gotos, units = self._rows, self._gotos, self._units
         states, keywords = self._states, self._keywords
@@ -147,29 +178,43 @@ class _Parser:
                 self._marks.append(len(self._states))
         self._states.append(state)
         self._values.append(token)
-        self._spans.append((token.start, token.end))
+        self._spans.append((token.start, token.end, 0))
 
     def _reduce(self, number: int) -> None:
-        origin, length, pick, kind, _ = self._rules[number]
+        origin, length, pick, is_list, is_spliced, callback, frames, is_chain = self._rules[number]
         states, values, spans = self._states, self._values, self._spans
         base = len(values) - length
-        children = _children(values, base, pick, kind == "list")
-        if length:
-            span = (spans[base][0], spans[-1][1])
+        if is_spliced:
+            children = _children(values, base, pick, is_list)
+        else:
+            children = [None if which is None else values[base + which] for which in pick]
+        if length == 1:
+            start, end, depth = spans.pop()
+            del states[base], values[base]
+        elif length:
+            below = spans[base:]
+            start, end, depth = below[0][0], below[-1][1], max([each[2] for each in below])
             del states[base:], values[base:], spans[base:]
         else:
-            span = (spans[-1][1], spans[-1][1])
-        if kind == "list":
+            start = end = spans[-1][1]
+            depth = 0
+        if is_list:
             value: Any = children
-        elif kind == "only" and len(children) == 1:
+        elif callback is None:
             value = children[0]
         else:
-            callback = self._callbacks[number]
-            assert callback is not None
-            value = callback(Span(self._file, *span), *children)
+            span = Span(self._file, start, end)
+            value = callback(span, *children)
+            if frames:
+                if is_chain and type(children[0]) is type(value):
+                    depth = max(below[0][2], below[-1][2] + frames)
+                else:
+                    depth += frames
+                if depth > MAX_FRAMES:
+                    raise Refused(syntax.TooNested(span, MAX_FRAMES // frames))
         states.append(self._gotos[states[-1]][origin])
         values.append(value)
-        spans.append(span)
+        spans.append((start, end, depth))
 
     # ------------------------------------------------------------ errors
 
@@ -302,10 +347,10 @@ class _Parser:
                 return False
             if action >= 0:
                 return True
-            origin, length = self._rules[-1 - action][:2]
-            if length:
-                del states[-length:]
-            states.append(self._gotos[states[-1]][origin])
+            rule = self._rules[-1 - action]
+            if rule.length:
+                del states[-rule.length :]
+            states.append(self._gotos[states[-1]][rule.origin])
 
     def _truncate(self, depth: int) -> None:
         del self._states[depth:], self._values[depth:], self._spans[depth:]
@@ -324,7 +369,7 @@ class _Parser:
             self._reduce(-1 - action)
         self._states.append(action)
         self._values.append(token)
-        self._spans.append((token.start, token.end))
+        self._spans.append((token.start, token.end, 0))
         self._fresh = True
         return True
 
@@ -355,6 +400,23 @@ class _Parser:
 
     def _span(self, token: Token) -> Span:
         return Span(self._file, token.start, token.end)
+
+
+def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], kind: str, callback: str) -> _Rule:
+    """A rule of the table with what it does."""
+    is_list = kind == "list"
+    is_spliced = any(which is not None and which >= table.SPLICED for which in pick)
+    makes_node = not is_list and not (kind == "only" and len(pick) == 1)
+    return _Rule(
+        origin,
+        length,
+        pick,
+        is_list,
+        is_spliced,
+        getattr(builder, callback) if makes_node else None,
+        _FRAMES.get(callback, 0) if makes_node else 0,
+        makes_node and callback in _CHAINS,
+    )
 
 
 def _children(values: list[Any], base: int, pick: list[int | None], is_list: bool) -> list[Any]:

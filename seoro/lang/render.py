@@ -12,6 +12,7 @@ from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.source import SourceFile
 
 TAB_WIDTH = 4
+MAX_WIDTH = 200  # characters of a line that are shown
 _RESET = "\x1b[0m"
 _BOLD = "\x1b[1m"
 _BLUE = "\x1b[34;1m"
@@ -102,11 +103,23 @@ def _excerpt(labels: Sequence[Label], primary: Label, width: int, paint: _Paint)
             shown.append(paint.blue("..."))
         last = number
         here = [label for label in labels if label.span.line == number]
-        line = here[0].span.file.line(number)
+        line, shift = _window(here)
         shown.append(f"{paint.blue(f'{number:>{width}} |')} {_expand(line)}".rstrip())
-        marks = [_place(label, line, label is primary) for label in here]
+        marks = [_place(label, line, shift, label is primary) for label in here]
         shown += [f"{gutter} {row}" for row in _rows(marks, paint)]
     return shown
+
+
+def _window(labels: Sequence[Label]) -> tuple[str, int]:
+    """What is shown of the line in which labels begin, and how far it is shifted: long ones are shown in part."""
+    span = labels[0].span
+    line = span.file.line(span.line)
+    if len(line) <= MAX_WIDTH:
+        return line, 0
+    start = max(0, min(label.span.column for label in labels) - MAX_WIDTH // 4)
+    before = "..." if start else ""
+    after = "..." if start + MAX_WIDTH < len(line) else ""
+    return f"{before}{line[start : start + MAX_WIDTH]}{after}", len(before) - start
 
 
 def _expand(text: str) -> str:
@@ -116,9 +129,9 @@ def _expand(text: str) -> str:
     )
 
 
-def _place(label: Label, line: str, is_primary: bool) -> _Mark:
+def _place(label: Label, line: str, shift: int, is_primary: bool) -> _Mark:
     """Where a label's mark goes; a span of several lines is marked to the end of its first one."""
-    start = label.span.column - 1
+    start = min(label.span.column - 1 + shift, len(line))
     end = min(start + label.span.end - label.span.start, len(line.rstrip()))
     shown_start = len(_expand(line[:start]))
     shown_end = max(len(_expand(line[:end])), shown_start + 1)

@@ -37,6 +37,20 @@ def test_labels_stand_below_their_line() -> None:
     ]
 
 
+def test_of_a_long_line_the_part_around_the_mark_is_shown() -> None:
+    file = SourceFile("maze.osc", f"{'a' * 400}WRONG{'b' * 400}")
+    shown = render_text(error("E0312", Span(file, 400, 405), "no", label="here")).splitlines()
+    assert shown[3] == f"1 | ...{'a' * 49}WRONG{'b' * 146}..."
+    assert shown[4] == f"  | {' ' * 52}^^^^^ here"
+
+
+def test_messages_with_endless_names_lose_their_middle() -> None:
+    found = error("E0312", span("2m"), f"unknown `{'a' * 5000}`", help="b" * 5000)
+    assert found.message.startswith("unknown `aaa")
+    assert found.message.endswith("aaa`")
+    assert len(found.message) == len(found.help) == 1003
+
+
 def test_tabs_are_widened_and_lines_between_left_out() -> None:
     found = error("E0101", span("x"), "what", Label(span("end"), "there"))
     assert render_text(found).splitlines()[2:] == [

@@ -202,3 +202,32 @@ class TooDeep(Frozen):
         return error(
             "E0133", self.span, f"nested more than {self.limit} levels deep", help="give a part of it a name"
         )
+
+
+class TooNested(Frozen):
+    """Nesting so deep that the file is not read any further."""
+
+    span: Span
+    limit: int  # about how many of the kind can stand within each other
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        start = Span(self.span.file, self.span.start, self.span.start + 1)
+        hint = f"no more than {self.limit} of its kind can stand within each other; give a part of it a name"
+        return error("E0133", start, f"nested too deeply (limit {self.limit})", help=hint)
+
+
+class TooLong(Frozen):
+    """A statement of more tokens than are taken."""
+
+    span: Span
+    limit: int
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0134",
+            self.span,
+            f"a statement of more than {self.limit:,} words and signs",
+            help="a part of it can have a name",
+        )
