@@ -59,7 +59,7 @@ from seoro.lang.types import (
 from seoro.lang.units import to_si
 
 MAX_DEPTH = 120  # of nested expressions
-MAX_CHAIN = 600  # of operands in a row
+MAX_CHAIN = 20_000  # of operands in a row
 
 
 @dataclass(frozen=True)

@@ -159,9 +159,9 @@ class Resolver:
 
     def _break_cycle(self, symbol: TypeSymbol) -> None:
         """Cut a base that leads back; a scenario's base belongs to the same actor or a more general one."""
-        path = [symbol]
-        while path[-1].base is not None:
-            base = path[-1].base
+        path = {symbol: None}
+        base = symbol.base
+        while base is not None:
             if base is symbol:
                 names_ = tuple(type_.qualified_name for type_ in (*path, symbol))
                 self._bag.add(names.CyclicReference(symbol.span, "bases", names_))
@@ -169,7 +169,8 @@ class Resolver:
                 return
             if base in path:
                 return
-            path.append(base)
+            path[base] = None
+            base = base.base
         own = symbol.base
         if own is None or symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
             return

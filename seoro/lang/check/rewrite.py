@@ -8,6 +8,7 @@ from typing import assert_never
 
 from seoro.lang import plan
 
+_Operation = plan.Arithmetic | plan.Concatenate | plan.Compare | plan.Logic
 Implementations = Callable[[str], Iterable[plan.Method]]
 
 
@@ -101,7 +102,7 @@ def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan
         case plan.TypeTest(operand) | plan.Cast(operand):
             return visit(replace(expression, operand=go(operand)))
         case plan.Arithmetic() | plan.Concatenate() | plan.Compare() | plan.Logic():
-            return visit(replace(expression, left=go(expression.left), right=go(expression.right)))
+            return _rewrite_chain(expression, visit)
         case plan.Contains(item, container):
             return visit(replace(expression, item=go(item), container=go(container)))
         case plan.Conditional(condition, then, otherwise):
@@ -129,3 +130,14 @@ def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan
             return visit(replace(expression, receiver=of, arguments=go_named(given)))
         case _:
             assert_never(expression)
+
+
+def _rewrite_chain(expression: _Operation, visit: Callable[[plan.Expression], plan.Expression]) -> plan.Expression:
+    """A chain of operators, from its left end: chains may be long, so they are no recursion."""
+    chain = [expression]
+    while isinstance(left := chain[-1].left, _Operation):
+        chain.append(left)
+    done = rewrite(chain[-1].left, visit)
+    for step in reversed(chain):
+        done = visit(replace(step, left=done, right=rewrite(step.right, visit)))
+    return done

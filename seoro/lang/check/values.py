@@ -17,7 +17,7 @@ from seoro.lang.check.convert import Typed
 from seoro.lang.check.plan_types import enum_value, plan_type, struct_type
 from seoro.lang.check.rewrite import names_used
 from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import names
+from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
@@ -48,6 +48,7 @@ from seoro.lang.types import (
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
 
+MAX_DEPTH = 50  # of values within values, which are made recursively
 STANDARD_TYPES = "stdtypes"  # the namespace of `osc.types`
 GLOBALS = "globals"  # what the structure of global parameters is called
 
@@ -63,6 +64,7 @@ class Values:
         self._expressions = expressions
         self._structures: dict[TypeSymbol, plan.Structure] = {}
         self._open: list[TypeSymbol] = []
+        self._depths: dict[TypeSymbol, int] = {}  # how many structures are within each other
         self._scopes: dict[tuple[TypeSymbol | None, Home], Scope] = {}
         self._defaults: dict[FieldSymbol, plan.Expression | None] = {}
 
@@ -139,6 +141,7 @@ class Values:
         self._open.append(symbol)
         for field in all_fields(symbol).values():
             self._enter(field)
+        self._measure(symbol)
         members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
         latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
         made = self._made(struct_type(symbol), members, latents, symbol.span)
@@ -190,8 +193,23 @@ class Values:
         if symbol in self._open:
             path = (*(type_.name for type_ in self._open[self._open.index(symbol) :]), symbol.name)
             self._expressions.bag.add(messages.ContainsItself(symbol.span, path))
+        elif len(self._open) >= MAX_DEPTH:
+            self._refuse_depth(symbol)
         else:
             self.structure(symbol)
+
+    def _measure(self, symbol: TypeSymbol) -> None:
+        """Note how deep the values of a type are."""
+        inner = [field.type.symbol for field in all_fields(symbol).values() if isinstance(field.type, Structured)]
+        self._depths[symbol] = 1 + max((self._depths.get(type_, 0) for type_ in inner), default=0)
+        if self._depths[symbol] > MAX_DEPTH:
+            self._refuse_depth(symbol)
+
+    def _refuse_depth(self, symbol: TypeSymbol) -> None:
+        """Report a type whose values are too deep; nobody looks into it then."""
+        self._expressions.bag.add(syntax.TooDeep(symbol.span, MAX_DEPTH))
+        symbol.is_open = True
+        self._depths[symbol] = 0
 
     def _members(self, symbol: TypeSymbol) -> Iterator[plan.StructureMember]:
         """What a type adds to its base: its condition, then its members and those of its extensions."""
