@@ -99,18 +99,12 @@ def _operate(expression: Expression, environment: Environment) -> Value:
     match expression:
         case Negate(operand, number, span):
             return _finish(-_number(operand, environment), number)
-        case Arithmetic(operator, left, right, number, span):
-            return _calculate(operator, _number(left, environment), _number(right, environment), number, span)
-        case Concatenate(left, right):
-            return f"{evaluate(left, environment)}{evaluate(right, environment)}"
-        case Compare(operator, left, right):
-            return _COMPARISONS[operator](evaluate(left, environment), evaluate(right, environment))
+        case Arithmetic() | Concatenate() | Compare() | Logic():
+            return _chain(expression, environment)
         case Contains(item, container):
             return _contains(evaluate(item, environment), evaluate(container, environment))
         case Not(operand):
             return not evaluate(operand, environment)
-        case Logic(operator, left, right):
-            return _logic(operator, left, right, environment)
         case Size(items):
             return len(cast(tuple[Value, ...], evaluate(items, environment)))
         case Bound(side, operand):
@@ -131,6 +125,33 @@ def _operate(expression: Expression, environment: Environment) -> Value:
             raise AssertionError("evaluated above")
         case _:
             assert_never(expression)
+
+
+def _chain(expression: _Operation, environment: Environment) -> Value:
+    """A chain of operators, from its left end: chains may be long, so they are no recursion."""
+    chain = [expression]
+    while isinstance(left := chain[-1].left, _Operation):
+        chain.append(left)
+    value = evaluate(chain[-1].left, environment)
+    for step in reversed(chain):
+        value = _apply(step, value, environment)
+    return value
+
+
+def _apply(operation: _Operation, left: Value, environment: Environment) -> Value:
+    """The value of an operation whose left operand is known."""
+    match operation:
+        case Arithmetic(operator, _, right, number, span):
+            assert isinstance(left, int | float)
+            return _calculate(operator, left, _number(right, environment), number, span)
+        case Concatenate(_, right):
+            return f"{left}{evaluate(right, environment)}"
+        case Compare(operator, _, right):
+            return _COMPARISONS[operator](left, evaluate(right, environment))
+        case Logic(operator, _, right):
+            return _logic(operator, bool(left), right, environment)
+        case _:
+            assert_never(operation)
 
 
 def _number(expression: Expression, environment: Environment) -> int | float:
@@ -191,8 +212,7 @@ def _divide_floats(operator: str, left: float, right: float) -> float:
     return math.copysign(math.inf, left) * math.copysign(1.0, right)
 
 
-def _logic(operator: str, left: Expression, right: Expression, environment: Environment) -> bool:
-    first = bool(evaluate(left, environment))
+def _logic(operator: str, first: bool, right: Expression, environment: Environment) -> bool:
     match operator:
         case "and":
             return first and bool(evaluate(right, environment))
@@ -229,6 +249,7 @@ def _index(expression: Index, environment: Environment) -> Value:
     return items[position]
 
 
+_Operation = Arithmetic | Concatenate | Compare | Logic
 _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,

@@ -56,6 +56,20 @@ def test_operators_of_lists_ranges_and_strings(
 
 
 @pytest.mark.parametrize(
+    ("type_", "expression", "expected"),
+    [
+        ("int", " - ".join(["1"] * 5000), -4998),
+        ("string", " + ".join(["'a'"] * 5000), "a" * 5000),
+        ("bool", " and ".join(["true"] * 5000) + " and false", False),
+        ("bool", " == ".join(["false"] * 5001), False),
+    ],
+    ids=["sum", "text", "and", "equal"],
+)
+def test_long_chains_have_values(type_: str, expression: str, expected: Value, tmp_path: Path) -> None:
+    assert value(tmp_path, type_, expression) == expected
+
+
+@pytest.mark.parametrize(
     ("type_", "expression", "message"),
     [
         ("rgb", "7.as(rgb)", "no member of `rgb` has the number 7"),
