@@ -1,0 +1,109 @@
+"""Whatever a text holds, it is read, checked and lowered to messages or a plan, soon, and raises nothing else."""
+
+from __future__ import annotations
+
+import os
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from seoro.errors import InvalidScenario
+from seoro.lang import frontend
+from seoro.lang.diagnostic import Diagnostic
+from seoro.lang.render import render_text, to_json
+from tests.lang import fuzzing
+from tests.lang.programs import PROGRAMS
+
+MAX_SECONDS = 2.0
+MAX_MEMORY = 300 * 2**10  # [KiB], that a process grows by
+QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+LONG = settings(
+    QUICK,
+    derandomize=False,
+    max_examples=int(os.environ.get("SEORO_FUZZ_EXAMPLES", "25000")),
+    suppress_health_check=list(HealthCheck),
+)
+KINDS = {
+    "soup": fuzzing.soup,
+    "statements": fuzzing.statements,
+    "mutated": fuzzing.mutated,
+}
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("fuzz") / "test.osc"
+
+
+def survives(path: Path, text: str) -> None:
+    """Hold the front end to what it promises of any text."""
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    start, memory = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    checked = frontend.check(frontend.load(path, "test.osc"))
+    found = list(checked.diagnostics)
+    if not checked.errors:
+        try:
+            frontend.lower(checked, checked.scenarios[0] if checked.scenarios else None)
+        except InvalidScenario as refused:
+            found += refused.diagnostics
+    for diagnostic in found:
+        is_well_formed(diagnostic)
+    assert time.process_time() - start < MAX_SECONDS
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MAX_MEMORY
+
+
+def is_well_formed(diagnostic: Diagnostic) -> None:
+    """A message can be shown, and points into its file."""
+    assert diagnostic.message
+    assert render_text(diagnostic)
+    assert to_json(diagnostic)
+    for label in (diagnostic.primary, *diagnostic.secondary):
+        assert 0 <= label.span.start <= label.span.end <= len(label.span.file.text)
+
+
+def survives_as_override(path: Path, text: str) -> None:
+    """The same for an expression that is given for a parameter."""
+    path.write_text(PROGRAMS[1], encoding="utf-8")
+    checked = frontend.check(frontend.load(path, "test.osc"))
+    try:
+        frontend.lower(checked, "main", {"n": text})
+    except InvalidScenario as refused:
+        for diagnostic in refused.diagnostics:
+            is_well_formed(diagnostic)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_text_breaks_the_front_end(kind: str, path: Path) -> None:
+    run(QUICK, KINDS[kind](), lambda text: survives(path, text))
+
+
+def test_no_override_breaks_the_front_end(path: Path) -> None:
+    run(QUICK, st.one_of(fuzzing.expressions(), fuzzing.soup()), lambda text: survives_as_override(path, text))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_text_of_very_many_breaks_the_front_end(kind: str, path: Path) -> None:
+    run(LONG, KINDS[kind](), lambda text: survives(path, text))
+
+
+@pytest.mark.slow
+def test_no_override_of_very_many_breaks_the_front_end(path: Path) -> None:
+    texts = st.one_of(fuzzing.expressions(), fuzzing.soup())
+    run(LONG, texts, lambda text: survives_as_override(path, text))
+
+
+def run(how: settings, texts: st.SearchStrategy[str], survive: Callable[[str], None]) -> None:
+    """Try texts."""
+
+    @how
+    @given(texts)
+    def attempt(text: str) -> None:
+        survive(text)
+
+    attempt()
