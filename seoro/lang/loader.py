@@ -14,6 +14,7 @@ from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
 from seoro.lang import ast
+from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic, Message
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.parser import parse_file
@@ -132,7 +133,8 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 
     def enter(file: SourceFile, path: Path, library: str | None) -> Module:
         loading.seen.add(path.resolve())
-        module = Module(file, parse_file(file, loading.bag), library)
+        parse = parse_file if library is None else parse_library
+        module = Module(file, parse(file, loading.bag), library)
         stack.append((module, path, iter(module.tree.statements)))
         return module
 
