@@ -12,6 +12,7 @@ from typing import Final, Protocol
 
 from seoro.lang.source import Span
 
+MAX_ERRORS: Final = 300  # of a phase
 MAX_TEXT: Final = 1000  # characters of a message
 
 
@@ -68,18 +69,29 @@ class Message(Protocol):
 
 @dataclass
 class Bag:
-    """Collects the messages of a phase; the same message at the same place counts once."""
+    """Collects the messages of a phase; the same message at the same place counts once.
+
+    With many errors, no more are taken: nobody reads them, and to word each takes time.
+    """
 
     _found: dict[tuple[str, str, str, int], Diagnostic] = field(default_factory=dict)
+    _errors: int = 0
+    _dropped: int = 0
 
     def add(self, message: Message) -> None:
         """Take a message."""
+        if self._errors >= MAX_ERRORS:
+            self._dropped += 1
+            return
         found = message.diagnostic()
         span = found.primary.span
-        self._found.setdefault((found.code, found.message, span.file.name, span.start), found)
+        key = (found.code, found.message, span.file.name, span.start)
+        if key not in self._found:
+            self._found[key] = found
+            self._errors += found.severity is Severity.ERROR
 
     def __len__(self) -> int:
-        return len(self._found)
+        return len(self._found) + self._dropped
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

@@ -10,6 +10,7 @@ import pytest
 
 from seoro.errors import InvalidScenario
 from seoro.lang import frontend
+from seoro.lang.diagnostic import MAX_ERRORS as MAX_MESSAGES
 from seoro.lang.diagnostic import MAX_TEXT
 from seoro.lang.lexer import MAX_ERRORS
 from seoro.lang.render import MAX_WIDTH, render_text
@@ -147,3 +148,19 @@ def test_imports_that_find_nothing_are_followed_for_a_while_only(tmp_path: Path)
 def test_an_expression_from_elsewhere_has_the_same_limits(tmp_path: Path) -> None:
     with pytest.raises(InvalidScenario, match="nested too deeply"):
         lower(tmp_path, of_type("int", "1"), {"y": f"{'- ' * LEVELS}1"})
+
+
+@pytest.mark.parametrize("value", ["", " = 1", " = m0"])
+def test_an_enumeration_may_be_long(value: str, tmp_path: Path) -> None:
+    members = ", ".join(f"m{number}{value if number else ''}" for number in range(TERMS))
+    start = time.process_time()
+    checked = check(tmp_path, f"enum e: [{members}]\nscenario main:\n  x: e = m0\n  do serial:\n    emit end\n")
+    assert not checked.diagnostics
+    assert time.process_time() - start < 2.0
+
+
+def test_many_errors_are_found_soon_and_not_all_shown(tmp_path: Path) -> None:
+    text = of_type("list of int", f"[{', '.join(f'z{number}' for number in range(TERMS))}]")
+    start = time.process_time()
+    assert len(check(tmp_path, text).diagnostics) == MAX_MESSAGES
+    assert time.process_time() - start < 2.0

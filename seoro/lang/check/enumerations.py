@@ -10,6 +10,7 @@ from seoro.lang.source import Span
 from seoro.lang.symbols import EnumSymbol, Program, Space
 
 _Path = tuple[tuple[EnumSymbol, str], ...]
+_Value = int | tuple[ast.EnumValueReference, Space]  # where the reference stands in
 
 
 class Enumerations:
@@ -25,6 +26,7 @@ class Enumerations:
         self._program = program
         self._lookup = lookup
         self._bag = bag
+        self._values: dict[EnumSymbol, dict[str, _Value]] = {}
 
     def resolve(self) -> None:
         """Number them, and note which enumerations have a member of a name."""
@@ -42,17 +44,28 @@ class Enumerations:
 
     def _number(self, enum: EnumSymbol, wanted: str, path: _Path) -> int | None:
         """The number of a member; None if it cannot be told, which has been reported."""
-        following = 0
-        for member, home in enum.declared:
-            if isinstance(member.value, ast.EnumValueReference):
-                if member.name.text == wanted:
-                    return self._referenced(enum, wanted, home.space, member.value, path)
-                continue
-            number = following if member.value is None else member.value
-            if member.name.text == wanted:
+        match self._values_of(enum).get(wanted):
+            case ast.EnumValueReference() as reference, Space() as space:
+                return self._referenced(enum, wanted, space, reference, path)
+            case int() as number:
                 return number
-            following = number + 1
-        return None
+            case _:
+                return None
+
+    def _values_of(self, enum: EnumSymbol) -> dict[str, _Value]:
+        """What the members of an enumeration stand for; a member without a value follows the one before it."""
+        if enum not in self._values:
+            found: dict[str, _Value] = {}
+            following = 0
+            for member, home in enum.declared:
+                if isinstance(member.value, ast.EnumValueReference):
+                    found.setdefault(member.name.text, (member.value, home.space))
+                    continue
+                number = following if member.value is None else member.value
+                found.setdefault(member.name.text, number)
+                following = number + 1
+            self._values[enum] = found
+        return self._values[enum]
 
     def _referenced(
         self, enum: EnumSymbol, member: str, space: Space, reference: ast.EnumValueReference, path: _Path
@@ -80,8 +93,8 @@ class Enumerations:
                 )
                 return None
             target = found
-        known = tuple(member.name.text for member, _ in target.declared)
-        if reference.member.text not in known:
-            self._bag.add(names.UnknownMember(reference.span, target.name, reference.member.text, known))
+        members = self._values_of(target)
+        if reference.member.text not in members:
+            self._bag.add(names.UnknownMember(reference.span, target.name, reference.member.text, tuple(members)))
             return None
         return target

@@ -10,12 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+MAX_CANDIDATES = 500  # for what may have been meant
+
 
 def near(name: str, candidates: Iterable[str]) -> str:
     """A help text that names what may have been meant; empty if nothing comes near."""
     from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and seldom needed
 
     known = sorted(set(candidates))
+    if len(known) > MAX_CANDIDATES:  # each is compared, letter by letter
+        known = [candidate for candidate in known if candidate[:3] == name[:3]][:MAX_CANDIDATES]
     prefixed = [candidate for candidate in known if candidate.endswith(f"::{name}")]
     found = prefixed or get_close_matches(name, known, n=3, cutoff=0.6)
     return f"did you mean {listing(found, 'or')}?" if found else ""
