@@ -65,7 +65,8 @@ _HIDDEN: Final = frozenset({"INVALID", "_DEDENT", "$END", "PREFIXED", "WILDCARD"
 _MAX_SHOWN = 6
 
 _PLACES: Final = {
-    "do on": "`do` and `on` belong to scenarios and actions",
+    "do": "`do` belongs to scenarios and actions",
+    "on": "`on` belongs to scenarios, actions and modifiers",
     "import namespace export type unit enum struct actor action scenario modifier extend global": (
         "declarations stand at the left margin, outside of blocks"
     ),
@@ -114,6 +115,8 @@ def _wanted(expected: set[str]) -> tuple[str, ...]:
     if {"STAR", "EQUAL"} <= rest:
         rest -= _OPERATORS
         shown.append("an operator")
+    elif {"COLON", "LPAR"} <= rest:
+        rest -= {"BANG", "LSQB"}  # a member: a field, or a modifier, whose actor is seldom an element
     literals = {name: text for text, name in table.load()["literals"].items()}
     shown += sorted(_WORDS.get(terminal) or f"`{literals[terminal]}`" for terminal in rest)
     return tuple(shown) if len(shown) <= _MAX_SHOWN else ()
@@ -133,6 +136,8 @@ def _hint(token: Token, kind: str, previous: Token | None, expected: set[str]) -
         return "without arguments, leave out the brackets"
     if kind == "_ASSIGN" and "COLON" in expected:
         return "arguments are named by `name: value`, and fields are declared by `name: type = value`"
+    if token.value == "inherits" and "OF" in expected:
+        return "modifiers do not inherit"
     if kind == "EQUAL" and "_ASSIGN" in expected:
         return "a default is given by `=`"
     return ""

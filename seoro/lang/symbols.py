@@ -6,7 +6,7 @@ live beside the tree and point into it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -18,6 +18,7 @@ from seoro.lang.types import Type
 from seoro.lang.units import Dimension
 
 GLOBAL_NAMESPACE = "null"
+PHASES: Mapping[str, plan.Phase] = {phase.value: phase for phase in plan.Phase}  # the predefined events (7.3.10.3)
 MethodImplementation: TypeAlias = ast.ExpressionMethod | ast.UndefinedMethod | ast.ExternalMethod
 
 
@@ -117,11 +118,13 @@ class FieldSymbol:
 
 @dataclass(eq=False)
 class EventSymbol:
-    """An event of a structured type."""
+    """An event of a structured type; `specification` is what stands behind `is`."""
 
     name: str
     owner: TypeSymbol
     span: Span
+    home: Home
+    specification: ast.EventSpecification | None = None
     text: str = ""
     namespace: str = GLOBAL_NAMESPACE
     parameters: dict[str, FieldSymbol] = field(default_factory=dict)
@@ -177,8 +180,9 @@ class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
     `is_open` says that it may have members that are not known, as a part of it is not supported;
-    `is_constrained`, that its fields may have values that are not known, for the same reason. `plan_name` is
-    unique among types, or among scenarios and actions.
+    `is_constrained`, that its fields may have values that are not known, for the same reason. `of` is the scenario
+    or action that a modifier is for. `plan_name` is unique among types, among scenarios and actions, or among
+    modifiers.
     """
 
     kind: Kind
@@ -188,6 +192,7 @@ class TypeSymbol:
     declaration: ast.StructuredTypeDeclaration
     span: Span  # of the name
     actor: TypeSymbol | None = None
+    of: TypeSymbol | None = None
     base: TypeSymbol | None = None
     condition: Condition | None = None
     parts: list[Part] = field(default_factory=list)
@@ -237,6 +242,11 @@ def all_methods(symbol: TypeSymbol) -> dict[str, MethodSymbol]:
     for type_ in reversed(list(lineage(symbol))):
         found.update(type_.methods)
     return found
+
+
+def has_phases(symbol: TypeSymbol) -> bool:
+    """Whether the predefined events are events of a type: whether its values have a beginning and an end."""
+    return symbol.kind not in {Kind.STRUCT, Kind.ACTOR}
 
 
 def is_open(symbol: TypeSymbol) -> bool:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 from seoro.lang.plan import (
     Behavior,
+    CallMethod,
     Emit,
-    EventReference,
     InvokeAction,
     InvokeScenario,
     OneOf,
+    OwnEvent,
     Parallel,
     Phase,
     PhaseEvent,
@@ -141,7 +142,7 @@ class Instance:
     def _phases(self) -> dict[tuple[str | None, Phase], Event]:
         return {}
 
-    def event(self, reference: EventReference) -> Event:
+    def event(self, reference: OwnEvent) -> Event:
         """The channel of an event of this scenario."""
         if isinstance(reference, PhaseEvent):
             return self.phase(reference.label, reference.phase)
@@ -204,6 +205,8 @@ def type_of(behavior: Behavior) -> str:
             return "wait"
         case Emit():
             return "emit"
+        case CallMethod():
+            return "call"
         case InvokeAction():
             return "action"
         case InvokeScenario():

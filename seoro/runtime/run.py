@@ -31,6 +31,7 @@ from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.invocation import Decision, Instance, Place, Services
 from seoro.runtime.needs import check_needs
 from seoro.runtime.trace import Trace
+from seoro.runtime.unsupported import refuse_unsupported
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
 
@@ -71,6 +72,7 @@ class Execution:
         self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
+        refuse_unsupported(plan)
         self._actions = _bind_all(plan, settings.implementations or {})
         self._coverage = Coverage(plan.coverage, self._trace, settings.seed)
         self._entry = self._instantiate()
@@ -191,7 +193,7 @@ class Execution:
         services, entry = self._services, self._entry
         assert services.root is not None
         place = Place(services, services.root, entry, None, (), entry.scenario.name)
-        invocation = InvokeScenario(None, self._plan.entry, None, (), (), entry.scenario.span)
+        invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.scenario.span)
         return await recorded(invocation, place, lambda inside: run_instance(entry, inside, perform))
 
     # -------------------------------------------------------- results

@@ -46,7 +46,8 @@ def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "modifier calm\nscenario main:\n    calm()\n    do emit end\n",
+        "struct crate:\n    var n: int = sample(m, @gone, 3)\n    m: int = 1\n",
+        "scenario main:\n    do serial:\n        emit end\n    with:\n        keep(it.n == 3)\n",
     ],
 )
 def test_what_is_refused_causes_no_other_message(text: str, tmp_path: Path) -> None:

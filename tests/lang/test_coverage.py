@@ -126,9 +126,9 @@ def test_items_of_structs_and_actors_stand_under_their_types(tmp_path: Path) -> 
     }
 
 
-def test_what_is_not_found_because_of_what_is_not_supported_is_not_reported(tmp_path: Path) -> None:
-    text = "modifier m\n\nscenario main:\n    cover(n)\n    record(k, expression: k)\n"
-    assert {code for _, code in messages(tmp_path, text)} == {"E0908"}
+def test_what_is_not_found_because_of_what_could_not_be_read_is_not_reported(tmp_path: Path) -> None:
+    text = "scenario main:\n    n int\n    cover(n)\n    record(k, expression: k)\n"
+    assert {code for _, code in messages(tmp_path, text)} == {"E0120"}
 
 
 ARGUMENTS = [

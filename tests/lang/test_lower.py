@@ -142,7 +142,8 @@ def test_event_objects_are_bound_in_conditions(tmp_path: Path) -> None:
     body = lower(tmp_path, text).scenarios["main"].body
     assert isinstance(body, plan.Wait) and isinstance(body.event, plan.OnEvent)
     assert body.event.name == "g"
-    condition = body.event.condition
+    assert isinstance(body.event.condition, plan.Holds)
+    condition = body.event.condition.condition
     assert isinstance(condition, plan.Compare)
     assert isinstance(condition.left, plan.Member) and isinstance(condition.left.base, plan.Binding)
 

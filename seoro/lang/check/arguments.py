@@ -92,9 +92,7 @@ class _Binding:
 
     def _report_unknown(self, name: ast.Name) -> None:
         bag = self.expressions.bag
-        if name.text == "duration" and not self.is_method:
-            bag.add(NotSupported(name.span, Construct.DURATION))
-        elif not self.is_open and not self.expressions.program.is_lenient:
+        if not self.is_open and not self.expressions.program.is_lenient:
             known = tuple(parameter.text for parameter in self.parameters.values())
             bag.add(messages.UnknownArgument(name.span, self.owner, name.text, known))
 

@@ -29,8 +29,8 @@ class Calls:
         self._expressions = expressions
         self._builtins = Builtins(expressions)
 
-    def application(self, node: ast.FunctionApplication, scope: Scope) -> Typed:
-        """`name(...)` or `base.name(...)`."""
+    def application(self, node: ast.FunctionApplication, scope: Scope, is_directive: bool = False) -> Typed:
+        """`name(...)` or `base.name(...)`; only in a `call` directive, methods need no result."""
         match node.function:
             case ast.NameExpression(name):
                 symbol = self._expressions.lookup.type(scope.space, name)
@@ -41,15 +41,22 @@ class Calls:
                 method = self._expressions.methods.own(name, scope)
                 if method is not None:
                     receiver = plan.Binding("it", name.span) if scope.owner is None else None
-                    return self._expressions.methods.call(method, receiver, node, scope)
+                    return self._expressions.methods.call(method, receiver, node, scope, is_directive)
                 return self._unknown_method(name, node, scope)
             case ast.FieldAccess(base, name):
-                return self._call(base, name, node, scope)
+                return self._call(base, name, node, scope, is_directive)
             case _:
                 self._expressions.bag.add(messages.NotCallable(node.span, node.function.span.text))
                 return nothing(node.span)
 
-    def _call(self, base: ast.Expression, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> Typed:
+    def _call(
+        self,
+        base: ast.Expression,
+        name: ast.Name,
+        node: ast.FunctionApplication,
+        scope: Scope,
+        is_directive: bool,
+    ) -> Typed:
         """A method, or an operator like one, of a value; of a struct's name, of its default value."""
         found = self._default_of(base, scope) or self._expressions.value(base, scope)
         if not is_known(found.type):
@@ -71,7 +78,7 @@ class Calls:
             known, is_hidden = self._builtins.names(found.type), False
         if method is not None:
             receiver = None if isinstance(found.expression, plan.Self) else found.expression
-            return self._expressions.methods.call(method, receiver, node, scope)
+            return self._expressions.methods.call(method, receiver, node, scope, is_directive)
         if not is_hidden and not self._expressions.program.is_lenient:
             owner = self._expressions.converter.describe(found.type)
             self._expressions.bag.add(method_messages.UnknownMethod(name.span, owner, name.text, known))

@@ -17,6 +17,7 @@ from seoro.lang.check.declare import (
 )
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.members import Members
+from seoro.lang.check.reactions import Reactions
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
@@ -37,6 +38,7 @@ class Checked:
         scenarios: Names of the scenarios that the entry file declares, in its order.
         program: The declarations.
         behaviors: The behavior of each scenario and action that has one.
+        reactions: What types do by themselves.
         coverage: What `cover` and `record` sample.
     """
 
@@ -45,6 +47,7 @@ class Checked:
     scenarios: tuple[str, ...]
     program: Program
     behaviors: Mapping[TypeSymbol, plan.Behavior]
+    reactions: Reactions
     coverage: plan.Coverage
 
     @property
@@ -59,12 +62,14 @@ def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     program = Program(Span(sources.entry.file, 0, 0), is_lenient=bool(sources.diagnostics))
     expressions = Expressions(program, bag, strict)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
+    reactions = Reactions(expressions)
     if strict:
         _note_libraries(sources, bag)
     _declare_all(sources, program, bag)
     expressions.methods.elaborate_all()
     _check_fields(program, expressions)
     coverage = Coverage(expressions).check()
+    reactions.elaborate(program)
     for symbol in program.behaviors.values():
         found = do_directive(symbol)
         if found is not None and found.owner is symbol:
@@ -74,7 +79,8 @@ def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
     found_all = (*sources.diagnostics, *bag.diagnostics)
     diagnostics = sorted(found_all, key=lambda found: (order.get(found.position[0], -1), *found.position[1:]))
-    return Checked(sources, tuple(diagnostics), _scenarios(sources, program), program, behaviors, coverage)
+    scenarios = _scenarios(sources, program)
+    return Checked(sources, tuple(diagnostics), scenarios, program, behaviors, reactions, coverage)
 
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:

@@ -15,15 +15,14 @@ from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
-from seoro.lang.check.events import PHASES
 from seoro.lang.check.expressions import Expressions, Scope
 from seoro.lang.check.rewrite import rewrite
-from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, UnitSymbol, all_events, is_open
+from seoro.lang.symbols import PHASES, FieldSymbol, Kind, TypeSymbol, UnitSymbol, all_events, is_open
 from seoro.lang.types import (
     BOOL,
     Enumeration,
@@ -66,7 +65,7 @@ class Item:
     """What became of a draft; `event` and `plan` are None where they are wrong, which has been reported."""
 
     draft: Draft
-    event: plan.EventReference | None
+    event: plan.OwnEvent | None
     plan: plan.AnyCoverageItem | None
     is_disabled: bool
 
@@ -98,7 +97,7 @@ class Items:
 
     # ------------------------------------------------------------ events
 
-    def _event(self, draft: Draft) -> plan.EventReference | None:
+    def _event(self, draft: Draft) -> plan.OwnEvent | None:
         """When an item is sampled; None if that is wrong, which is reported."""
         argument = draft.arguments.get("event")
         if argument is None:
@@ -121,12 +120,12 @@ class Items:
         elif not is_open(owner) and not self._expressions.program.is_lenient:
             phases = tuple(PHASES) if owner.kind is Kind.SCENARIO else ()
             known = (*(event.text for event in events.values()), *phases)
-            self._bag.add(behavior_messages.UnknownEvent(name.span, name.text, known))
+            self._bag.add(event_messages.UnknownEvent(name.span, name.text, known))
         return None
 
     # ------------------------------------------------------------ items of one value
 
-    def _single(self, draft: Draft, event: plan.EventReference | None) -> plan.CoverageItem | None:
+    def _single(self, draft: Draft, event: plan.OwnEvent | None) -> plan.CoverageItem | None:
         arguments, name = draft.arguments, draft.name.text
         value = self._value(draft)
         if value is None:
@@ -251,7 +250,7 @@ class Items:
     def _cross(
         self,
         draft: Draft,
-        event: plan.EventReference | None,
+        event: plan.OwnEvent | None,
         before: Mapping[str, Item],
         places: Mapping[str, Span],
     ) -> plan.CrossItem | None:
@@ -285,7 +284,7 @@ class Items:
         self,
         draft: Draft,
         name: ast.Name,
-        event: plan.EventReference | None,
+        event: plan.OwnEvent | None,
         before: Mapping[str, Item],
         places: Mapping[str, Span],
     ) -> Item | None:
@@ -311,5 +310,5 @@ def _leaves(item: Item) -> tuple[str, ...]:
     return item.plan.items if isinstance(item.plan, plan.CrossItem) else (item.draft.name.text,)
 
 
-def _event_name(event: plan.EventReference) -> str:
+def _event_name(event: plan.OwnEvent) -> str:
     return event.phase.value if isinstance(event, plan.PhaseEvent) else event.name

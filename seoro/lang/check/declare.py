@@ -8,7 +8,6 @@ from typing import assert_never
 
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
-from seoro.lang.check.unsupported import refuse_statement
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
@@ -54,8 +53,6 @@ def declare(sources: Sources, program: Program, bag: Bag) -> Declared:
         home = Home(Space(GLOBAL_NAMESPACE, sources.uses), module.library)
         for statement in module.tree.statements:
             _define(statement, home, program)
-            if module.library is None and refuse_statement(statement, program, bag):
-                continue
             if isinstance(statement, ast.NamespaceStatement):
                 home = Home(Space(statement.name, frozenset(statement.uses)), module.library)
                 declared.spaces.append((statement, home))
@@ -169,16 +166,17 @@ def _add_type(program: Program, symbol: Declaration, bag: Bag) -> None:
 
 
 def name_for_plan(program: Program) -> None:
-    """Give types, scenarios and actions names that are unique: with the namespace, unless it is the global one, or
-    one of the standard and the name is free."""
+    """Give types, behaviors and modifiers names that are unique: with the namespace, unless it is the global one,
+    or one of the standard and the name is free."""
     for symbol in program.types.values():
         if not isinstance(symbol, QuantitySymbol):
             is_free = (GLOBAL_NAMESPACE, symbol.name) not in program.types
             symbol.plan_name = _plan_name(symbol.namespace, symbol.name, is_free)
-    for behavior in program.behaviors.values():
-        is_free = (GLOBAL_NAMESPACE, behavior.actor, behavior.name) not in program.behaviors
-        name = _plan_name(behavior.namespace, behavior.name, is_free)
-        behavior.plan_name = f"{behavior.actor.plan_name}.{name}" if behavior.actor is not None else name
+    for table in (program.behaviors, program.modifiers):
+        for behavior in table.values():
+            is_free = (GLOBAL_NAMESPACE, behavior.actor, behavior.name) not in table
+            name = _plan_name(behavior.namespace, behavior.name, is_free)
+            behavior.plan_name = f"{behavior.actor.plan_name}.{name}" if behavior.actor is not None else name
 
 
 def _plan_name(namespace: str, name: str, is_free: bool) -> str:

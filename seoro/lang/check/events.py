@@ -2,136 +2,238 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import assert_never
+from typing import NamedTuple, assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.expressions import Expressions, Scope
-from seoro.lang.check.unsupported import head
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.check.expressions import Expressions, Scope, scope_of
+from seoro.lang.check.labels import Labels, names_of, path_of
+from seoro.lang.check.times import TIME, check_sign
+from seoro.lang.diagnostics import events as messages
 from seoro.lang.source import Span
-from seoro.lang.symbols import EventSymbol, all_events, is_open
-from seoro.lang.types import BOOL, EventObject, Quantity, RangeOf, Type
-from seoro.lang.units import dimension
+from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, has_phases, is_open
+from seoro.lang.types import BOOL, UNKNOWN, EventObject, RangeOf, Structured, Type, is_known
 
-PHASES: Mapping[str, plan.Phase] = {phase.value: phase for phase in plan.Phase}
-TIME = Quantity(dimension({"s": 1}))
+
+class Specified(NamedTuple):
+    """An event specification, None if it is wrong, and the scope in which its occurrence has its name."""
+
+    specification: plan.EventSpecification | None
+    scope: Scope
+
+
+class Referred(NamedTuple):
+    """What an event path refers to; the symbol is None for `start`, `end` and `fail`."""
+
+    reference: plan.EventReference
+    symbol: EventSymbol | None
 
 
 class Events:
-    """Resolves events in the body of one scenario.
+    """Resolves events and event specifications in the scope of a type, labels of what it does included.
 
     Args:
         expressions: For conditions and durations.
-        scope: The scope of the scenario.
-        labels: The behaviors with a label in it.
+        scope: The scope, which has an owner.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope, labels: Mapping[str, ast.DoMember]) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = scope
-        self._labels = labels
         assert scope.owner is not None
         self._owner = scope.owner
         self._declared = all_events(scope.owner)
+        self.labels = Labels(scope.owner, expressions)
+
+    # ------------------------------------------------------------ specifications
 
     def specification(self, node: ast.EventSpecification) -> plan.EventSpecification | None:
         """An event specification; None if it is wrong, which is reported."""
-        match node:
-            case ast.ElapsedExpression(duration, span):
-                return plan.Elapsed(self.duration(duration), span)
-            case ast.EventOccurrence():
-                return self._occurrence(node)
-            case ast.RiseExpression(span=span):
-                self._bag.add(NotSupported(head(span, "rise"), Construct.RISE))
-            case ast.FallExpression(span=span):
-                self._bag.add(NotSupported(head(span, "fall"), Construct.FALL))
-            case ast.EveryExpression(span=span):
-                self._bag.add(NotSupported(head(span, "every"), Construct.EVERY))
-            case ast.BoolCondition(span=span):
-                self._bag.add(NotSupported(span, Construct.BOOL_CONDITION))
-            case _:
-                assert_never(node)
-        return None
+        return self.specified(node).specification
 
-    def duration(self, node: ast.Expression) -> plan.Expression:
-        """A duration, or a range of them."""
-        found = self._expressions.value(node, self._scope, TIME)
-        target: Type = RangeOf(TIME) if isinstance(found.type, RangeOf) else TIME
-        return self._expressions.converter.convert(found, target, "the duration")
-
-    def _occurrence(self, node: ast.EventOccurrence) -> plan.EventSpecification | None:
+    def specified(self, node: ast.EventSpecification) -> Specified:
+        """The same, with the scope for what may use the occurrence: the members of `on`, the value of `sample`."""
+        if not isinstance(node, ast.EventOccurrence):
+            return Specified(self._condition(node, self._scope), self._scope)
         found = self._reference(node.path)
-        if found is None:
-            return None
-        reference, symbol = found
-        if node.condition is None:
-            return plan.OnEvent(reference, None, None, node.span)
         scope = self._scope
         if node.name is not None:
-            if symbol is None:
-                symbol = EventSymbol(node.path.span.text, self._owner, node.path.span)
-            scope = replace(scope, bindings={**scope.bindings, node.name.text: EventObject(symbol)})
-        if not isinstance(node.condition, ast.BoolCondition):
-            self._refuse_condition(node.condition)
-            return None
-        condition = self._expressions.converted(node.condition.condition, BOOL, scope, "the condition")
+            scope = self._bind(node.name, found)
+        condition = self._condition(node.condition, scope) if node.condition is not None else None
+        if found is None:
+            return Specified(None, scope)
         name = node.name.text if node.name is not None else None
-        return plan.OnEvent(reference, name, condition, node.span)
+        return Specified(plan.OnEvent(found.reference, name, condition, node.span), scope)
 
-    def _refuse_condition(self, condition: ast.EventCondition) -> None:
-        match condition:
-            case ast.ElapsedExpression(span=span):
-                self._bag.add(NotSupported(head(span, "elapsed"), Construct.ELAPSED_CONDITION))
+    def _bind(self, name: ast.Name, event: Referred | None) -> Scope:
+        """The scope with a name for the occurrence, which no field has (7.3.10.4)."""
+        scope = self._scope
+        first = self._expressions.lookup.member(scope.space, scope.fields, name)
+        if first is not None or name.text in scope.bindings:
+            self._bag.add(messages.OccurrenceHidesField(name.span, name.text, first.span if first else None))
+        occurrence: Type = UNKNOWN
+        if event is not None:
+            phase = EventSymbol(event.reference.span.text, self._owner, name.span, self._owner.home)
+            occurrence = EventObject(event.symbol or phase)
+        return replace(scope, bindings={**scope.bindings, name.text: occurrence})
+
+    def _condition(self, node: ast.EventCondition, scope: Scope) -> plan.EventCondition:
+        match node:
+            case ast.BoolCondition(condition, span):
+                return plan.Holds(self._truth(condition, scope, "the condition"), span)
+            case ast.RiseExpression(condition, span):
+                return plan.Rise(self._truth(condition, scope, "the condition of `rise`"), span)
+            case ast.FallExpression(condition, span):
+                return plan.Fall(self._truth(condition, scope, "the condition of `fall`"), span)
+            case ast.ElapsedExpression(duration, span):
+                return plan.Elapsed(self._duration(duration, scope), span)
+            case ast.EveryExpression(period, offset, span):
+                return self._every(period, offset, span, scope)
             case _:
-                self.specification(condition)
+                assert_never(node)
 
-    def _reference(self, path: ast.Expression) -> tuple[plan.EventReference, EventSymbol | None] | None:
+    def _truth(self, node: ast.Expression, scope: Scope, context: str) -> plan.Expression:
+        if self._is_event(node, scope):
+            self._bag.add(messages.MissingAt(node.span, node.span.text))
+            return plan.Literal(False, node.span)
+        return self._expressions.converted(node, BOOL, scope, context)
+
+    def _is_event(self, node: ast.Expression, scope: Scope) -> bool:
+        """Whether a condition can only be meant as the path of an event."""
+        names = names_of(node)
+        if not names or names[0].text in scope.bindings:
+            return False
+        lookup = self._expressions.lookup
+        if lookup.member(scope.space, scope.fields, names[0]) is not None:
+            return False
+        if len(names) == 1:
+            return lookup.member(scope.space, self._declared, names[0]) is not None
+        return names[0].text in self.labels
+
+    def _duration(self, node: ast.Expression, scope: Scope) -> plan.Expression:
+        """A duration, or a range of them."""
+        found = self._expressions.value(node, scope, TIME)
+        target: Type = RangeOf(TIME) if isinstance(found.type, RangeOf) else TIME
+        duration = self._expressions.converter.convert(found, target, "the duration")
+        check_sign(duration, "duration", self._bag)
+        return duration
+
+    def _every(
+        self, period: ast.Expression, offset: ast.Expression | None, span: Span, scope: Scope
+    ) -> plan.EventCondition:
+        each = self._expressions.converted(period, TIME, scope, "the period of `every`")
+        check_sign(each, "period", self._bag, is_positive=True)
+        first = None
+        if offset is not None:
+            first = self._expressions.converted(offset, TIME, scope, "the offset of `every`")
+            check_sign(first, "offset", self._bag)
+        return plan.Every(each, first, span)
+
+    # ------------------------------------------------------------ references
+
+    def own(self, name: ast.Name) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
+        """An event of the type itself; None if there is none, which is reported."""
+        found = self._member_of(self._owner, self._declared, name)
+        if found is None and not self._is_open(self._owner):
+            self._bag.add(messages.UnknownEvent(name.span, name.text, self._known(self._owner, self._declared)))
+        return found
+
+    def _reference(self, path: ast.Expression) -> Referred | None:
         """What an event path refers to; None if it is wrong, which is reported."""
+        names = names_of(path)
+        if len(names) > 1 and names[0].text in self.labels:
+            return self._of_label(names[0], names[1:], path.span)
         match path:
             case ast.NameExpression(name):
-                return self.named(name)
-            case ast.FieldAccess(ast.NameExpression(label), name) if label.text in self._labels:
-                if name.text in PHASES:
-                    return plan.PhaseEvent(label.text, PHASES[name.text], path.span), None
-                if isinstance(self._labels[label.text].body, ast.BehaviorInvocation):
-                    self._bag.add(NotSupported(path.span, Construct.FOREIGN_EVENT, name.text))
-                else:
-                    self._bag.add(messages.UnknownPhase(name.span, label.text, name.text))
+                found = self.own(name)
+                return Referred(*found) if found is not None else None
             case ast.FieldAccess(base, name):
-                self._foreign(base, name, path.span)
+                return self._of_object(base, name, path.span)
             case _:
                 self._bag.add(messages.NoEvent(path.span))
+                return None
+
+    def _of_label(self, label: ast.Name, rest: Sequence[ast.Name], span: Span) -> Referred | None:
+        """An event of what has a label: its phases, those of what is invoked, or of labels within."""
+        if len(rest) == 1 and rest[0].text in PHASES:
+            return Referred(plan.PhaseEvent(label.text, PHASES[rest[0].text], span), None)
+        if self.labels.is_invocation(label.text):
+            target = self.labels.invoked(label.text)
+            if target is None:
+                return None
+            scope = replace(scope_of(target, target.home), space=self._scope.space)
+            found = Events(self._expressions, scope)._of_invoked(rest)
+            return found and Referred(plan.LabelEvent(label.text, found.reference, span), found.symbol)
+        if len(rest) > 1 and rest[0].text in self.labels.inside(label.text):
+            return self._of_label(rest[0], rest[1:], span)
+        if not self._expressions.program.is_lenient:
+            self._bag.add(messages.UnknownPhase(rest[0].span, label.text, rest[0].text))
         return None
 
-    def _foreign(self, base: ast.Expression, name: ast.Name, span: Span) -> None:
-        """An event of another object: refused, unless there is no such object."""
+    def _of_invoked(self, names: Sequence[ast.Name]) -> Referred | None:
+        """An event of this type, as one sees it who has invoked it."""
+        if len(names) > 1:
+            return self._reference(path_of(names))
+        return self._of_type(self._owner, names[0])
+
+    def _of_object(self, base: ast.Expression, name: ast.Name, span: Span) -> Referred | None:
+        """An event of the object that an expression gives."""
         if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
-            if not self._expressions.program.is_lenient and not is_open(self._owner):
-                candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
+            if not self._is_open(self._owner):
+                candidates = (*self.labels, *(field.text for field in self._scope.fields.values()))
                 self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
-            return
-        self._bag.add(NotSupported(span, Construct.FOREIGN_EVENT, name.text))
+            return None
+        found = self._expressions.value(base, self._scope)
+        if not is_known(found.type):
+            return None
+        if not isinstance(found.type, Structured):
+            self._bag.add(messages.NoEvents(base.span, self._expressions.converter.describe(found.type)))
+            return None
+        event = self._of_type(found.type.symbol, name)
+        if event is None or isinstance(found.expression, plan.Self):
+            return event
+        reference = event.reference
+        assert isinstance(reference, plan.DeclaredEvent | plan.PhaseEvent)
+        return Referred(plan.MemberEvent(found.expression, reference, span), event.symbol)
 
     def _is_object(self, name: ast.Name) -> bool:
-        """Whether a name stands for something that may have events."""
+        """Whether a name stands for a value."""
         if name.namespace is None and name.text in self._scope.bindings:
             return True
         lookup, space = self._expressions.lookup, self._scope.space
         is_global = lookup.global_parameter(space, name) is not None
         return is_global or lookup.member(space, self._scope.fields, name) is not None
 
-    def named(self, name: ast.Name) -> tuple[plan.EventReference, EventSymbol | None] | None:
-        """An event of the scenario itself; None if there is none, which is reported."""
-        declared = self._expressions.lookup.member(self._scope.space, self._declared, name)
-        if declared is not None:
-            return plan.DeclaredEvent(declared.name, name.span), declared
-        if name.text in PHASES:
-            return plan.PhaseEvent(None, PHASES[name.text], name.span), None
-        if not is_open(self._owner) and not self._expressions.program.is_lenient:
-            known = (*(event.text for event in self._declared.values()), *PHASES)
-            self._bag.add(messages.UnknownEvent(name.span, name.text, known))
+    def _is_open(self, symbol: TypeSymbol) -> bool:
+        """Whether a type may have events and fields that are not known."""
+        return is_open(symbol) or self._expressions.program.is_lenient
+
+    def _of_type(self, symbol: TypeSymbol, name: ast.Name) -> Referred | None:
+        """An event that values of a type have; None if there is none, which is reported."""
+        declared = all_events(symbol)
+        found = self._member_of(symbol, declared, name)
+        if found is not None:
+            return Referred(*found)
+        if not self._is_open(symbol):
+            known = self._known(symbol, declared)
+            message = messages.UnknownEvent(
+                name.span, name.text, known, symbol.qualified_name, name.text in PHASES
+            )
+            self._bag.add(message)
         return None
+
+    def _member_of(
+        self, symbol: TypeSymbol, declared: Mapping[str, EventSymbol], name: ast.Name
+    ) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
+        event = self._expressions.lookup.member(self._scope.space, declared, name)
+        if event is not None:
+            return plan.DeclaredEvent(event.name, name.span), event
+        if name.text in PHASES and has_phases(symbol):
+            return plan.PhaseEvent(None, PHASES[name.text], name.span), None
+        return None
+
+    @staticmethod
+    def _known(symbol: TypeSymbol, declared: Mapping[str, EventSymbol]) -> tuple[str, ...]:
+        return (*(event.text for event in declared.values()), *(PHASES if has_phases(symbol) else ()))

@@ -27,6 +27,7 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
     EnumSymbol,
@@ -46,6 +47,7 @@ from seoro.lang.types import (
     INT,
     STRING,
     UINT,
+    UNKNOWN,
     Enumeration,
     EventObject,
     ListOf,
@@ -90,7 +92,16 @@ def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
     if owner is None:
         return Scope(None, home.space)
     bindings: dict[str, Type] = {"actor": Structured(owner.actor)} if owner.actor is not None else {}
+    if owner.kind is Kind.MODIFIER:
+        return Scope(owner, home.space, bindings, all_fields(owner), _modified(owner), is_it_bound=True)
     return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner))
+
+
+def _modified(modifier: TypeSymbol) -> Type | None:
+    """The type of `it` in a modifier: of what it modifies (7.4.1.3), None if that is not said."""
+    if modifier.of is not None:
+        return Structured(modifier.of)
+    return UNKNOWN if is_open(modifier) else None
 
 
 class Expressions:
@@ -251,7 +262,9 @@ class Expressions:
 
     def _it(self, span: Span, scope: Scope) -> Typed:
         if scope.it is None:
-            self.bag.add(method_messages.NoIt(span))
+            is_modified = scope.owner is not None  # in a modifier, or below a composition
+            unsupported = NotSupported(span, Construct.IT_OF_COMPOSITION)
+            self.bag.add(unsupported if is_modified else method_messages.NoIt(span))
             return nothing(span)
         if scope.is_it_bound:
             return Typed(plan.Binding("it", span), scope.it)
@@ -261,8 +274,7 @@ class Expressions:
 
     def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         program = self.program
-        is_hidden = program.is_lenient or (scope.owner is not None and is_open(scope.owner))
-        if is_hidden:
+        if program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
             return nothing(name.span)
         if isinstance(expected, Enumeration):
             self.bag.add(

@@ -7,18 +7,22 @@ except for methods that override with `only` (7.3.7.2) and events, which subtype
 from __future__ import annotations
 
 from seoro.lang import ast
-from seoro.lang.check.declare import Declared
+from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.check.unsupported import head, refuse_member
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import methods as method_messages
+from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.symbols import (
+    PHASES,
     EventSymbol,
     FieldSymbol,
     Home,
+    Kind,
     MethodSymbol,
     Part,
     Program,
@@ -27,6 +31,7 @@ from seoro.lang.symbols import (
     all_fields,
     all_methods,
     do_directive,
+    has_phases,
 )
 from seoro.lang.types import PRIMITIVES, Primitive, Structured, Type
 
@@ -81,6 +86,7 @@ class Members:
         home = part.home
         for member in part.members:
             refuse_member(member, self._bag)
+            self._check_place(symbol, member)
             match member:
                 case ast.ParameterDeclaration(field_names, declared, default, constraints):
                     symbol.is_constrained |= bool(constraints)
@@ -90,13 +96,20 @@ class Members:
                     self._add_fields(symbol, field_names, declared, first, home, is_variable=True)
                 case ast.KeepConstraint():
                     symbol.is_constrained = True
-                case ast.EventDeclaration(name, parameters):
-                    self._add_event(symbol, name, parameters, home)
+                case ast.EventDeclaration():
+                    self._add_event(symbol, member, home)
                 case ast.MethodDeclaration():
                     method = self._method(member, symbol, Structured(symbol), home, all_methods(symbol))
                     self._add_method(symbol, method, member.only)
                 case _:
                     pass
+
+    def _check_place(self, symbol: TypeSymbol, member: ast.TypeMember) -> None:
+        """Structs and actors do nothing by themselves, which an extension could say of them."""
+        if symbol.kind in {Kind.STRUCT, Kind.ACTOR} and isinstance(member, ast.OnDirective | ast.DoDirective):
+            word = "on" if isinstance(member, ast.OnDirective) else "do"
+            kind = describe_kind(symbol)
+            self._bag.add(modifier_messages.MisplacedMember(head(member.span, word), word, symbol.name, kind))
 
     def _check_do(self, symbol: TypeSymbol) -> None:
         """There is one `do`, inherited ones and those of extensions included (7.3.5.1.3)."""
@@ -127,17 +140,16 @@ class Members:
             if self._is_new(symbol, field):
                 symbol.fields[unique] = field
 
-    def _add_event(
-        self,
-        symbol: TypeSymbol,
-        name: ast.Name,
-        parameters: tuple[ast.ArgumentSpecification, ...],
-        home: Home,
-    ) -> None:
-        space = home.namespace_of(name)
+    def _add_event(self, symbol: TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
+        name, space = node.name, home.namespace_of(node.name)
+        if has_phases(symbol) and name.text in PHASES:
+            self._bag.add(event_messages.PredefinedEvent(name.span, name.text))
+            return
+        if node.parameters and node.specification is not None:
+            self._bag.add(event_messages.SpecificationWithParameters(node.specification.span, name.text))
         unique = self._unique(name.text, space, all_events(symbol))
-        event = EventSymbol(unique, symbol, name.span, name.text, space)
-        event.parameters.update(self._parameters(parameters, symbol, home))
+        event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space)
+        event.parameters.update(self._parameters(node.parameters, symbol, home))
         if self._is_new(symbol, event):
             symbol.events[unique] = event
 

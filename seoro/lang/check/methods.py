@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed, nothing
-from seoro.lang.check.plan_types import plan_type
+from seoro.lang.check.plan_types import name_in_plan, plan_type
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.source import Span
-from seoro.lang.symbols import Kind, MethodSymbol, all_methods
-from seoro.lang.types import Primitive, Type
+from seoro.lang.symbols import MethodSymbol, all_methods
+from seoro.lang.types import UNKNOWN, Primitive, Type
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
@@ -76,19 +76,27 @@ class Methods:
         return self._expressions.lookup.member(scope.space, methods, name)
 
     def call(
-        self, method: MethodSymbol, receiver: plan.Expression | None, node: ast.FunctionApplication, scope: Scope
+        self,
+        method: MethodSymbol,
+        receiver: plan.Expression | None,
+        node: ast.FunctionApplication,
+        scope: Scope,
+        is_directive: bool,
     ) -> Typed:
-        """The call of a method on a value; None is the instance in whose scope it stands."""
+        """The call of a method on a value; None is the instance in whose scope it stands.
+
+        In a `call` directive, the method needs no result.
+        """
         expressions = self._expressions
         given = bind(expressions, method.text, method.parameters, node.arguments, scope, is_method=True)
         for parameter in method.parameters.values():
             if parameter.default is None and parameter.name not in given:
                 expressions.bag.add(messages.MissingArgument(node.span, method.text, parameter.name))
-        if method.result is None:
+        if method.result is None and not is_directive:
             expressions.bag.add(method_messages.NoResult(node.span, method.text))
             return nothing(node.span)
-        methods = expressions.program.methods
-        return Typed(plan.Call(receiver, method.name, tuple(given.items()), methods, node.span), method.result)
+        call = plan.Call(receiver, method.name, tuple(given.items()), expressions.program.methods, node.span)
+        return Typed(call, method.result if method.result is not None else UNKNOWN)
 
     # ------------------------------------------------------------ bodies
 
@@ -157,5 +165,4 @@ def _type_name(method: MethodSymbol) -> str:
     if method.owner is None:
         assert isinstance(method.receiver, Primitive)
         return method.receiver.name
-    name = method.owner.plan_name
-    return name if method.owner.kind in {Kind.STRUCT, Kind.ACTOR} else plan.behavior_type(name)
+    return name_in_plan(method.owner)

@@ -23,14 +23,20 @@ from seoro.lang.units import unit_text
 
 def struct_type(symbol: TypeSymbol) -> plan.StructType | plan.ActorType:
     """A struct or an actor as the plan has it; an instance of a scenario or an action is held like a struct."""
-    name, *bases = (_type_name(type_) for type_ in lineage(symbol))
+    name, *bases = (name_in_plan(type_) for type_ in lineage(symbol))
     make = plan.ActorType if symbol.kind is Kind.ACTOR else plan.StructType
     return make(name, tuple(bases), tuple(all_fields(symbol)))
 
 
-def _type_name(symbol: TypeSymbol) -> str:
-    is_value = symbol.kind in {Kind.STRUCT, Kind.ACTOR}
-    return symbol.plan_name if is_value else plan.behavior_type(symbol.plan_name)
+def name_in_plan(symbol: TypeSymbol) -> str:
+    """What the plan calls a type where types of all kinds have names."""
+    match symbol.kind:
+        case Kind.STRUCT | Kind.ACTOR:
+            return symbol.plan_name
+        case Kind.SCENARIO | Kind.ACTION:
+            return plan.behavior_type(symbol.plan_name)
+        case Kind.MODIFIER:
+            return plan.modifier_type(symbol.plan_name)
 
 
 def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:

@@ -64,6 +64,7 @@ class Resolver:
         structured = program.structured()
         for symbol in structured:
             self._find_base(symbol)
+            self._find_modified(symbol)
         for symbol in structured:
             self._break_cycle(symbol)
         for parameter, home in declared.globals:
@@ -121,8 +122,19 @@ class Resolver:
             actor = owner
         found = self._lookup.behavior(space, actor, name.name)
         if found is None:
-            self._report_behavior(name, actor)
+            self._report_behavior(name, actor, space)
         return found
+
+    def _find_modified(self, symbol: TypeSymbol) -> None:
+        """Find what a modifier is for: a behavior of its actor, if no other one is named, or of none."""
+        declaration = symbol.declaration
+        if not isinstance(declaration, ast.ModifierDeclaration) or declaration.of is None:
+            return
+        name = declaration.of
+        if name.actor is None and symbol.actor is not None:
+            symbol.of = self._lookup.behavior(symbol.home.space, symbol.actor, name.name)
+        symbol.of = symbol.of or self._behavior(name, symbol.home.space)
+        symbol.is_open = symbol.of is None
 
     # ------------------------------------------------------------ bases (7.3.8)
 
@@ -149,13 +161,19 @@ class Resolver:
         self._report_type(found, name.name, describe_kind(symbol), symbol.kind)
         return None
 
-    def _report_behavior(self, name: ast.BehaviorName, actor: TypeSymbol | None) -> None:
+    def _report_behavior(self, name: ast.BehaviorName, actor: TypeSymbol | None, space: Space) -> None:
         if self._program.is_lenient:
+            return
+        if self._lookup.modifier(space, actor, name.name) is not None:
+            needed = "a scenario or an action"
+            self._bag.add(names.WrongKind(name.span, name.span.text, "a modifier", needed))
             return
         owners = set(lineage(actor)) if actor is not None else {None}
         known = tuple(symbol.name for (_, owner, _), symbol in self._program.behaviors.items() if owner in owners)
-        owner_name = actor.name if actor is not None else None
-        self._bag.add(behavior_messages.UnknownBehavior(name.span, name.name.text, owner_name, known))
+        owner_name, text = actor.name if actor is not None else None, name.name.text
+        others = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == text]
+        hint = f"it belongs to actor `{others[0]}`: write `{others[0]}.{text}`" if others and actor is None else ""
+        self._bag.add(behavior_messages.UnknownBehavior(name.span, text, owner_name, known, hint))
 
     def _break_cycle(self, symbol: TypeSymbol) -> None:
         """Cut a base that leads back; a scenario's base belongs to the same actor or a more general one."""
@@ -268,7 +286,10 @@ class Resolver:
                 behavior = self._lookup.behavior(space, None, name.name)
                 if behavior is not None:
                     return Structured(behavior)
-                self._report_type(None, name.name, "a type")
+                if self._lookup.modifier(space, None, name.name) is not None:
+                    self._bag.add(names.WrongKind(name.span, name.name.text, "a modifier", "a type"))
+                else:
+                    self._report_type(None, name.name, "a type")
                 return UNKNOWN
 
     def _report_type(

@@ -126,66 +126,6 @@ class NoValue(Frozen):
         return error("E0407", self.span, f"'{self.name}' has no value: give it a default or an override")
 
 
-class UnknownEvent(Frozen):
-    """An event that is not declared."""
-
-    span: Span
-    name: str
-    candidates: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0408", self.span, f"unknown event `{self.name}`", help=near(self.name, self.candidates))
-
-
-class UnknownLabel(Frozen):
-    """A label that no behavior of the scenario has."""
-
-    span: Span
-    name: str
-    candidates: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        return error("E0409", self.span, f"`{self.name}` is neither a label nor a field here", help=hint)
-
-
-class UnknownPhase(Frozen):
-    """An event of a label that it does not have."""
-
-    span: Span
-    label: str
-    name: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "a label has `start`, `end` and `fail`"
-        return error("E0410", self.span, f"`{self.label}` has no event `{self.name}`", help=hint)
-
-
-class EmitStart(Frozen):
-    """`emit start`."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "`start` occurs by itself when a scenario starts; `emit end` and `emit fail` end it"
-        return error("E0411", self.span, "`start` cannot be emitted", help=hint)
-
-
-class NoEvent(Frozen):
-    """An `@` before something that is no event."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "events are `@event`, `@label.start`, `@label.end` and `@label.fail`"
-        return error("E0412", self.span, "this is no event", help=hint)
-
-
 class SecondDo(Frozen):
     """A second `do` (7.3.5.1.3)."""
 

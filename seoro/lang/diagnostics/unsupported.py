@@ -15,24 +15,12 @@ from seoro.lang.source import Span
 class Construct(Enum):
     """What is refused: the code's last two digits, and how the message calls it."""
 
-    WITH = "03", "a `with:` block"
+    CONSTRAINED_COMPOSITION = "03", "a constraint on a composition"
     SAMPLE = "04", "`sample`"
-    ON = "05", "`on`"
-    CALL = "06", "`call`"
-    COMPOSITION_ARGUMENTS = "07", "an argument of `serial`, `parallel` or `one_of`"
-    MODIFIER_DECLARATION = "08", "the declaration of a modifier"
-    MODIFIER_APPLICATION = "09", "the application of a modifier"
-    RISE = "10", "`rise`"
-    FALL = "11", "`fall`"
-    EVERY = "12", "`every`"
-    BOOL_CONDITION = "13", "waiting for a condition"
-    EVENT_IS = "14", "`is` in the declaration of an event"
     COVERAGE = "17", "`cover` or `record` in an action or a modifier"
     REFERENCE = "28", "an argument that is the path of a variable"
-    FOREIGN_EVENT = "29", "an event of another object"
-    DURATION = "32", "the `duration` of an invocation"
+    IT_OF_COMPOSITION = "34", "`it` for a composition, or in a modifier without `of`"
     ITEM_EVENT = "40", "sampling at an event of a struct or an actor"
-    ELAPSED_CONDITION = "31", "`elapsed` as the condition of an event"
 
 
 class NotSupported(Frozen):

@@ -3,11 +3,10 @@ reaches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import assert_never
+from collections.abc import Iterable, Mapping
 
 from seoro.errors import InvalidScenario
-from seoro.lang import plan
+from seoro.lang import ast, plan
 from seoro.lang.check.checker import Checked
 from seoro.lang.check.expressions import Expressions, scope_of
 from seoro.lang.check.plan_types import struct_type
@@ -15,6 +14,7 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.lower.overrides import Overrides
+from seoro.lang.lower.reach import applied, invocations, modifiers
 from seoro.lang.symbols import TypeSymbol, all_events, all_fields, do_directive, lineage, may_lack_values
 
 
@@ -34,32 +34,26 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
     actions: dict[str, plan.Action] = {}
     pending = [first]
     while pending:
-        for invocation in _invocations(pending.pop().body):
+        for invocation in invocations(pending.pop().body):
             if isinstance(invocation, plan.InvokeAction):
                 if invocation.action not in actions:
                     actions[invocation.action] = lowering.action(invocation.action)
             elif invocation.scenario not in scenarios:
                 scenarios[invocation.scenario] = lowering.invoked(invocation.scenario)
                 pending.append(scenarios[invocation.scenario])
-    structures = checked.program.structures
-    file = checked.sources.entry.file.name
-    return plan.Plan(first.name, given, scenarios, actions, global_parameters, structures, file, checked.coverage)
-
-
-def _invocations(body: plan.Behavior | None) -> Iterator[plan.InvokeAction | plan.InvokeScenario]:
-    """All invocations in a behavior, in the order of the text."""
-    stack = [body] if body is not None else []
-    while stack:
-        behavior = stack.pop()
-        match behavior:
-            case plan.Serial() | plan.Parallel() | plan.OneOf():
-                stack += reversed(behavior.members)
-            case plan.InvokeAction() | plan.InvokeScenario():
-                yield behavior
-            case plan.Wait() | plan.Emit():
-                pass
-            case _:
-                assert_never(behavior)
+    objects = lowering.objects()
+    return plan.Plan(
+        entry=first.name,
+        overrides=given,
+        scenarios=scenarios,
+        actions=actions,
+        modifiers=lowering.modifiers(scenarios.values(), actions.values(), objects.values()),
+        objects=objects,
+        globals=global_parameters,
+        structures=checked.program.structures,
+        file=checked.sources.entry.file.name,
+        coverage=checked.coverage,
+    )
 
 
 class _Lowering:
@@ -74,14 +68,17 @@ class _Lowering:
 
     def scenario(self, symbol: TypeSymbol) -> plan.Scenario:
         """A scenario with everything that it inherits."""
-        events = tuple(
-            plan.Event(event.name, tuple(event.parameters), event.span) for event in all_events(symbol).values()
+        reactions, declared = self._checked.reactions, do_directive(symbol)
+        return plan.Scenario(
+            name=symbol.plan_name,
+            bases=_bases(symbol),
+            structure=self._expressions.values.structure(symbol),
+            events=self._events(symbol),
+            on=reactions.on(symbol),
+            modifiers=reactions.modifiers(symbol),
+            body=self._checked.behaviors[declared.owner] if declared is not None else None,
+            span=symbol.span,
         )
-        declared = do_directive(symbol)
-        body = self._checked.behaviors[declared.owner] if declared is not None else None
-        bases = tuple(base.plan_name for base in lineage(symbol))[1:]
-        structure = self._expressions.values.structure(symbol)
-        return plan.Scenario(symbol.plan_name, bases, structure, events, body, symbol.span)
 
     def invoked(self, name: str) -> plan.Scenario:
         """A scenario by its name."""
@@ -89,12 +86,69 @@ class _Lowering:
 
     def action(self, name: str) -> plan.Action:
         """The declaration of an action."""
-        symbol = self._symbols[name]
-        actor = struct_type(symbol.actor) if symbol.actor is not None else None
-        assert actor is None or isinstance(actor, plan.ActorType)
-        bases = tuple(base.plan_name for base in lineage(symbol))[1:]
-        structure = self._expressions.values.structure(symbol)
-        return plan.Action(name, bases, actor, structure, symbol.home.library, symbol.span)
+        symbol, reactions = self._symbols[name], self._checked.reactions
+        return plan.Action(
+            name=name,
+            bases=_bases(symbol),
+            actor=_actor(symbol),
+            structure=self._expressions.values.structure(symbol),
+            events=self._events(symbol),
+            on=reactions.on(symbol),
+            modifiers=reactions.modifiers(symbol),
+            library=symbol.home.library,
+            span=symbol.span,
+        )
+
+    def modifiers(
+        self,
+        scenarios: Iterable[plan.Scenario],
+        actions: Iterable[plan.Action],
+        objects: Iterable[plan.ObjectType],
+    ) -> dict[str, plan.Modifier]:
+        """All modifiers that are applied in a plan."""
+        symbols = {symbol.plan_name: symbol for symbol in self._program.modifiers.values()}
+        pending = [name for scenario in scenarios for name in (*modifiers(scenario.body), *applied(scenario))]
+        pending += [name for action in actions for name in applied(action)]
+        pending += [name for type_ in objects for name in applied(type_)]
+        found: dict[str, plan.Modifier] = {}
+        while pending:
+            name = pending.pop(0)
+            if name not in found:
+                found[name] = self._modifier(symbols[name])
+                pending += applied(found[name])
+        return found
+
+    def _modifier(self, symbol: TypeSymbol) -> plan.Modifier:
+        reactions = self._checked.reactions
+        return plan.Modifier(
+            name=symbol.plan_name,
+            actor=_actor(symbol),
+            of=symbol.of.plan_name if symbol.of is not None else None,
+            structure=self._expressions.values.structure(symbol),
+            events=self._events(symbol),
+            on=reactions.on(symbol),
+            modifiers=reactions.modifiers(symbol),
+            library=symbol.home.library if _is_atomic(symbol) else None,
+            span=symbol.span,
+        )
+
+    def objects(self) -> dict[str, plan.ObjectType]:
+        """The structs and actors that have events or modifiers."""
+        found: dict[str, plan.ObjectType] = {}
+        for symbol in self._program.types.values():
+            if isinstance(symbol, TypeSymbol):
+                events, members = self._events(symbol), self._checked.reactions.modifiers(symbol)
+                if events or members:
+                    name = symbol.plan_name
+                    found[name] = plan.ObjectType(name, events, members, symbol.span)
+        return found
+
+    def _events(self, symbol: TypeSymbol) -> tuple[plan.Event, ...]:
+        specification = self._checked.reactions.specification
+        return tuple(
+            plan.Event(event.name, tuple(event.parameters), specification(event), event.span)
+            for event in all_events(symbol).values()
+        )
 
     def globals(self, entry: TypeSymbol, overrides: Mapping[str, str]) -> plan.Structure:
         """The global parameters; those that nothing can give a value are reported."""
@@ -124,3 +178,20 @@ class _Lowering:
 def _is_set(path: str, overrides: Mapping[str, str]) -> bool:
     """Whether a field, or what holds it, is set from outside."""
     return any(path == given or path.startswith(f"{given}.") for given in overrides)
+
+
+def _bases(symbol: TypeSymbol) -> tuple[str, ...]:
+    """The names of what a type inherits, nearest first."""
+    return tuple(base.plan_name for base in lineage(symbol))[1:]
+
+
+def _actor(symbol: TypeSymbol) -> plan.ActorType | None:
+    """The type of actor that something belongs to."""
+    actor = struct_type(symbol.actor) if symbol.actor is not None else None
+    assert actor is None or isinstance(actor, plan.ActorType)
+    return actor
+
+
+def _is_atomic(symbol: TypeSymbol) -> bool:
+    """Whether a modifier says no more than its parameters: in a library, its implementation is then elsewhere."""
+    return all(isinstance(member, ast.ParameterDeclaration) for part in symbol.parts for member in part.members)

@@ -1,12 +1,19 @@
-"""Behaviors of the plan: what a scenario does (7.3.13, 7.2.2.4.7)."""
+"""Behaviors of the plan: what a scenario does (7.3.13, 7.2.2.4.7).
+
+`modifications` are what stands in the `with:` block of a behavior and does something to it as a whole, in the
+order of the text: the one written last is closest to the behavior. A `duration` is a range in seconds for the time
+from the start of the behavior to its end.
+"""
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import TypeAlias
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.events import EventReference, EventSpecification
-from seoro.lang.plan.expressions import Expression
+from seoro.lang.plan.events import EventSpecification, OwnEvent
+from seoro.lang.plan.expressions import Call, Expression
+from seoro.lang.plan.modifications import Modification
 from seoro.lang.plan.structures import ConstraintMember
 from seoro.lang.source import Span
 
@@ -16,14 +23,44 @@ class Serial(Value):
 
     label: str | None
     members: tuple[Behavior, ...]
+    duration: Expression | None
+    modifications: tuple[Modification, ...]
     span: Span
 
 
+class Overlap(Enum):
+    """How the secondary members of `parallel` lie to the first one (7.3.13.2)."""
+
+    EQUAL = "equal"
+    START = "start"
+    END = "end"
+    INITIAL = "initial"
+    FINAL = "final"
+    INSIDE = "inside"
+    FULL = "full"
+    ANY = "any"
+
+
 class Parallel(Value):
-    """Members that start together; it ends when all have ended (7.3.13.2, overlap: start)."""
+    """Members that overlap (7.3.13.2).
+
+    Args:
+        label: Its label.
+        members: The first is the primary one.
+        duration: From the first start to the last end.
+        overlap: How the others lie to the primary one.
+        start_to_start: How long after the primary one the others start: a range in seconds.
+        end_to_end: How long after the primary one the others end: a range in seconds.
+        modifications: Of all of it.
+    """
 
     label: str | None
     members: tuple[Behavior, ...]
+    duration: Expression | None
+    overlap: Overlap
+    start_to_start: Expression | None
+    end_to_end: Expression | None
+    modifications: tuple[Modification, ...]
     span: Span
 
 
@@ -32,6 +69,8 @@ class OneOf(Value):
 
     label: str | None
     members: tuple[Behavior, ...]
+    duration: Expression | None
+    modifications: tuple[Modification, ...]
     span: Span
 
 
@@ -44,11 +83,20 @@ class Wait(Value):
 
 
 class Emit(Value):
-    """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it."""
+    """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it; in a modifier, of what it
+    modifies."""
 
     label: str | None
-    event: EventReference
+    event: OwnEvent
     arguments: tuple[tuple[str, Expression], ...]
+    span: Span
+
+
+class CallMethod(Value):
+    """`call <method>(...)`: the result, if there is one, is dropped."""
+
+    label: str | None
+    call: Call
     span: Span
 
 
@@ -61,6 +109,8 @@ class InvokeAction(Value):
         actor: Who carries it out, if it belongs to an actor.
         arguments: Values of parameters, evaluated where the invocation stands.
         constraints: What else holds for the parameters, during this invocation.
+        duration: How long it takes.
+        modifications: What is done to it as a whole.
         span: Its place in the text.
     """
 
@@ -69,6 +119,8 @@ class InvokeAction(Value):
     actor: Expression | None
     arguments: tuple[tuple[str, Expression], ...]
     constraints: tuple[ConstraintMember, ...]
+    duration: Expression | None
+    modifications: tuple[Modification, ...]
     span: Span
 
 
@@ -80,7 +132,20 @@ class InvokeScenario(Value):
     actor: Expression | None
     arguments: tuple[tuple[str, Expression], ...]
     constraints: tuple[ConstraintMember, ...]
+    duration: Expression | None
+    modifications: tuple[Modification, ...]
     span: Span
 
 
-Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | InvokeAction | InvokeScenario
+Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | CallMethod | InvokeAction | InvokeScenario
+
+
+class On(Value):
+    """`on <event specification>:`: for each occurrence, its members in their order, at once (7.6.2.5.5).
+
+    Its event context starts with the instance that has it; the name of an `as` clause is bound in the members.
+    """
+
+    event: EventSpecification
+    members: tuple[Emit | CallMethod, ...]
+    span: Span

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.events import EventReference
+from seoro.lang.plan.events import OwnEvent
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import EnumValue
 from seoro.lang.source import Span
@@ -85,7 +85,7 @@ class CoverageItem(Value):
     expression: Expression
     it: str | None
     unit: CoverageUnit | None
-    event: EventReference
+    event: OwnEvent
     buckets: Buckets
     ignore: Expression | None
     illegal: Expression | None
@@ -104,7 +104,7 @@ class CrossItem(Value):
     owner: str
     kind: CoverageKind
     items: tuple[str, ...]
-    event: EventReference
+    event: OwnEvent
     target: int
     text: str
     span: Span

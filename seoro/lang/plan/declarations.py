@@ -1,32 +1,56 @@
-"""Declarations of the plan: scenarios, actions, and the plan itself."""
+"""Declarations of the plan: scenarios, actions, modifiers, and the plan itself."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.behaviors import Behavior
+from seoro.lang.plan.behaviors import Behavior, On
 from seoro.lang.plan.coverage import Coverage
+from seoro.lang.plan.events import EventSpecification
+from seoro.lang.plan.modifications import AppliedModifier
 from seoro.lang.plan.structures import Constraint, Structure, Structures
 from seoro.lang.plan.types import ActorType
 from seoro.lang.source import Span
 
 
 class Event(Value):
-    """An event of a scenario, with the names of its parameters."""
+    """An event of an instance.
+
+    Args:
+        name: Its name.
+        parameters: The names of its parameters.
+        specification: What makes it occur besides being emitted, in the scope of the instance that has the event;
+            its event context starts where the event is used (7.3.10.4).
+    """
 
     name: str
     parameters: tuple[str, ...]
+    specification: EventSpecification | None
+    span: Span
+
+
+class ObjectType(Value):
+    """A struct or an actor, for what its values have besides their structure; with everything it inherits."""
+
+    name: str
+    events: tuple[Event, ...]
+    modifiers: tuple[AppliedModifier, ...]
     span: Span
 
 
 class Scenario(Value):
-    """A scenario with everything it inherits; `bases` are the names of what it inherits, nearest first."""
+    """A scenario with everything it inherits; `bases` are the names of what it inherits, nearest first.
+
+    `modifiers` apply to each of its invocations.
+    """
 
     name: str
     bases: tuple[str, ...]
     structure: Structure
     events: tuple[Event, ...]
+    on: tuple[On, ...]
+    modifiers: tuple[AppliedModifier, ...]
     body: Behavior | None
     span: Span
 
@@ -39,6 +63,39 @@ class Action(Value):
     bases: tuple[str, ...]
     actor: ActorType | None
     structure: Structure
+    events: tuple[Event, ...]
+    on: tuple[On, ...]
+    modifiers: tuple[AppliedModifier, ...]
+    library: str | None
+    span: Span
+
+
+class Modifier(Value):
+    """The declaration of a modifier (7.3.12).
+
+    In its expressions and constraints, the binding `actor` is the actor that it is applied to, and `it` what it
+    modifies.
+
+    Args:
+        name: Its name.
+        actor: The type of actor that it belongs to.
+        of: The scenario or action whose invocations it modifies; None for any behavior.
+        structure: Its parameters, and the constraints on them and on what it modifies.
+        events: Its events.
+        on: What it does on events, while what it modifies runs.
+        modifiers: The modifiers that it applies to what it modifies.
+        library: What was imported to get it, if it is atomic: its implementation is not written in the language.
+            None for a compound one.
+        span: Its name in the text.
+    """
+
+    name: str
+    actor: ActorType | None
+    of: str | None
+    structure: Structure
+    events: tuple[Event, ...]
+    on: tuple[On, ...]
+    modifiers: tuple[AppliedModifier, ...]
     library: str | None
     span: Span
 
@@ -51,6 +108,8 @@ class Plan(Value):
         overrides: What was set from outside for its fields, and for global parameters; applied last.
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
+        modifiers: Every modifier that is applied.
+        objects: The structs and actors that have events or modifiers, by their names.
         globals: The global parameters (7.3.14), whose values are chosen with those of the entry scenario.
         structures: The structures of all structs and actors.
         file: The entry file, as the user named it.
@@ -61,6 +120,8 @@ class Plan(Value):
     overrides: tuple[Constraint, ...]
     scenarios: Mapping[str, Scenario]
     actions: Mapping[str, Action]
+    modifiers: Mapping[str, Modifier]
+    objects: Mapping[str, ObjectType]
     globals: Structure
     structures: Structures
     file: str

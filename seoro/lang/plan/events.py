@@ -11,7 +11,7 @@ from seoro.lang.source import Span
 
 
 class DeclaredEvent(Value):
-    """An event of the scenario in which the expression stands."""
+    """An event of the instance in whose scope the reference stands."""
 
     name: str
     span: Span
@@ -26,14 +26,65 @@ class Phase(Enum):
 
 
 class PhaseEvent(Value):
-    """`start`, `end` or `fail`: of a labelled member, or of the enclosing scenario without a label."""
+    """`start`, `end` or `fail`: of a labelled member, or without a label of the scenario in whose scope the
+    reference stands; in a modifier, of the behavior that it modifies."""
 
     label: str | None
     phase: Phase
     span: Span
 
 
-EventReference: TypeAlias = DeclaredEvent | PhaseEvent
+OwnEvent: TypeAlias = DeclaredEvent | PhaseEvent
+
+
+class MemberEvent(Value):
+    """An event of another object: of a struct, an actor, or, in a modifier, of the scenario that it modifies.
+
+    Args:
+        base: The object.
+        event: Its event, as the object itself would refer to it.
+    """
+
+    base: Expression
+    event: OwnEvent
+    span: Span
+
+
+class LabelEvent(Value):
+    """An event of the scenario or action that was invoked last under a label.
+
+    Args:
+        label: The label, in the scenario in whose scope the reference stands.
+        event: The event, as what was invoked would refer to it.
+    """
+
+    label: str
+    event: EventReference
+    span: Span
+
+
+EventReference: TypeAlias = OwnEvent | MemberEvent | LabelEvent
+
+
+class Holds(Value):
+    """An expression that is true or false, as a condition."""
+
+    condition: Expression
+    span: Span
+
+
+class Rise(Value):
+    """`rise(<condition>)`: it becomes true after the start of the event context."""
+
+    condition: Expression
+    span: Span
+
+
+class Fall(Value):
+    """`fall(<condition>)`: it becomes false after the start of the event context."""
+
+    condition: Expression
+    span: Span
 
 
 class Elapsed(Value):
@@ -43,13 +94,24 @@ class Elapsed(Value):
     span: Span
 
 
-class OnEvent(Value):
-    """`@<event> [as <name>] [if <condition>]`."""
+class Every(Value):
+    """`every(<period>[, offset: <offset>])`, in seconds; first after the offset, which is 0 unless it is given."""
 
-    event: EventReference
-    name: str | None
-    condition: Expression | None
+    period: Expression
+    offset: Expression | None
     span: Span
 
 
-EventSpecification: TypeAlias = OnEvent | Elapsed
+EventCondition: TypeAlias = Holds | Rise | Fall | Elapsed | Every
+
+
+class OnEvent(Value):
+    """`@<event> [as <name>] [if <condition>]`; the condition is evaluated when the event occurs."""
+
+    event: EventReference
+    name: str | None
+    condition: EventCondition | None
+    span: Span
+
+
+EventSpecification: TypeAlias = OnEvent | EventCondition

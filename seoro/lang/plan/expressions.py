@@ -379,3 +379,8 @@ class Methods:
 def behavior_type(name: str) -> str:
     """What `Methods` calls a scenario or an action, whose names are apart from those of types."""
     return f"{name}()"
+
+
+def modifier_type(name: str) -> str:
+    """What `Methods` calls a modifier, whose names are apart from those of scenarios and actions."""
+    return f"modifier {name}"

@@ -8,7 +8,18 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias, assert_never
 
-from seoro.lang.plan import Behavior, Emit, InvokeAction, InvokeScenario, OneOf, Parallel, Phase, Serial, Wait
+from seoro.lang.plan import (
+    Behavior,
+    CallMethod,
+    Emit,
+    InvokeAction,
+    InvokeScenario,
+    OneOf,
+    Parallel,
+    Phase,
+    Serial,
+    Wait,
+)
 from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.one_of import run_one_of
@@ -90,6 +101,8 @@ async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
             return await run_wait(behavior, place)
         case Emit():
             return run_emit(behavior, place)
+        case CallMethod():
+            raise AssertionError("refused before the run")
         case InvokeAction():
             return await run_action(behavior, place)
         case InvokeScenario():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from seoro.lang.plan import Elapsed, Expression, OnEvent, Wait
+from seoro.lang.plan import DeclaredEvent, Elapsed, Every, Expression, Fall, Holds, OnEvent, PhaseEvent, Rise, Wait
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.evaluate import EvaluationError, evaluate
 from seoro.runtime.events import Occurrence
@@ -25,6 +25,8 @@ async def run_wait(plan: Wait, place: Place) -> Outcome:
             place.agenda.fire_at(place.agenda.now + _draw(duration, place), waiter)
         case OnEvent() as specification:
             _arm(specification, waiter, place)
+        case Holds() | Rise() | Fall() | Every():
+            raise AssertionError("refused before the run")
         case _:
             assert_never(plan.event)
     place.services.waits[place.flow] = plan.span
@@ -44,16 +46,18 @@ def _draw(duration: Expression, place: Place) -> float:
 
 
 def _arm(specification: OnEvent, waiter: Waiter, place: Place) -> None:
-    condition, name = specification.condition, specification.name
+    condition, name, event = specification.condition, specification.name, specification.event
+    assert condition is None or isinstance(condition, Holds), "others are refused before the run"
+    assert isinstance(event, DeclaredEvent | PhaseEvent), "others are refused before the run"
 
     def accepts(occurrence: Occurrence) -> bool:
         """Called between rounds, when no flow is there to take an exception."""
         if condition is None:
             return True
         try:
-            return bool(evaluate(condition, place.environment({name: occurrence} if name else {})))
+            return bool(evaluate(condition.condition, place.environment({name: occurrence} if name else {})))
         except EvaluationError as error:
             place.services.decide(RunStatus.ERROR, str(error), error.span)
             return False
 
-    place.services.events.arm(place.instance.event(specification.event), waiter, accepts)
+    place.services.events.arm(place.instance.event(event), waiter, accepts)

@@ -1,0 +1,94 @@
+"""The `with:` blocks of behaviors: `until`, modifiers, and constraints on invocations (7.2.2.4.7)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import assert_never
+
+from seoro.lang import ast, plan
+from seoro.lang.check.events import Events
+from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
+from seoro.lang.check.targets import Target
+from seoro.lang.check.unsupported import head
+from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.symbols import TypeSymbol
+from seoro.lang.types import UNKNOWN, Structured, Type
+
+Modifications = tuple[plan.Modification, ...]
+
+
+class WithBlocks:
+    """Elaborates the `with:` blocks of one scenario; in those of invocations, `it` is what is invoked (7.3.5.1.3).
+
+    Args:
+        expressions: For expressions.
+        scope: The scope of the scenario.
+    """
+
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
+        self._expressions = expressions
+        self._bag = expressions.bag
+        self._scope = scope
+        assert scope.owner is not None
+        self._own = own_actor(scope.owner)
+
+    def of_composition(self, node: ast.Composition) -> Modifications:
+        """What the block of a composition does to it."""
+        for member in node.modifications.members if node.modifications is not None else ():
+            if isinstance(member, ast.KeepConstraint | ast.RemoveDefault):
+                word = "keep" if isinstance(member, ast.KeepConstraint) else "remove_default"
+                self._bag.add(NotSupported(head(member.span, word), Construct.CONSTRAINED_COMPOSITION))
+        return self._elaborate(node.modifications, None, Modified(None, f"a `{node.operator}`", self._own))
+
+    def of_invocation(self, node: ast.BehaviorInvocation, target: Target | None) -> Modifications:
+        """What the block of an invocation does to it; the target is None if it is wrong, which is reported."""
+        if target is None:
+            return self._elaborate(node.modifications, UNKNOWN, Modified(None, None, self._own))
+        symbol, actor = target
+        actors = self._own
+        if symbol.actor is not None and actor is not None:
+            actors = (Actor(symbol.actor, actor), *actors)
+        modified = Modified(symbol, f"`{symbol.qualified_name}`", actors)
+        return self._elaborate(node.modifications, Structured(symbol), modified)
+
+    def constraints(self, node: ast.BehaviorInvocation, symbol: TypeSymbol) -> list[plan.ConstraintMember]:
+        """The constraints in the block of an invocation."""
+        scope = replace(self._scope, it=Structured(symbol), is_it_bound=True)
+        members = node.modifications.members if node.modifications is not None else ()
+        found = [
+            self._expressions.constraints.member(member, scope)
+            for member in members
+            if isinstance(member, ast.KeepConstraint | ast.RemoveDefault)
+        ]
+        return [constraint for constraint in found if constraint is not None]
+
+    def may_constrain(self, node: ast.BehaviorInvocation, modifications: Modifications) -> bool:
+        """Whether the block may give values to what the arguments leave open: by constraints of its own, or by
+        those of a modifier that knows what it modifies."""
+        members = node.modifications.members if node.modifications is not None else ()
+        if any(isinstance(member, ast.KeepConstraint) for member in members):
+            return True
+        modifiers = {found.plan_name: found for found in self._expressions.program.modifiers.values()}
+        applied = [found for found in modifications if isinstance(found, plan.ModifierApplication)]
+        return any(modifiers[found.modifier].of is not None for found in applied)
+
+    def _elaborate(self, block: ast.WithBlock | None, it: Type | None, modified: Modified) -> Modifications:
+        if block is None:
+            return ()
+        scope = replace(self._scope, it=it, is_it_bound=True)
+        events = Events(self._expressions, scope)
+        modifiers = Modifiers(self._expressions, scope, events.labels)
+        found: list[plan.Modification | None] = []
+        for member in block.members:
+            match member:
+                case ast.UntilDirective(event, span):
+                    specification = events.specification(event)
+                    found += [plan.Until(specification, span)] if specification is not None else []
+                case ast.ModifierApplication():
+                    found.append(modifiers.apply(member, modified))
+                case ast.KeepConstraint() | ast.RemoveDefault() | ast.InvalidStatement():
+                    pass
+                case _:
+                    assert_never(member)
+        return tuple(modification for modification in found if modification is not None)

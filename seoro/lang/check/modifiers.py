@@ -1,0 +1,208 @@
+"""Applications of modifiers, in `with:` blocks and as members of types (7.3.12.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from seoro.lang import ast, plan
+from seoro.lang.check.arguments import bind
+from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.labels import Labels, WrongLabel, names_of
+from seoro.lang.diagnostics import behaviors as behavior_messages
+from seoro.lang.diagnostics import modifiers as messages
+from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, all_methods, is_open, lineage
+from seoro.lang.types import Structured, is_known
+
+_Arguments = tuple[tuple[str, plan.Expression], ...]
+OVERRIDE = "override"  # the modifier that is part of the language (7.3.12.1.1)
+
+
+class Actor(NamedTuple):
+    """An actor that need not be named where a modifier is applied."""
+
+    symbol: TypeSymbol
+    expression: plan.Expression
+
+
+class Modified(NamedTuple):
+    """What modifiers are applied to.
+
+    Args:
+        symbol: The scenario or action; None if it is none.
+        what: What it is, for messages; None if it is wrong, which is reported.
+        actors: Actors that need not be named, the one that comes first in front.
+    """
+
+    symbol: TypeSymbol | None
+    what: str | None
+    actors: tuple[Actor, ...]
+
+
+def own_actor(symbol: TypeSymbol) -> tuple[Actor, ...]:
+    """The actor that a scenario, an action or a modifier belongs to, or that an actor is itself."""
+    if symbol.kind is Kind.ACTOR:
+        return (Actor(symbol, plan.Self(symbol.span)),)
+    return () if symbol.actor is None else (Actor(symbol.actor, plan.Binding("actor", symbol.span)),)
+
+
+class Modifiers:
+    """Elaborates applications of modifiers in one scope.
+
+    Args:
+        expressions: For arguments and the expressions of actors.
+        scope: The scope.
+        labels: The labels that can be named.
+    """
+
+    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels) -> None:
+        self._expressions = expressions
+        self._bag = expressions.bag
+        self._lookup = expressions.lookup
+        self._scope = scope
+        self._labels = labels
+
+    def apply(self, node: ast.ModifierApplication, modified: Modified) -> plan.AppliedModifier | None:
+        """An application; None if it is wrong, which is reported."""
+        call = node.invocation
+        match call.function:
+            case ast.NameExpression(ast.Name(text="override", namespace=None)):
+                return self._override(call)
+            case ast.NameExpression(name):
+                found = self._unprefixed(name, modified)
+            case ast.FieldAccess(base, name):
+                found = self._of_actor(base, name)
+            case _:
+                self._bag.add(messages.UnknownModifier(call.function.span, call.function.span.text, None, ()))
+                return None
+        if found is None:
+            return None
+        symbol, actor = found
+        self._check_target(symbol, name, modified)
+        arguments, ranges = self._arguments(symbol, call)
+        return plan.ModifierApplication(symbol.plan_name, actor, arguments, ranges, call.span)
+
+    def _arguments(self, symbol: TypeSymbol, call: ast.FunctionApplication) -> tuple[_Arguments, _Arguments]:
+        """The values of parameters that are given, and the ranges for those that hold one number."""
+        parameters, owner = all_fields(symbol), symbol.qualified_name
+        ranges: dict[str, plan.Expression] = {}
+        given = bind(
+            self._expressions, owner, parameters, call.arguments, self._scope, is_open(symbol), ranges=ranges
+        )
+        missing = self._expressions.values.lacking_of(symbol, {**given, **ranges})
+        if missing:
+            self._bag.add(behavior_messages.MissingArgument(call.span, owner, missing[0]))
+        return _in_order(given, parameters), _in_order(ranges, parameters)
+
+    def _check_target(self, symbol: TypeSymbol, name: ast.Name, modified: Modified) -> None:
+        """A modifier of a scenario modifies that one, and what inherits it (7.3.12.2)."""
+        if symbol.of is None or modified.what is None:
+            return
+        if modified.symbol is None or symbol.of not in lineage(modified.symbol):
+            needed = symbol.of.qualified_name
+            self._bag.add(messages.WrongModified(name.span, symbol.name, needed, modified.what, symbol.span))
+
+    # ------------------------------------------------------------ which modifier
+
+    def _unprefixed(self, name: ast.Name, modified: Modified) -> tuple[TypeSymbol, plan.Expression | None] | None:
+        """A modifier of an actor that need not be named, or of none."""
+        space = self._scope.space
+        for actor in modified.actors:
+            found = self._lookup.modifier(space, actor.symbol, name)
+            if found is not None:
+                return found, actor.expression
+        found = self._lookup.modifier(space, None, name)
+        if found is not None:
+            return found, None
+        owners: set[TypeSymbol | None] = {None}
+        for actor in modified.actors:
+            owners |= set(lineage(actor.symbol))
+        is_hidden = modified.what is None or self._expressions.program.is_lenient
+        if not is_hidden and not self._report_other(name, owners):
+            message = messages.UnknownModifier(name.span, name.text, None, self._known(owners), self._hint(name))
+            self._bag.add(message)
+        return None
+
+    def _of_actor(self, base: ast.Expression, name: ast.Name) -> tuple[TypeSymbol, plan.Expression | None] | None:
+        """A modifier of the actor that an expression gives."""
+        actor = self._expressions.value(base, self._scope)
+        if not is_known(actor.type):
+            return None
+        if not isinstance(actor.type, Structured) or actor.type.symbol.kind is not Kind.ACTOR:
+            found_type = self._expressions.converter.describe(actor.type)
+            self._bag.add(messages.ModifierOfNoActor(base.span, found_type))
+            return None
+        owner = actor.type.symbol
+        found = self._lookup.modifier(self._scope.space, owner, name)
+        if found is not None:
+            return found, actor.expression
+        owners: set[TypeSymbol | None] = set(lineage(owner))
+        if not self._expressions.program.is_lenient and not self._report_other(name, owners):
+            is_free = self._lookup.modifier(self._scope.space, None, name) is not None
+            hint = f"it belongs to no actor: apply it as `{name.text}(...)`" if is_free else self._hint(name)
+            known = self._known(owners)
+            self._bag.add(messages.UnknownModifier(name.span, name.text, owner.name, known, hint))
+        return None
+
+    def _report_other(self, name: ast.Name, owners: set[TypeSymbol | None]) -> bool:
+        """Report a name that is one of a behavior or a method; whether it is."""
+        for owner in owners:
+            behavior = self._lookup.behavior(self._scope.space, owner, name)
+            if behavior is not None:
+                self._bag.add(messages.BehaviorApplied(name.span, name.text, behavior.kind.value))
+                return True
+        types = [owner for owner in (*owners, self._scope.owner) if owner is not None]
+        if any(self._lookup.member(self._scope.space, all_methods(type_), name) for type_ in types):
+            self._bag.add(messages.BehaviorApplied(name.span, name.text, "method"))
+            return True
+        return False
+
+    def _known(self, owners: set[TypeSymbol | None]) -> tuple[str, ...]:
+        found = [name for _, owner, name in self._expressions.program.modifiers if owner in owners]
+        return (*found, OVERRIDE)
+
+    def _hint(self, name: ast.Name) -> str:
+        """What to do about an unknown modifier that an actor has."""
+        actors = [
+            key[1].name
+            for key in self._expressions.program.modifiers
+            if key[1] is not None and key[2] == name.text
+        ]
+        return f"it belongs to actor `{actors[0]}`: apply it as `<actor>.{name.text}(...)`" if actors else ""
+
+    # ------------------------------------------------------------ override (7.3.12.1.1)
+
+    def _override(self, call: ast.FunctionApplication) -> plan.Override | None:
+        """`override(a, b[, mode])`; its arguments are positional, and no values."""
+        arguments = call.arguments.positional
+        if call.arguments.named or not 2 <= len(arguments) <= 3:
+            self._bag.add(messages.OverrideArguments(call.span))
+            return None
+        overridden, by = self._label_path(arguments[0]), self._label_path(arguments[1])
+        mode = self._mode(arguments[2]) if len(arguments) == 3 else plan.OverrideMode.ON_START
+        if overridden is None or by is None or mode is None:
+            return None
+        if overridden == by:
+            self._bag.add(messages.OverrideOfItself(call.span, arguments[0].span.text))
+        return plan.Override(overridden, by, mode, call.span)
+
+    def _label_path(self, node: ast.Expression) -> plan.LabelPath | None:
+        path = names_of(node)
+        found = self._labels.path(path) if path else WrongLabel(node.span, ())
+        if isinstance(found, WrongLabel):
+            if self._expressions.program.is_lenient:
+                return None
+            self._bag.add(messages.NotALabel(found.span, found.known))
+            return None
+        return found
+
+    def _mode(self, node: ast.Expression) -> plan.OverrideMode | None:
+        modes = {mode.value: mode for mode in plan.OverrideMode}
+        if isinstance(node, ast.NameExpression) and node.name.text in modes:
+            return modes[node.name.text]
+        self._bag.add(messages.UnknownMode(node.span, tuple(modes)))
+        return None
+
+
+def _in_order(given: Mapping[str, plan.Expression], parameters: Mapping[str, FieldSymbol]) -> _Arguments:
+    return tuple((name, given[name]) for name in parameters if name in given)

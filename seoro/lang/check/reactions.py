@@ -1,0 +1,137 @@
+"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), and the modifiers
+that are members of them (7.3.12.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from seoro.lang import ast, plan
+from seoro.lang.check.declare import describe_kind
+from seoro.lang.check.directives import Directives
+from seoro.lang.check.events import Events
+from seoro.lang.check.expressions import Expressions, scope_of
+from seoro.lang.check.labels import Labels
+from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
+from seoro.lang.diagnostics import names
+from seoro.lang.symbols import EventSymbol, Home, Kind, Program, TypeSymbol, all_events, has_phases, lineage
+
+
+class Reactions:
+    """What the types of a program do by themselves, by the types that declare it.
+
+    Args:
+        expressions: For conditions and arguments.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._specifications: dict[EventSymbol, plan.EventSpecification] = {}
+        self._on: dict[TypeSymbol, list[plan.On]] = {}
+        self._modifiers: dict[TypeSymbol, list[plan.AppliedModifier]] = {}
+
+    def elaborate(self, program: Program) -> None:
+        """Elaborate those of all types."""
+        structured = program.structured()
+        for symbol in structured:
+            for event in symbol.events.values():
+                if event.specification is not None and not event.parameters:
+                    found = self._events(symbol, event.home).specification(event.specification)
+                    if found is not None:
+                        self._specifications[event] = found
+            self._elaborate_members(symbol)
+        for symbol in structured:
+            self._check_events(symbol)
+        self._check_modifiers(program)
+
+    def specification(self, event: EventSymbol) -> plan.EventSpecification | None:
+        """What makes an event occur besides being emitted."""
+        return self._specifications.get(event)
+
+    def on(self, symbol: TypeSymbol) -> tuple[plan.On, ...]:
+        """The `on` directives of a type, inherited ones first."""
+        return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._on[type_])
+
+    def modifiers(self, symbol: TypeSymbol) -> tuple[plan.AppliedModifier, ...]:
+        """The modifiers that are members of a type, inherited ones first."""
+        return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._modifiers[type_])
+
+    def _events(self, symbol: TypeSymbol, home: Home) -> Events:
+        return Events(self._expressions, scope_of(symbol, home))
+
+    def _elaborate_members(self, symbol: TypeSymbol) -> None:
+        """The `on` directives and modifiers of a type itself and of its extensions."""
+        on = self._on[symbol] = []
+        applied = self._modifiers[symbol] = []
+        modified = _modified(symbol)
+        for part in symbol.parts:
+            for member in part.members:
+                if isinstance(member, ast.OnDirective) and has_phases(symbol):
+                    directive = Directives(self._expressions, self._events(symbol, part.home)).on(member)
+                    on += [directive] if directive is not None else []
+                elif isinstance(member, ast.ModifierApplication):
+                    scope, labels = scope_of(symbol, part.home), Labels(symbol, self._expressions)
+                    application = Modifiers(self._expressions, scope, labels).apply(member, modified)
+                    applied += [application] if application is not None else []
+
+    # ------------------------------------------------------------ circles
+
+    def _check_events(self, symbol: TypeSymbol) -> None:
+        """Report derived events of a type that wait for each other."""
+        declared = all_events(symbol)
+        for circle in _circles({name: self._derived_from(event) for name, event in declared.items()}):
+            own = next((symbol.events[name] for name in circle if name in symbol.events), None)
+            if own is not None:  # else it is reported with the base
+                self._expressions.bag.add(names.CyclicReference(own.span, "events", circle))
+
+    def _derived_from(self, event: EventSymbol) -> tuple[str, ...]:
+        """The event of the same instance from which an event is derived, if there is one."""
+        match self._specifications.get(event):
+            case plan.OnEvent(plan.DeclaredEvent(name)):
+                return (name,)
+            case _:
+                return ()
+
+    def _check_modifiers(self, program: Program) -> None:
+        """Report modifiers that apply each other."""
+        symbols = {symbol.plan_name: symbol for symbol in program.modifiers.values()}
+        applied = {name: self._applied(symbol) for name, symbol in symbols.items()}
+        for circle in _circles(applied):
+            self._expressions.bag.add(names.CyclicReference(symbols[circle[0]].span, "modifiers", circle))
+
+    def _applied(self, symbol: TypeSymbol) -> tuple[str, ...]:
+        found = self._modifiers[symbol]
+        return tuple(each.modifier for each in found if isinstance(each, plan.ModifierApplication))
+
+
+def _modified(symbol: TypeSymbol) -> Modified:
+    """What modifiers that are members of a type modify."""
+    actors = own_actor(symbol)
+    match symbol.kind:
+        case Kind.SCENARIO | Kind.ACTION:
+            return Modified(symbol, f"`{symbol.qualified_name}`", actors)
+        case Kind.STRUCT | Kind.ACTOR:
+            return Modified(None, describe_kind(symbol), actors)
+        case Kind.MODIFIER:
+            what = (
+                f"a modifier of `{symbol.of.qualified_name}`"
+                if symbol.of is not None
+                else "a modifier of anything"
+            )
+            return Modified(symbol.of, None if symbol.is_open else what, actors)
+
+
+def _circles(edges: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, ...]]:
+    """Circles of names, each of which leads to the next; one for each part of the graph that has some."""
+    done: set[str] = set()
+    for first in edges:
+        path = [first] if first not in done else []
+        while path:
+            following = next((name for name in edges[path[-1]] if name not in done), None)
+            if following is None:
+                done.add(path.pop())
+            elif following in path:
+                yield (*path[path.index(following) :], following)
+                done.update(path)
+                break
+            else:
+                path.append(following)

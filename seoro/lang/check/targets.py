@@ -1,0 +1,113 @@
+"""What an invocation invokes: a scenario or an action, and the actor that it is invoked on (7.3.5.1.3)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from seoro.lang import ast, plan
+from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import modifiers as modifier_messages
+from seoro.lang.symbols import Home, Kind, TypeSymbol, all_methods, lineage
+from seoro.lang.types import Structured, is_known
+
+if TYPE_CHECKING:
+    from seoro.lang.check.expressions import Expressions
+
+
+class Target(NamedTuple):
+    """What is invoked, and on which actor."""
+
+    symbol: TypeSymbol
+    actor: plan.Expression | None
+
+
+class Targets:
+    """Finds what invocations invoke.
+
+    Args:
+        expressions: For the expressions of actors, and for messages.
+        owner: The scenario or action in which the invocations stand.
+        home: Where its text is.
+    """
+
+    def __init__(self, expressions: Expressions, owner: TypeSymbol, home: Home) -> None:
+        from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
+
+        self._expressions = expressions
+        self._bag = expressions.bag
+        self._program = expressions.program
+        self._lookup = expressions.lookup
+        self._owner = owner
+        self._scope = scope_of(owner, home)
+
+    def find(self, call: ast.FunctionApplication) -> Target | None:
+        """The target of an invocation; None if there is none, which is reported."""
+        match call.function:
+            case ast.NameExpression(name):
+                return self._unprefixed(name)
+            case ast.FieldAccess(base, name):
+                return self._of_actor(base, name)
+            case _:
+                self._bag.add(messages.UnknownBehavior(call.function.span, call.function.span.text, None, ()))
+                return None
+
+    def _unprefixed(self, name: ast.Name) -> Target | None:
+        """A behavior of the scenario's own actor, or of none."""
+        space, own = self._scope.space, self._owner.actor
+        if own is not None:
+            found = self._lookup.behavior(space, own, name)
+            if found is not None:
+                return Target(found, plan.Binding("actor", name.span))
+        found = self._lookup.behavior(space, None, name)
+        if found is not None:
+            return Target(found, None)
+        if self._report_other(self._owner, own, name) or self._program.is_lenient:
+            return None
+        owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
+        hint = self._hint(name)
+        self._bag.add(messages.UnknownBehavior(name.span, name.text, None, self._known(owners), hint))
+        return None
+
+    def _hint(self, name: ast.Name) -> str:
+        """What to do about an unknown behavior that an actor has."""
+        actors = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == name.text]
+        if actors:
+            return f"it belongs to actor `{actors[0]}`: invoke it as `<actor>.{name.text}(...)`"
+        return ""
+
+    def _of_actor(self, base: ast.Expression, name: ast.Name) -> Target | None:
+        """A behavior of the actor that an expression gives."""
+        actor = self._expressions.value(base, self._scope)
+        if not is_known(actor.type):
+            return None
+        if not isinstance(actor.type, Structured) or actor.type.symbol.kind is not Kind.ACTOR:
+            is_method = isinstance(actor.type, Structured) and self._report_other(actor.type.symbol, None, name)
+            if not is_method:
+                found_type = self._expressions.converter.describe(actor.type)
+                self._bag.add(messages.NotAnActor(base.span, found_type))
+            return None
+        owner = actor.type.symbol
+        found = self._lookup.behavior(self._scope.space, owner, name)
+        if found is not None:
+            return Target(found, actor.expression)
+        if not self._report_other(owner, owner, name) and not self._program.is_lenient:
+            known = self._known(list(lineage(owner)))
+            hint = ""
+            if not known and self._lookup.behavior(self._scope.space, None, name) is not None:
+                hint = f"it belongs to no actor: invoke it as `{name.text}(...)`"
+            self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
+        return None
+
+    def _report_other(self, owner: TypeSymbol, actor: TypeSymbol | None, name: ast.Name) -> bool:
+        """Report a name that is one of a method or of a modifier; whether it is."""
+        space = self._scope.space
+        if self._lookup.member(space, all_methods(owner), name) is not None:
+            self._bag.add(messages.MethodInvoked(name.span, name.text))
+            return True
+        modifier = self._lookup.modifier(space, actor, name) or self._lookup.modifier(space, None, name)
+        if modifier is not None:
+            self._bag.add(modifier_messages.ModifierInvoked(name.span, name.text))
+        return modifier is not None
+
+    def _known(self, owners: list[TypeSymbol | None]) -> tuple[str, ...]:
+        return tuple(name for _, owner, name in self._program.behaviors if owner in owners)

@@ -1,0 +1,168 @@
+"""Arguments that say when something happens: of compositions, and `duration` of invocations (7.3.13, 7.6.2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+from typing import Final, NamedTuple
+
+from seoro.lang import ast, plan
+from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import behaviors as argument_messages
+from seoro.lang.diagnostics import times as messages
+from seoro.lang.source import Span
+from seoro.lang.symbols import FieldSymbol
+from seoro.lang.types import Quantity, RangeOf
+from seoro.lang.units import dimension
+
+TIME: Final = Quantity(dimension({"s": 1}))
+OVERLAP, START_TO_START, END_TO_END, DURATION = "overlap", "start_to_start", "end_to_end", "duration"
+_PARALLEL_ONLY: Final = (OVERLAP, START_TO_START, END_TO_END)
+_Overlap = plan.Overlap
+_STARTS: Final = {
+    _Overlap.EQUAL: (0.0, 0.0),
+    _Overlap.START: (0.0, 0.0),
+    _Overlap.INITIAL: (-inf, 0.0),
+    _Overlap.INSIDE: (0.0, inf),
+    _Overlap.FULL: (-inf, 0.0),
+}  # offsets of starts that kinds of overlap allow (table in 7.3.13.2)
+_ENDS: Final = {
+    _Overlap.EQUAL: (0.0, 0.0),
+    _Overlap.END: (0.0, 0.0),
+    _Overlap.FINAL: (0.0, inf),
+    _Overlap.INSIDE: (-inf, 0.0),
+    _Overlap.FULL: (0.0, inf),
+}  # offsets of ends that they allow
+
+
+def check_sign(time: plan.Expression, what: str, bag: Bag, is_positive: bool = False) -> None:
+    """Report a time that is written out and below zero, or, if it has to be positive, zero."""
+    for bound in _bounds(time):
+        if bound.number < 0 or (is_positive and bound.number == 0):
+            bag.add(messages.NegativeTime(bound.span, what, is_positive))
+
+
+class _Bound(NamedTuple):
+    """A bound that is written out."""
+
+    number: float
+    span: Span
+
+
+def _bounds(time: plan.Expression) -> list[_Bound]:
+    """The bounds of a range of times, as far as they are written out."""
+    found = (time.low, time.high) if isinstance(time, plan.RangeOf) else (time,)
+    return [
+        _Bound(bound.value, bound.span)
+        for bound in found
+        if isinstance(bound, plan.Literal) and isinstance(bound.value, float)
+    ]
+
+
+class Times(NamedTuple):
+    """When the members of a composition start and end."""
+
+    duration: plan.Expression | None
+    overlap: plan.Overlap
+    start_to_start: plan.Expression | None
+    end_to_end: plan.Expression | None
+
+
+class Timing:
+    """Elaborates such arguments in the behavior of one scenario.
+
+    Args:
+        expressions: For the values.
+        scope: Where they stand.
+    """
+
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
+        self._expressions = expressions
+        self._bag = expressions.bag
+        self._scope = scope
+
+    def of_composition(self, node: ast.Composition) -> Times:
+        """The arguments of a composition; its parameters have no namespace (7.3.13)."""
+        order = (*_PARALLEL_ONLY, DURATION) if node.operator == "parallel" else (DURATION,)
+        given = self._bind(node.operator, order, node.arguments)
+        overlap = self._overlap(given[OVERLAP]) if OVERLAP in given else None
+        times = {name: self._range(name, value) for name, value in given.items() if name != OVERLAP}
+        starts, ends = times.get(START_TO_START), times.get(END_TO_END)
+        if overlap is not None:
+            self._check_offset(overlap, START_TO_START, starts, _STARTS)
+            self._check_offset(overlap, END_TO_END, ends, _ENDS)
+        default = _Overlap.START if starts is None else _Overlap.ANY
+        return Times(times.get(DURATION), overlap or default, starts, ends)
+
+    def of_invocation(
+        self, arguments: ast.ArgumentList, parameters: Mapping[str, FieldSymbol]
+    ) -> tuple[plan.Expression | None, ast.ArgumentList]:
+        """The `duration` of an invocation, if there is no parameter of that name, and the other arguments."""
+        own: list[ast.NamedArgument] = []
+        others: list[ast.NamedArgument] = []
+        for argument in arguments.named:
+            is_declared = self._expressions.lookup.parameter(self._scope.space, parameters, argument.name)
+            is_own = argument.name.text == DURATION and argument.name.namespace is None and not is_declared
+            (own if is_own else others).append(argument)
+        if not own:
+            return None, arguments
+        given = self._bind(DURATION, (DURATION,), ast.ArgumentList((), tuple(own), arguments.span))
+        rest = ast.ArgumentList(arguments.positional, tuple(others), arguments.span)
+        return self._range(DURATION, given[DURATION]), rest
+
+    def _bind(
+        self, operator: str, order: tuple[str, ...], arguments: ast.ArgumentList | None
+    ) -> dict[str, ast.Expression]:
+        """What is given for parameters, positional arguments in their order."""
+        given: dict[str, ast.Expression] = {}
+        places: dict[str, Span] = {}
+        if arguments is None:
+            return given
+        for name, value in zip(order, arguments.positional, strict=False):
+            given[name], places[name] = value, value.span
+        for value in arguments.positional[len(order) :]:
+            self._bag.add(argument_messages.TooManyArguments(value.span, operator, len(order)))
+        for argument in arguments.named:
+            name = argument.name.text
+            if argument.name.namespace is not None or name not in order:
+                self._report_unknown(operator, order, argument.name)
+                continue
+            if name in given:
+                self._bag.add(argument_messages.ArgumentTwice(argument.name.span, name, places[name]))
+            given[name], places[name] = argument.value, argument.name.span
+        return given
+
+    def _report_unknown(self, operator: str, order: tuple[str, ...], name: ast.Name) -> None:
+        if name.namespace is None and name.text in _PARALLEL_ONLY:
+            self._bag.add(messages.ParallelOnly(name.span, name.text, operator))
+        else:
+            self._bag.add(argument_messages.UnknownArgument(name.span, operator, name.span.text, order))
+
+    def _overlap(self, node: ast.Expression) -> plan.Overlap | None:
+        """A kind of overlap: its names are part of the language, whatever else may have them."""
+        kinds = {kind.value: kind for kind in _Overlap}
+        if isinstance(node, ast.NameExpression) and node.name.namespace is None and node.name.text in kinds:
+            return kinds[node.name.text]
+        self._bag.add(messages.UnknownOverlap(node.span, tuple(kinds)))
+        return None
+
+    def _range(self, name: str, node: ast.Expression) -> plan.Expression:
+        """A range of times; a single time is one from and to itself."""
+        found = self._expressions.converted(node, RangeOf(TIME), self._scope, f"`{name}`")
+        if name == DURATION:
+            check_sign(found, "duration", self._bag)
+        return found
+
+    def _check_offset(
+        self,
+        overlap: plan.Overlap,
+        name: str,
+        offset: plan.Expression | None,
+        allowed: Mapping[plan.Overlap, tuple[float, float]],
+    ) -> None:
+        """Report an offset that is written out and that the kind of overlap never allows."""
+        numbers = [bound.number for bound in _bounds(offset)] if offset is not None else []
+        low, high = allowed.get(overlap, (-inf, inf))
+        if offset is not None and len(numbers) == 2 and (max(numbers) < low or min(numbers) > high):
+            self._bag.add(messages.ContradictoryOffset(offset.span, name, overlap.value, low, high))

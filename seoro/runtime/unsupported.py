@@ -1,0 +1,154 @@
+"""What a plan may hold and the runtime cannot carry out yet: refused by name before anything runs.
+
+An entry disappears with the support for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple, assert_never
+
+from seoro.errors import InvalidUse
+from seoro.lang.plan import (
+    Behavior,
+    CallMethod,
+    DeclaredEvent,
+    Elapsed,
+    Emit,
+    Event,
+    EventSpecification,
+    Every,
+    Fall,
+    Holds,
+    InvokeAction,
+    InvokeScenario,
+    LabelEvent,
+    MemberEvent,
+    Modification,
+    ModifierApplication,
+    On,
+    OneOf,
+    OnEvent,
+    Overlap,
+    Override,
+    Parallel,
+    PhaseEvent,
+    Plan,
+    Rise,
+    Serial,
+    Until,
+    Wait,
+)
+from seoro.lang.source import Span
+
+
+class _Refused(NamedTuple):
+    """A construct, as people call it, and where it stands."""
+
+    what: str
+    span: Span
+
+
+def refuse_unsupported(plan: Plan) -> None:
+    """Refuse a plan with anything that the runtime cannot carry out.
+
+    Raises:
+        InvalidUse: There is such a construct; the message names each with its place.
+    """
+    found = list(dict.fromkeys(_of_plan(plan)))
+    if found:
+        named = ", ".join(f"{what} ({span})" for what, span in found)
+        raise InvalidUse(f"checked, but not carried out yet: {named}", found[0].span)
+
+
+def _of_plan(plan: Plan) -> Iterator[_Refused]:
+    for scenario in plan.scenarios.values():
+        yield from _of_members(scenario.events, scenario.on)
+        yield from _of_modifications(scenario.modifiers)
+        if scenario.body is not None:
+            yield from _of_behavior(scenario.body)
+    for action in plan.actions.values():
+        yield from _of_members(action.events, action.on)
+        yield from _of_modifications(action.modifiers)
+    for type_ in plan.objects.values():
+        yield from _of_modifications(type_.modifiers)
+
+
+def _of_members(events: Iterable[Event], directives: Iterable[On]) -> Iterator[_Refused]:
+    for event in events:
+        if event.specification is not None:
+            yield _Refused("`is` in the declaration of an event", event.span)
+    for directive in directives:
+        yield _Refused("`on`", directive.span)
+
+
+def _of_behavior(first: Behavior) -> Iterator[_Refused]:
+    stack = [first]
+    while stack:
+        behavior = stack.pop()
+        match behavior:
+            case Serial() | Parallel() | OneOf():
+                yield from _of_times(behavior)
+                yield from _of_modifications(behavior.modifications)
+                stack += reversed(behavior.members)
+            case InvokeAction() | InvokeScenario():
+                yield from _of_times(behavior)
+                yield from _of_modifications(behavior.modifications)
+            case Wait(event=event):
+                yield from _of_specification(event)
+            case CallMethod(span=span):
+                yield _Refused("`call`", span)
+            case Emit():
+                pass
+            case _:
+                assert_never(behavior)
+
+
+def _of_times(behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario) -> Iterator[_Refused]:
+    if behavior.duration is not None:
+        yield _Refused("`duration`", behavior.duration.span)
+    if isinstance(behavior, Parallel):
+        if behavior.overlap not in {Overlap.START, Overlap.ANY}:
+            yield _Refused(f"`overlap: {behavior.overlap.value}`", behavior.span)
+        for name, offset in (("start_to_start", behavior.start_to_start), ("end_to_end", behavior.end_to_end)):
+            if offset is not None:
+                yield _Refused(f"`{name}`", offset.span)
+
+
+def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refused]:
+    for modification in modifications:
+        match modification:
+            case Until(span=span):
+                yield _Refused("`until`", span)
+            case ModifierApplication(modifier=name, span=span):
+                yield _Refused(f"the modifier `{name}`", span)
+            case Override(span=span):
+                yield _Refused("the modifier `override`", span)
+            case _:
+                assert_never(modification)
+
+
+def _of_specification(event: EventSpecification) -> Iterator[_Refused]:
+    match event:
+        case OnEvent(reference, condition=condition):
+            match reference:
+                case MemberEvent(span=span) | LabelEvent(span=span):
+                    yield _Refused("an event of another object", span)
+                case DeclaredEvent() | PhaseEvent():
+                    pass
+                case _:
+                    assert_never(reference)
+            if condition is not None and not isinstance(condition, Holds):
+                yield _Refused("this condition of an event", condition.span)
+        case Holds(span=span):
+            yield _Refused("waiting for a condition", span)
+        case Rise(span=span):
+            yield _Refused("`rise`", span)
+        case Fall(span=span):
+            yield _Refused("`fall`", span)
+        case Every(span=span):
+            yield _Refused("`every`", span)
+        case Elapsed():
+            pass
+        case _:
+            assert_never(event)
