@@ -53,12 +53,13 @@ def refuse_unsupported(plan: Plan) -> None:
     """Refuse a plan with anything that the runtime cannot carry out.
 
     Raises:
-        InvalidUse: There is such a construct; the message names each with its place.
+        InvalidUse: There is such a construct; the message names each, and shows each in its place.
     """
     found = list(dict.fromkeys(_of_plan(plan)))
     if found:
-        named = ", ".join(f"{what} ({span})" for what, span in found)
-        raise InvalidUse(f"checked, but not carried out yet: {named}", found[0].span)
+        named = ", ".join(dict.fromkeys(what for what, _ in found))
+        places = tuple((span, f"{what} is not carried out yet") for what, span in found)
+        raise InvalidUse(f"this is checked, but cannot be carried out yet: {named}", found[0].span, places=places)
 
 
 def _of_plan(plan: Plan) -> Iterator[_Refused]:

@@ -50,7 +50,7 @@ class Behaviors:
         self._events = Events(expressions, self._scope)
         self._directives = Directives(expressions, self._events)
         self._timing = Timing(expressions, self._scope)
-        self._with_blocks = WithBlocks(expressions, self._scope)
+        self._with_blocks = WithBlocks(expressions, self._scope, self._events.labels)
 
     def elaborate(self) -> plan.Behavior | None:
         """The behavior; None if it is wrong, which is reported."""

@@ -9,6 +9,7 @@ from typing import assert_never
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.loader import Module, Sources
@@ -30,6 +31,7 @@ from seoro.lang.symbols import (
 from seoro.lang.types import UNKNOWN
 from seoro.lang.units import BASE_UNITS, Dimension, dimension, unit_text
 
+OVERRIDE = "override"  # the modifier that is part of the language (7.3.12.1.1)
 RESERVED_NAMESPACES = "std"  # what the names of the standard's own namespaces begin with
 _BehaviorDeclaration = ast.ScenarioDeclaration | ast.ActionDeclaration | ast.ModifierDeclaration
 _Extension = ast.EnumTypeExtension | ast.StructuredTypeExtension | ast.PrimitiveTypeExtension
@@ -238,6 +240,8 @@ def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
             else:
                 _report_actor(found, name.actor, program, bag)
                 continue
+        if kind is Kind.MODIFIER and actor is None and name.name.text == OVERRIDE:
+            bag.add(modifier_messages.OverrideDeclared(name.span))
         namespace = home.namespace_of(name.name)
         symbol = TypeSymbol(kind, name.name.text, namespace, home, declaration, name.span, actor)
         table = program.modifiers if kind is Kind.MODIFIER else program.behaviors

@@ -36,16 +36,17 @@ class Events:
     Args:
         expressions: For conditions and durations.
         scope: The scope, which has an owner.
+        labels: The labels of the owner, if they are known already.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels | None = None) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = scope
         assert scope.owner is not None
         self._owner = scope.owner
         self._declared = all_events(scope.owner)
-        self.labels = Labels(scope.owner, expressions)
+        self.labels = labels or Labels(scope.owner, expressions)
 
     # ------------------------------------------------------------ specifications
 
@@ -137,7 +138,8 @@ class Events:
         """An event of the type itself; None if there is none, which is reported."""
         found = self._member_of(self._owner, self._declared, name)
         if found is None and not self._is_open(self._owner):
-            self._bag.add(messages.UnknownEvent(name.span, name.text, self._known(self._owner, self._declared)))
+            known, is_label = self._known(self._owner, self._declared), name.text in self.labels
+            self._bag.add(messages.UnknownEvent(name.span, name.text, known, is_label=is_label))
         return found
 
     def _reference(self, path: ast.Expression) -> Referred | None:

@@ -8,6 +8,7 @@ from typing import assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
 from seoro.lang.check.targets import Target
 from seoro.lang.check.unsupported import head
@@ -24,12 +25,14 @@ class WithBlocks:
     Args:
         expressions: For expressions.
         scope: The scope of the scenario.
+        labels: Its labels.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = scope
+        self._labels = labels
         assert scope.owner is not None
         self._own = own_actor(scope.owner)
 
@@ -69,16 +72,16 @@ class WithBlocks:
         members = node.modifications.members if node.modifications is not None else ()
         if any(isinstance(member, ast.KeepConstraint) for member in members):
             return True
-        modifiers = {found.plan_name: found for found in self._expressions.program.modifiers.values()}
-        applied = [found for found in modifications if isinstance(found, plan.ModifierApplication)]
-        return any(modifiers[found.modifier].of is not None for found in applied)
+        applied = {found.modifier for found in modifications if isinstance(found, plan.ModifierApplication)}
+        declared = self._expressions.program.modifiers.values() if applied else ()
+        return any(modifier.plan_name in applied and modifier.of is not None for modifier in declared)
 
     def _elaborate(self, block: ast.WithBlock | None, it: Type | None, modified: Modified) -> Modifications:
         if block is None:
             return ()
         scope = replace(self._scope, it=it, is_it_bound=True)
-        events = Events(self._expressions, scope)
-        modifiers = Modifiers(self._expressions, scope, events.labels)
+        events = Events(self._expressions, scope, self._labels)
+        modifiers = Modifiers(self._expressions, scope, self._labels)
         found: list[plan.Modification | None] = []
         for member in block.members:
             match member:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
+from seoro.lang.check.declare import OVERRIDE
 from seoro.lang.check.expressions import Expressions, Scope
 from seoro.lang.check.labels import Labels, WrongLabel, names_of
 from seoro.lang.diagnostics import behaviors as behavior_messages
@@ -15,7 +16,6 @@ from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, all_me
 from seoro.lang.types import Structured, is_known
 
 _Arguments = tuple[tuple[str, plan.Expression], ...]
-OVERRIDE = "override"  # the modifier that is part of the language (7.3.12.1.1)
 
 
 class Actor(NamedTuple):
@@ -66,7 +66,7 @@ class Modifiers:
         """An application; None if it is wrong, which is reported."""
         call = node.invocation
         match call.function:
-            case ast.NameExpression(ast.Name(text="override", namespace=None)):
+            case ast.NameExpression(name) if name.namespace is None and name.text == OVERRIDE:
                 return self._override(call)
             case ast.NameExpression(name):
                 found = self._unprefixed(name, modified)

@@ -13,7 +13,7 @@ from seoro.lang.check.expressions import Expressions, scope_of
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
 from seoro.lang.diagnostics import names
-from seoro.lang.symbols import EventSymbol, Home, Kind, Program, TypeSymbol, all_events, has_phases, lineage
+from seoro.lang.symbols import EventSymbol, Kind, Program, TypeSymbol, all_events, has_phases, lineage
 
 
 class Reactions:
@@ -35,7 +35,8 @@ class Reactions:
         for symbol in structured:
             for event in symbol.events.values():
                 if event.specification is not None and not event.parameters:
-                    found = self._events(symbol, event.home).specification(event.specification)
+                    scope = scope_of(symbol, event.home)
+                    found = Events(self._expressions, scope).specification(event.specification)
                     if found is not None:
                         self._specifications[event] = found
             self._elaborate_members(symbol)
@@ -55,22 +56,20 @@ class Reactions:
         """The modifiers that are members of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._modifiers[type_])
 
-    def _events(self, symbol: TypeSymbol, home: Home) -> Events:
-        return Events(self._expressions, scope_of(symbol, home))
-
     def _elaborate_members(self, symbol: TypeSymbol) -> None:
         """The `on` directives and modifiers of a type itself and of its extensions."""
         on = self._on[symbol] = []
         applied = self._modifiers[symbol] = []
-        modified = _modified(symbol)
+        modified, labels = _modified(symbol), Labels(symbol, self._expressions)
         for part in symbol.parts:
             for member in part.members:
                 if isinstance(member, ast.OnDirective) and has_phases(symbol):
-                    directive = Directives(self._expressions, self._events(symbol, part.home)).on(member)
+                    events = Events(self._expressions, scope_of(symbol, part.home), labels)
+                    directive = Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
                 elif isinstance(member, ast.ModifierApplication):
-                    scope, labels = scope_of(symbol, part.home), Labels(symbol, self._expressions)
-                    application = Modifiers(self._expressions, scope, labels).apply(member, modified)
+                    modifiers = Modifiers(self._expressions, scope_of(symbol, part.home), labels)
+                    application = modifiers.apply(member, modified)
                     applied += [application] if application is not None else []
 
     # ------------------------------------------------------------ circles

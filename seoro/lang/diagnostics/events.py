@@ -14,6 +14,7 @@ class UnknownEvent(Frozen):
     Args:
         owner: What has no such event; empty for what is around.
         is_phase: Whether it is one of those that scenarios have.
+        is_label: Whether it is a label.
     """
 
     span: Span
@@ -21,12 +22,15 @@ class UnknownEvent(Frozen):
     candidates: tuple[str, ...]
     owner: str = ""
     is_phase: bool = False
+    is_label: bool = False
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
         text = f"`{self.owner}` has no event `{self.name}`" if self.owner else f"unknown event `{self.name}`"
         hint = near(self.name, self.candidates)
-        if self.is_phase:
+        if self.is_label:
+            hint = f"`{self.name}` is a label: write `@{self.name}.end` or `@{self.name}.start`"
+        elif self.is_phase:
             hint = "`start`, `end` and `fail` are events of scenarios, actions and labels"
         elif not hint and self.owner:
             hint = f"it has {listing(self.candidates)}" if self.candidates else "it has no events"

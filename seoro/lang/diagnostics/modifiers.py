@@ -1,4 +1,4 @@
-"""Messages of modifiers and their application (E0460 to E0472)."""
+"""Messages of modifiers and their application (E0460 to E0470)."""
 
 from __future__ import annotations
 
@@ -126,6 +126,18 @@ class OverrideOfItself(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         return error("E0468", self.span, f"`{self.label}` cannot override itself")
+
+
+class OverrideDeclared(Frozen):
+    """A declaration of the modifier that is part of the language, which would always be meant instead."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0470", self.span, "the modifier `override` is part of the language", help="choose another name"
+        )
 
 
 class MisplacedMember(Frozen):
