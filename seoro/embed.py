@@ -28,7 +28,9 @@ from seoro.background import background
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, ParameterTrait, check, lower
 from seoro.lang.frontend import load as load_sources
+from seoro.lang.loader import Reader, read_file
 from seoro.lang.lower.entry import find_entry
+from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
 from seoro.runtime.actions import Implementation, implementations, takes_anything
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
@@ -58,20 +60,24 @@ class Scenario:
     implementations: Mapping[str, Implementation]
 
 
-def check_file(path: str | Path, *, strict: bool = False) -> Scenario:
+def check_file(
+    path: str | Path, *, strict: bool = False, read: Reader = read_file, recorder: Recorder | None = None
+) -> Scenario:
     """Parse and check a file; errors in its text stand in `.checked.diagnostics`.
 
     Args:
         path: The file.
         strict: Report the use of extensions to the standard, too.
+        read: Gives the texts of files.
+        recorder: Is told what names mean and of what types values are.
     """
-    sources = load_sources(Path(path), str(path))
+    sources = load_sources(Path(path), str(path), read)
     found = implementations(modules_of(sources.libraries))
     traits = {
         name: dict.fromkeys(takes_anything(implementation.function), ParameterTrait.ANY)
         for name, implementation in found.items()
     }
-    return Scenario(check(sources, traits, strict), found)
+    return Scenario(check(sources, traits, strict, recorder), found)
 
 
 def load(path: str | Path) -> Scenario:

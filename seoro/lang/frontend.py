@@ -7,9 +7,10 @@ from pathlib import Path
 
 from seoro.lang import loader
 from seoro.lang.check.checker import Checked, run_checks
-from seoro.lang.loader import Sources
+from seoro.lang.loader import Reader, Sources, read_file
 from seoro.lang.lower.lower import lower_scenario
 from seoro.lang.plan import Plan
+from seoro.lang.recorder import Recorder
 from seoro.lang.traits import ParameterTrait
 
 __all__ = ["Checked", "ParameterTrait", "Sources", "check", "load", "lower"]
@@ -18,7 +19,7 @@ _NOTHING: Mapping[str, Mapping[str, ParameterTrait]] = {}
 _NO_OVERRIDES: Mapping[str, str] = {}
 
 
-def load(path: Path, name: str | None = None) -> Sources:
+def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sources:
     """Read and parse a scenario file and all it imports.
 
     Faults in the texts do not raise: they stand in the `diagnostics` of what is returned.
@@ -26,12 +27,16 @@ def load(path: Path, name: str | None = None) -> Sources:
     Args:
         path: The file.
         name: How to call it in messages; as it was given unless said otherwise.
+        read: Gives the texts of files.
     """
-    return loader.load(path, name)
+    return loader.load(path, name, read)
 
 
 def check(
-    sources: Sources, traits: Mapping[str, Mapping[str, ParameterTrait]] = _NOTHING, strict: bool = False
+    sources: Sources,
+    traits: Mapping[str, Mapping[str, ParameterTrait]] = _NOTHING,
+    strict: bool = False,
+    recorder: Recorder | None = None,
 ) -> Checked:
     """Check a loaded scenario; what is wrong stands in the `diagnostics` of what is returned.
 
@@ -40,8 +45,9 @@ def check(
         traits: What the Python implementations of actions take, by qualified action name and parameter, where
             it is not a value of the declared type.
         strict: Whether to warn of extensions to the standard.
+        recorder: Is told what names mean and of what types values are.
     """
-    return run_checks(sources, traits, strict)
+    return run_checks(sources, traits, strict, recorder)
 
 
 def lower(checked: Checked, scenario: str | None = None, overrides: Mapping[str, str] = _NO_OVERRIDES) -> Plan:

@@ -7,9 +7,10 @@ Each file is read once, at its first place in a depth-first walk; files may impo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
@@ -32,6 +33,33 @@ _STANDARD: Mapping[str, tuple[str, frozenset[str]]] = {
     "osc.standard.all": ("standard.osc", frozenset()),
     "osc.standard.types": ("types.osc", frozenset()),
 }  # the modules whose file has another name, with the namespaces that they put in use
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """Why a file could not be read."""
+
+    reason: str
+
+
+def read_file(path: Path) -> str | Unreadable:
+    """The text of a file on disk."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_FILE_SIZE + 1)
+    except OSError as fault:
+        return Unreadable(fault.strerror or str(fault))
+    except ValueError as fault:  # a NUL in the path
+        return Unreadable(str(fault))
+    if len(data) > MAX_FILE_SIZE:
+        return Unreadable(f"it is larger than {MAX_FILE_SIZE // 2**20} MiB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        return Unreadable(f"it is not UTF-8 (byte {fault.start})")
+
+
+Reader: TypeAlias = Callable[[Path], str | Unreadable]
 
 
 @dataclass(frozen=True)
@@ -72,6 +100,7 @@ class Sources:
 class _Loading:
     """The state of one walk over the imports."""
 
+    read: Reader
     bag: Bag = field(default_factory=Bag)
     seen: set[Path] = field(default_factory=set)
     modules: list[Module] = field(default_factory=list)
@@ -85,16 +114,17 @@ class _Loading:
         self.bag.add(message)
 
 
-def load(path: Path, name: str | None = None) -> Sources:
+def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sources:
     """Read a scenario file and all it imports; faults stand in the diagnostics.
 
     Args:
         path: The file.
         name: How to call it in messages; as it was given unless said otherwise.
+        read: Gives the texts of files.
     """
-    loading = _Loading()
+    loading = _Loading(read)
     shown = name or str(path)
-    text = _read(path)
+    text = read(path)
     if isinstance(text, str):
         file = SourceFile(shown, text, path)
     else:
@@ -116,7 +146,7 @@ def read_source(path: Path) -> SourceFile:
     Raises:
         InvalidScenario: It cannot be read.
     """
-    text = _read(path)
+    text = read_file(path)
     if isinstance(text, str):
         return SourceFile(str(path), text, path)
     fault = syntax.UnreadableFile(Span(SourceFile(str(path), "", path), 0, 0), str(path), text.reason)
@@ -163,21 +193,16 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
     name = ".".join(statement.path)
     if name in loading.libraries:
         return None
-    own = own_libraries()
-    path: Path | None = own.get(name)
+    path = find_library(name)
     uses = _STANDARD[name][1] if name in _STANDARD else frozenset[str]()
     if path is None:
-        installed = _installed_libraries()
-        if name not in installed:
-            known = tuple(sorted({*own, *installed}))
-            loading.miss(imports.UnknownModule(statement.span, name, known))
-            return None
-        path = installed[name]
+        loading.miss(imports.UnknownModule(statement.span, name, libraries()))
+        return None
     loading.uses |= uses
     loading.libraries.setdefault(name)
     if path.resolve() in loading.seen:
         return None
-    text = _read(path)
+    text = loading.read(path)
     if not isinstance(text, str):
         loading.miss(imports.MissingFile(statement.span, name, text.reason))
         return None
@@ -188,13 +213,18 @@ def _find_file(
     loading: _Loading, statement: ast.ImportUri, where: Path, importer: Module
 ) -> tuple[SourceFile, Path, str | None] | None:
     """The file of a URI, relative to the importing file, unless it was read already or there is none."""
-    path = _path_of(loading, statement)
+    if len(statement.uri) > MAX_PATH:
+        reason = f"it is longer than {MAX_PATH} characters"
+        loading.miss(imports.MissingFile(statement.span, statement.uri, reason))
+        return None
+    path = path_of(statement.uri)
     if path is None:
+        loading.miss(imports.UnknownScheme(statement.span, statement.uri.partition(":")[0]))
         return None
     full = where.parent / path
     if full.resolve() in loading.seen:
         return None
-    text = _read(full)
+    text = loading.read(full)
     if not isinstance(text, str):
         loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason))
         return None
@@ -202,19 +232,27 @@ def _find_file(
     return SourceFile(shown, text, full), full, importer.library
 
 
-def _path_of(loading: _Loading, statement: ast.ImportUri) -> Path | None:
-    """The path that a URI names; without a scheme it is one itself."""
-    if len(statement.uri) > MAX_PATH:
-        reason = f"it is longer than {MAX_PATH} characters"
-        loading.miss(imports.MissingFile(statement.span, statement.uri, reason))
+def path_of(uri: str) -> Path | None:
+    """The path that a URI names; without a scheme it is one itself. None if the scheme is not that of files."""
+    try:
+        parts = urlsplit(uri)
+    except ValueError:  # a host in brackets that is none
         return None
-    parts = urlsplit(statement.uri)
     if len(parts.scheme) <= 1:  # none, or a drive
-        return Path(statement.uri)
+        return Path(uri)
     if parts.scheme != "file" or parts.netloc not in {"", "localhost"}:
-        loading.miss(imports.UnknownScheme(statement.span, parts.scheme))
         return None
     return Path(unquote(parts.path))
+
+
+def find_library(name: str) -> Path | None:
+    """The file of a library, by the name of its module; seoro's own go first."""
+    return own_libraries().get(name) or _installed_libraries().get(name)
+
+
+def libraries() -> tuple[str, ...]:
+    """The modules of all libraries."""
+    return tuple(sorted({*own_libraries(), *_installed_libraries()}))
 
 
 def own_libraries() -> dict[str, Path]:
@@ -238,27 +276,3 @@ def _installed_libraries() -> dict[str, Path]:
             continue
         found[f"osc.{point.name}"] = Path(spec.origin).parent / f"{point.name}.osc"
     return found
-
-
-@dataclass(frozen=True)
-class _Unreadable:
-    """Why a file could not be read."""
-
-    reason: str
-
-
-def _read(path: Path) -> str | _Unreadable:
-    """The text of a file."""
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_FILE_SIZE + 1)
-    except OSError as fault:
-        return _Unreadable(fault.strerror or str(fault))
-    except ValueError as fault:  # a NUL in the path
-        return _Unreadable(str(fault))
-    if len(data) > MAX_FILE_SIZE:
-        return _Unreadable(f"it is larger than {MAX_FILE_SIZE // 2**20} MiB")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as fault:
-        return _Unreadable(f"it is not UTF-8 (byte {fault.start})")

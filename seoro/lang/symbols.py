@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from seoro.lang import ast, plan
+from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
 from seoro.lang.types import Type
 from seoro.lang.units import Dimension
@@ -289,10 +290,12 @@ class Program:
     Args:
         nowhere: The beginning of the entry file, for what has no place of its own.
         is_lenient: Names may be missing because of what could not be read; they are not reported.
+        recorder: Is told what names mean; None unless an editor asks.
     """
 
     nowhere: Span
     is_lenient: bool = False
+    recorder: Recorder | None = None
     types: dict[tuple[str, str], Declaration] = field(default_factory=dict)
     behaviors: TypeTable = field(default_factory=dict)
     modifiers: TypeTable = field(default_factory=dict)

@@ -106,3 +106,18 @@ def test_an_installed_package_can_bring_a_library(tmp_path: Path, monkeypatch: p
     plan = frontend.lower(frontend.check(sources))
     assert plan.actions["lift.go"].library == "osc.lifts"
     assert "lifts_for_seoro" not in sys.modules
+
+
+def test_a_uri_that_is_none_is_reported(tmp_path: Path) -> None:
+    loaded = frontend.load(write(tmp_path, main='import "http://[x"\n'))
+    assert [found.code for found in loaded.diagnostics] == ["E0203"]
+
+
+def test_texts_may_come_from_elsewhere(tmp_path: Path) -> None:
+    texts = {tmp_path / "main.osc": 'import "a.osc"\n', tmp_path / "a.osc": "struct x\n"}
+    assert [
+        module.file.text for module in frontend.load(tmp_path / "main.osc", read=texts.__getitem__).modules
+    ] == [
+        "struct x\n",
+        'import "a.osc"\n',
+    ]

@@ -22,6 +22,7 @@ from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.loader import Sources
+from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields, do_directive
 
@@ -56,10 +57,10 @@ class Checked:
         return tuple(found for found in self.diagnostics if found.severity is Severity.ERROR)
 
 
-def run_checks(sources: Sources, traits: Traits, strict: bool) -> Checked:
+def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorder | None = None) -> Checked:
     """Check a loaded scenario; where texts could not be read whole, names that are missing are not reported."""
     bag = Bag()
-    program = Program(Span(sources.entry.file, 0, 0), is_lenient=bool(sources.diagnostics))
+    program = Program(Span(sources.entry.file, 0, 0), bool(sources.diagnostics), recorder)
     expressions = Expressions(program, bag, strict)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     reactions = Reactions(expressions)

@@ -28,6 +28,7 @@ from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
     EnumSymbol,
@@ -140,7 +141,10 @@ class Expressions:
             return nothing(node.span)
         self._depth += 1
         try:
-            return self._value(node, scope, expected)
+            found = self._value(node, scope, expected)
+            if self.program.recorder is not None:
+                self.program.recorder.value(node.span, found.type)
+            return found
         finally:
             self._depth -= 1
 
@@ -204,6 +208,8 @@ class Expressions:
             if not self.program.is_lenient:
                 self.bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self.program.units)))
             return nothing(node.span)
+        if self.program.recorder is not None:
+            self.program.recorder.name(node.unit.span, unit)
         if unit.dimension is None:
             return nothing(node.span)
         value = to_si(node.value, unit.factor, unit.offset)
@@ -223,6 +229,8 @@ class Expressions:
 
     def _member(self, enum: EnumSymbol, member: str, span: Span) -> Typed:
         if member in enum.members:
+            if self.program.recorder is not None:
+                self.program.recorder.name(span, EnumMember(enum, member))
             return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
         if not self.program.is_lenient:
             self.bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))

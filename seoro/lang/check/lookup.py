@@ -67,7 +67,7 @@ class Lookup:
         """The parameter that the name of an argument means, which needs no prefix if it is the only one."""
         found = [member for member in members.values() if member.text == name.text]
         if name.namespace is None and len(found) == 1:
-            return found[0]
+            return self._note(name, found[0])
         return self.member(space, members, name)
 
     def enumerations(self, space: Space, name: ast.Name) -> list[EnumSymbol]:
@@ -117,8 +117,14 @@ class Lookup:
             if len(found) > 1:
                 self._bag.add(names.AmbiguousName(name.span, name.text, tuple(found)))
             if found:
-                return next(iter(found.values()))
+                return self._note(name, next(iter(found.values())))
         return None
+
+    def _note(self, name: ast.Name, found: T) -> T:
+        """Tell the recorder, if there is one."""
+        if self._program.recorder is not None:
+            self._program.recorder.name(name.span, found)
+        return found
 
     def _of_actor(
         self, table: TypeTable, space: Space, actor: TypeSymbol | None, name: ast.Name
