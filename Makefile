@@ -18,16 +18,16 @@ $(BIN)/python:
 		|| { echo "Python's venv module is missing; on Debian: apt-get install python3-venv" >&2; rm -rf $(VENV); exit 1; }
 
 $(VENV)/.user: pyproject.toml constraints.txt | $(BIN)/python
-	@echo "installing seoro with the MuJoCo simulator into $(VENV)"
-	@$(INSTALL) --editable '.[mujoco]'
+	@echo "installing seoro with the MuJoCo simulator and the language server into $(VENV)"
+	@$(INSTALL) --editable '.[mujoco,lsp]'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "installing seoro with what its tests need into $(VENV)"
-	@$(INSTALL) --editable '.[mujoco,dev]'
+	@$(INSTALL) --editable '.[mujoco,lsp,dev]'
 	@touch $@ $(VENV)/.user
 
-install: $(VENV)/.user  ## set up .venv with seoro and the MuJoCo simulator
+install: $(VENV)/.user  ## set up .venv with seoro, the MuJoCo simulator and the language server
 
 demo: $(VENV)/.user  ## run the obstacle scenario in MuJoCo; pictures and results go to out/
 	@$(BIN)/seoro exec scenarios/navigation/obstacle.osc --sim mujoco --rate max -o out/
@@ -57,6 +57,7 @@ editors:  ## install what the tests of the grammar for editors need, with Node.j
 
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py
+	@$(BIN)/python benchmarks/editor.py
 
 clean:  ## remove .venv, caches and results
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis

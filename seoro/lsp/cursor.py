@@ -1,0 +1,204 @@
+"""What stands before the cursor, in a text that is being written.
+
+Such a text is seldom right, so nothing here needs a tree: the tokens of the declaration around the cursor are cut
+into lines, and blocks are told by indentation alone. The unfinished word at the cursor is made a token by one
+letter that is put behind it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+
+from seoro.lang.diagnostic import Bag
+from seoro.lang.expected import explain
+from seoro.lang.lexer import Lexer, Number, Token
+from seoro.lang.source import SourceFile
+
+MARK = "_"  # makes a word, or a unit, of what stands before the cursor
+_OUTERMOST = re.compile(
+    r"^(?:import|namespace|export|type|unit|enum|struct|actor|action|scenario|modifier|extend|global)\b",
+    re.MULTILINE,
+)
+_NAMES = frozenset({"NAME", "PREFIXED"})
+_OPENING = {"RPAR": "LPAR", "RSQB": "LSQB"}
+_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
+
+
+@dataclass(frozen=True)
+class Line:
+    """A logical line.
+
+    Args:
+        column: Of its first character, from 0.
+        tokens: Its tokens.
+    """
+
+    column: int
+    tokens: tuple[Token, ...]
+
+    def word(self, index: int) -> str:
+        """The text of a name or an operator; empty if it is something else."""
+        if not -len(self.tokens) <= index < len(self.tokens):
+            return ""
+        value = self.tokens[index].value
+        return value if isinstance(value, str) and self.tokens[index].kind != "STRING_LITERAL" else ""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The texts of its names and operators."""
+        return tuple(self.word(index) for index in range(len(self.tokens)))
+
+
+@dataclass(frozen=True)
+class Open:
+    """A bracket that is open at the cursor.
+
+    Args:
+        index: Of its token in the cursor's line.
+        is_call: Whether something is applied to what stands in it; else it is a list or a group.
+    """
+
+    index: int
+    is_call: bool
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """A place in a text that is being written.
+
+    Args:
+        file: The text before the cursor, and the letter behind it.
+        line: The cursor's logical line, up to the word that it is in or behind of.
+        parents: The lines that open the blocks around it, innermost first.
+        word: What of that word, or unit, stands before the cursor.
+        number: The number that the word is a unit of.
+    """
+
+    file: SourceFile
+    line: Line
+    parents: tuple[Line, ...]
+    word: str
+    number: Number | None
+
+    @property
+    def start(self) -> int:
+        """Offset of the start of the word."""
+        return len(self.file.text) - len(MARK) - len(self.word)
+
+    @cached_property
+    def brackets(self) -> tuple[Open, ...]:
+        """The brackets that are open, outermost first."""
+        found: list[Open] = []
+        for index, token in enumerate(self.line.tokens):
+            if token.kind in {"LPAR", "LSQB"}:
+                before = self.line.tokens[index - 1].kind if index else ""
+                found.append(Open(index, token.kind == "LPAR" and before in _NAMES))
+            elif token.kind in {"RPAR", "RSQB"} and found:
+                found.pop()
+        return tuple(found)
+
+    def receiver(self, end: int) -> int:
+        """The index of the first token of `a.b(c)[d]`, of which the last one is before `end`; `end` if none is."""
+        tokens = self.line.tokens
+        index = end
+        while index > 0:
+            token = tokens[index - 1]
+            if token.kind in _OPENING:
+                opened = self._opening(index - 1)
+                if opened is None:
+                    break
+                index = opened
+                if tokens[index - 1].kind in _NAMES and index > 0:
+                    index -= 1
+            elif token.kind in _NAMES or token.kind in {"PHYSICAL_LITERAL", "STRING_LITERAL", "INTEGER_LITERAL"}:
+                index -= 1
+            else:
+                break
+            if index == 0 or tokens[index - 1].kind != "DOT":
+                return index
+            index -= 1
+        return index if index < end else end
+
+    def _opening(self, index: int) -> int | None:
+        """The index of the bracket that a closing one belongs to."""
+        depth = 0
+        for earlier in range(index, -1, -1):
+            kind = self.line.tokens[earlier].kind
+            depth += (kind in _OPENING) - (kind in _OPENING.values())
+            if depth == 0:
+                return earlier
+        return None
+
+    def text(self, first: int, end: int) -> str:
+        """The text of some tokens of the line."""
+        tokens = self.line.tokens[first:end]
+        return self.file.text[tokens[0].start : tokens[-1].end] if tokens else ""
+
+
+def read_cursor(text: str, offset: int) -> Cursor | None:
+    """What stands before an offset; None within comments and strings, and where no word can be."""
+    file = SourceFile("cursor", text[:offset] + MARK)
+    start = 0
+    for found in _OUTERMOST.finditer(text, 0, offset):
+        start = found.start()
+    lines = _lines(file, Lexer(file, Bag()).tokens(start))
+    if not lines:
+        return None
+    line = lines.pop()
+    last = line.tokens[-1]
+    if last.end != len(file.text) or last.kind not in {*_NAMES, "PHYSICAL_LITERAL"}:
+        return None
+    number = last.value if isinstance(last.value, Number) else None
+    word = (number.unit or "") if number is not None else file.text[last.start : last.end]
+    return Cursor(file, line, _parents(lines, line.column), word.removesuffix(MARK), number)
+
+
+def _lines(file: SourceFile, tokens: list[Token]) -> list[Line]:
+    """The logical lines; a line that begins like a statement ends the one before it, for all its open brackets."""
+    lines: list[Line] = []
+    current: list[Token] = []
+    depth = 0
+    is_lost = False  # the lexer still believes in a bracket that was given up, and sees no line ends any more
+    for index, token in enumerate(tokens):
+        is_end = token.kind in {"_NEWLINE", "$END"}
+        if current and not is_end and _is_first(file, token):
+            is_cut = depth > 0 and _begins_statement(tokens, index)
+            is_lost = is_lost or is_cut
+            is_end = is_cut or (is_lost and depth == 0)
+        if is_end and current:
+            lines.append(Line(_column(file, current[0]), tuple(current)))
+            current, depth = [], 0
+        if token.kind not in _LAYOUT:
+            depth = max(0, depth + (token.kind in _OPENING.values()) - (token.kind in _OPENING))
+            current.append(token)
+    return lines
+
+
+def _is_first(file: SourceFile, token: Token) -> bool:
+    """Whether a token is the first one of its line."""
+    start = max(file.text.rfind("\n", 0, token.start), file.text.rfind("\r", 0, token.start)) + 1
+    return not file.text[start : token.start].strip()
+
+
+def _begins_statement(tokens: list[Token], index: int) -> bool:
+    """Whether a word at the start of a line can only be that of a statement."""
+    word, behind = tokens[index].value, tokens[index + 1]
+    if tokens[index].kind != "NAME" or not explain(word):
+        return False
+    return behind.kind in {"NAME", "AT", "PREFIXED"} or word in {"serial", "parallel", "one_of"}
+
+
+def _column(file: SourceFile, token: Token) -> int:
+    return file.position(token.start)[1] - 1
+
+
+def _parents(lines: list[Line], column: int) -> tuple[Line, ...]:
+    """The lines that open the blocks around a column, innermost first; a declaration may lack its colon."""
+    found: list[Line] = []
+    for line in reversed(lines):
+        if line.column < column and (line.tokens[-1].kind == "COLON" or line.column == 0):
+            found.append(line)
+            column = line.column
+    return tuple(found)

@@ -1,0 +1,193 @@
+"""Declarations and types in words and in Markdown."""
+
+from __future__ import annotations
+
+import re
+from typing import assert_never
+
+from seoro.lang.check.plan_types import type_name
+from seoro.lang.recorder import EnumMember
+from seoro.lang.source import SourceFile, Span
+from seoro.lang.symbols import (
+    EnumSymbol,
+    EventSymbol,
+    FieldSymbol,
+    Kind,
+    MethodSymbol,
+    Program,
+    QuantitySymbol,
+    TypeSymbol,
+    UnitSymbol,
+    all_fields,
+)
+from seoro.lang.types import ListOf, Quantity, RangeOf, Type
+from seoro.lang.units import unit_text
+from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence, definition
+
+LANGUAGE = "osc"  # of code blocks
+MAX_LINES = 40  # of a declaration that is shown
+_INVOKED = frozenset({Kind.SCENARIO, Kind.ACTION, Kind.MODIFIER})
+_FENCE = re.compile(r"`{3,}")
+
+
+def type_text(type_: Type, program: Program) -> str:
+    """A type as it is written in the language, where it has a name."""
+    return type_name(type_, program).strip("`")
+
+
+def unit_of(type_: Type) -> str:
+    """The SI unit of physical values, or of the members of a list or range of them; empty for others."""
+    match type_:
+        case Quantity(dimension):
+            return unit_text(dimension)
+        case ListOf(element) | RangeOf(element):
+            return unit_of(element)
+        case _:
+            return ""
+
+
+def typed(type_: Type, program: Program) -> str:
+    """A type with its SI unit, in Markdown."""
+    unit = unit_of(type_)
+    name = type_name(type_, program)
+    return f"{name} [{unit}]" if unit and unit not in name else name
+
+
+def parameter_text(parameter: FieldSymbol, program: Program) -> str:
+    """A parameter with its type and its default, as it would be declared."""
+    default = f" = {_one_line(parameter.default.span.text)}" if parameter.default is not None else ""
+    return f"{parameter.text}: {type_text(parameter.type, program)}{default}"
+
+
+def signature(meaning: TypeSymbol | MethodSymbol | EventSymbol, program: Program) -> str:
+    """What takes arguments, with its parameters, on one line."""
+    parameters = parameters_of(meaning)
+    text = ", ".join(parameter_text(parameter, program) for parameter in parameters.values())
+    match meaning:
+        case MethodSymbol(text=name, result=result):
+            arrow = f" -> {type_text(result, program)}" if result is not None else ""
+            return f"{name}({text}){arrow}"
+        case EventSymbol(text=name):
+            return f"{name}({text})" if text else name
+        case TypeSymbol():
+            return f"{meaning.qualified_name}({text})"
+
+
+def parameters_of(meaning: TypeSymbol | MethodSymbol | EventSymbol) -> dict[str, FieldSymbol]:
+    """What can be given as arguments."""
+    return all_fields(meaning) if isinstance(meaning, TypeSymbol) else meaning.parameters
+
+
+def declaration(meaning: Meaning, program: Program) -> str:
+    """The declaration, shortened to what matters at its uses."""
+    match meaning:
+        case TypeSymbol():
+            lines = [_line(Span(meaning.span.file, meaning.declaration.span.start, meaning.span.end))]
+            fields = [f"    {parameter_text(field, program)}" for field in all_fields(meaning).values()]
+            lines[0] += ":" if fields else ""
+            lines += fields[:MAX_LINES]
+            lines += ["    ..."] if len(fields) > MAX_LINES else []
+            return "\n".join(lines)
+        case EnumMember(enum, text):
+            return f"{enum.name}!{text} = {enum.members[text]}"
+        case EnumSymbol():
+            return f"enum {meaning.name}: [{', '.join(meaning.members)}]"
+        case MethodSymbol():
+            return f"def {signature(meaning, program)}"
+        case EventSymbol():
+            return f"event {signature(meaning, program)}"
+        case FieldSymbol():
+            return parameter_text(meaning, program)
+        case Label(span=span):
+            return _line(span)
+        case Occurrence():
+            return f"as {meaning.text}"
+        case ImportedFile(path, library):
+            return f"import {library}" if library is not None else f'import "{path.name}"'
+        case QuantitySymbol() | UnitSymbol():
+            return _line(meaning.span)
+        case _:
+            assert_never(meaning)
+
+
+def kind(meaning: Meaning, program: Program) -> str:
+    """What it is, in Markdown: its kind, its type, and whose it is."""
+    match meaning:
+        case TypeSymbol():
+            base = f", inherits `{meaning.base.qualified_name}`" if meaning.base is not None else ""
+            return f"{meaning.kind.value}{base}"
+        case EnumMember(enum):
+            return f"member of `{enum.name}`"
+        case EnumSymbol():
+            return "enumeration"
+        case MethodSymbol(owner=owner, receiver=receiver):
+            return f"method of {_of(owner) or typed(receiver, program)}"
+        case EventSymbol(owner=owner):
+            return f"event of {_of(owner)}"
+        case FieldSymbol():
+            return f"{_field_kind(meaning)}: {typed(meaning.type, program)}"
+        case Label():
+            return "label"
+        case Occurrence():
+            return "occurrence of an event"
+        case ImportedFile():
+            return "library" if meaning.library is not None else "file"
+        case QuantitySymbol(dimension=dimension):
+            return f"physical type, in {unit_text(dimension)}"
+        case UnitSymbol():
+            return _unit_kind(meaning, program)
+        case _:
+            assert_never(meaning)
+
+
+def _field_kind(field: FieldSymbol) -> str:
+    owner = field.owner
+    if owner is None:
+        return "global parameter" if field.name.startswith("global ") else "parameter"
+    if owner.fields.get(field.name) is not field:  # it belongs to an event or a method of the type
+        return "parameter"
+    return f"{'parameter' if owner.kind in _INVOKED else 'field'} of {_of(owner)}"
+
+
+def _unit_kind(unit: UnitSymbol, program: Program) -> str:
+    if unit.dimension is None:
+        return "unit"
+    quantity = program.quantities.get(unit.dimension)
+    of = f" of `{quantity}`" if quantity is not None else ""
+    offset = f" + {unit.offset:g}" if unit.offset else ""
+    return f"unit{of}: 1 {unit.name} = {unit.factor:g}{offset} {unit_text(unit.dimension)}"
+
+
+def _of(owner: TypeSymbol | None) -> str:
+    return f"{owner.kind.value} `{owner.qualified_name}`" if owner is not None else ""
+
+
+def comment(meaning: Meaning) -> str:
+    """The `#` lines right above a declaration."""
+    span = meaning.declaration.span if isinstance(meaning, TypeSymbol) else definition(meaning)
+    return _comment_above(span.file, span.line) if span is not None else ""
+
+
+def _comment_above(file: SourceFile, line: int) -> str:
+    found: list[str] = []
+    for number in range(line - 1, 0, -1):
+        text = file.line(number).strip()
+        if not text.startswith("#"):
+            break
+        found.append(text.lstrip("#").removeprefix(" "))
+    return "\n".join(reversed(found))
+
+
+def code(text: str) -> str:
+    """A code block."""
+    fence = max((found.group() for found in _FENCE.finditer(text)), key=len, default="``") + "`"
+    return f"{fence}{LANGUAGE}\n{text}\n{fence}"
+
+
+def _line(span: Span) -> str:
+    """The line on which a span begins, without the colon of a block that it opens."""
+    return span.file.line(span.line).strip().removesuffix(":")
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

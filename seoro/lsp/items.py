@@ -1,0 +1,234 @@
+"""What can be offered for completion, by sort."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from lsprotocol.types import CompletionItemKind as Sort
+
+from seoro.lang import plan
+from seoro.lang.check.builtins import Builtins
+from seoro.lang.loader import libraries
+from seoro.lang.symbols import (
+    Declaration,
+    EnumSymbol,
+    EventSymbol,
+    FieldSymbol,
+    Kind,
+    MethodSymbol,
+    Program,
+    QuantitySymbol,
+    TypeSymbol,
+    all_events,
+    all_fields,
+    all_methods,
+    lineage,
+)
+from seoro.lang.types import (
+    BOOL,
+    PRIMITIVES,
+    Enumeration,
+    EventObject,
+    Primitive,
+    Structured,
+    Type,
+    is_number,
+    quantity,
+)
+from seoro.lang.units import unit_text
+from seoro.lsp.describe import comment, parameter_text, signature, type_text
+from seoro.lsp.surroundings import Surroundings
+
+FIRST, SOON, LATER, LAST = range(4)  # how likely something is meant
+_SORTS = {
+    Kind.STRUCT: Sort.Struct,
+    Kind.ACTOR: Sort.Class,
+    Kind.SCENARIO: Sort.Function,
+    Kind.ACTION: Sort.Function,
+    Kind.MODIFIER: Sort.Operator,
+}
+
+
+@dataclass(frozen=True)
+class Item:
+    """Something that may be meant.
+
+    Args:
+        label: What is shown, and inserted unless `insert` says otherwise.
+        sort: Of what sort it is.
+        detail: Its type, or its declaration.
+        documentation: What its author says of it.
+        insert: What is inserted.
+        rank: How likely it is meant.
+    """
+
+    label: str
+    sort: Sort
+    detail: str = ""
+    documentation: str = ""
+    insert: str | None = None
+    rank: int = SOON
+
+
+def keywords(words: Iterable[str], rank: int = LATER) -> Iterator[Item]:
+    """Words of the language."""
+    return (Item(word, Sort.Keyword, rank=rank) for word in words)
+
+
+def modules(typed: str) -> Iterator[Item]:
+    """Libraries whose names begin with what was typed up to a dot."""
+    return (Item(name, Sort.Module, "library") for name in libraries() if name.startswith(typed))
+
+
+def units(program: Program, expected: Type | None) -> Iterator[Item]:
+    """All units; those of the type that is needed first."""
+    for unit in program.units.values():
+        if unit.dimension is not None:
+            name = program.quantities.get(unit.dimension, unit_text(unit.dimension))
+            offset = f" + {unit.offset:g}" if unit.offset else ""
+            detail = f"{name}: {unit.factor:g}{offset} {unit_text(unit.dimension)}"
+            rank = FIRST if quantity(unit.dimension) == expected else LATER
+            yield Item(unit.name, Sort.Unit, detail, rank=rank)
+
+
+def field(symbol: FieldSymbol, program: Program, rank: int = SOON, insert: str | None = None) -> Item:
+    """A field, or a parameter."""
+    detail = parameter_text(symbol, program).partition(": ")[2]
+    return Item(symbol.text, Sort.Field, detail, comment(symbol), insert, rank)
+
+
+def arguments(parameters: Iterable[FieldSymbol], program: Program) -> Iterator[Item]:
+    """Names of arguments."""
+    return (field(parameter, program, FIRST, f"{parameter.text}: ") for parameter in parameters)
+
+
+def method(symbol: MethodSymbol, program: Program) -> Item:
+    """A method."""
+    return Item(symbol.text, Sort.Method, signature(symbol, program), comment(symbol))
+
+
+def event(symbol: EventSymbol, program: Program) -> Item:
+    """An event."""
+    return Item(symbol.text, Sort.Event, signature(symbol, program), comment(symbol), rank=FIRST)
+
+
+def enum_members(enum: EnumSymbol, rank: int = FIRST) -> Iterator[Item]:
+    """The members of an enumeration."""
+    members_ = enum.members.items()
+    return (Item(name, Sort.EnumMember, f"{enum.name} = {number}", rank=rank) for name, number in members_)
+
+
+def type_name(label: str, symbol: Declaration, rank: int = SOON) -> Item:
+    """A type."""
+    match symbol:
+        case QuantitySymbol(dimension=dimension):
+            return Item(label, Sort.Unit, f"physical type [{unit_text(dimension)}]", comment(symbol), rank=rank)
+        case EnumSymbol():
+            return Item(label, Sort.Enum, "enumeration", comment(symbol), rank=rank)
+        case TypeSymbol():
+            return Item(label, _SORTS[symbol.kind], symbol.kind.value, comment(symbol), rank=rank)
+
+
+def behavior(label: str, symbol: TypeSymbol, program: Program, rank: int = SOON) -> Item:
+    """A scenario, action or modifier."""
+    return Item(label, _SORTS[symbol.kind], signature(symbol, program), comment(symbol), rank=rank)
+
+
+# ---------------------------------------------------------------- groups
+
+
+def types(around: Surroundings, kinds: Iterable[Kind] | None = None) -> Iterator[Item]:
+    """The types that can be named here; of some kinds only, if they are given."""
+    if kinds is None:
+        yield from (Item(name, Sort.Keyword, "primitive type", rank=LATER) for name in PRIMITIVES)
+        yield from (Item(word, Sort.Keyword, rank=LATER) for word in ("list of", "range of"))
+    for label, symbol in around.types():
+        if kinds is None or (isinstance(symbol, TypeSymbol) and symbol.kind in kinds):
+            rank = FIRST if symbol.home.library is None else SOON
+            yield type_name(label, symbol, rank)
+
+
+def physical_types(around: Surroundings) -> Iterator[Item]:
+    """The physical types."""
+    return (type_name(label, symbol) for label, symbol in around.types() if isinstance(symbol, QuantitySymbol))
+
+
+def behaviors(around: Surroundings, actor: TypeSymbol | None, rank: int = FIRST) -> Iterator[Item]:
+    """The scenarios and actions of an actor and its bases, or of none."""
+    yield from _of_actor(around, around.program.behaviors.values(), actor, rank)
+
+
+def modifiers(around: Surroundings, actor: TypeSymbol | None) -> Iterator[Item]:
+    """The modifiers of an actor and its bases, or of none."""
+    yield from _of_actor(around, around.program.modifiers.values(), actor, SOON)
+
+
+def _of_actor(
+    around: Surroundings, table: Iterable[TypeSymbol], actor: TypeSymbol | None, rank: int
+) -> Iterator[Item]:
+    owners = set(lineage(actor)) if actor is not None else {None}
+    found = [symbol for symbol in table if symbol.actor in owners]
+    return (behavior(label, symbol, around.program, rank) for label, symbol in around.behaviors(found))
+
+
+def members(type_: Type, program: Program) -> Iterator[Item]:
+    """What may stand behind the dot after a value."""
+    match type_:
+        case Structured(symbol):
+            yield from (field(found, program, FIRST) for found in all_fields(symbol).values())
+            yield from (method(found, program) for found in all_methods(symbol).values())
+        case EventObject(symbol):
+            yield from (field(found, program, FIRST) for found in symbol.parameters.values())
+        case Primitive(name):
+            yield from (method(found, program) for found in program.primitives.get(name, {}).values())
+        case _:
+            pass
+    for name in Builtins.names(type_):
+        yield Item(name, Sort.Method, f"of {type_text(type_, program)}")
+    yield from (Item(word, Sort.Keyword, rank=LAST) for word in ("as", "is"))
+
+
+def events(around: Surroundings, owner: TypeSymbol | None) -> Iterator[Item]:
+    """The events of a type, and those that every behavior has."""
+    return iter((*declared_events(around, owner), *phases()))
+
+
+def declared_events(around: Surroundings, owner: TypeSymbol | None) -> Iterator[Item]:
+    """The events that a type and its bases declare."""
+    found = all_events(owner).values() if owner is not None else ()
+    return (event(symbol, around.program) for symbol in found)
+
+
+def phases() -> Iterator[Item]:
+    """The events that every behavior has."""
+    return (Item(phase.value, Sort.Event, "built-in event") for phase in plan.Phase)
+
+
+def values(around: Surroundings, expected: Type | None) -> Iterator[Item]:
+    """What may stand for a value; what is of the type that is needed goes first."""
+    program, scope = around.program, around.scope
+    if isinstance(expected, Enumeration):
+        yield from enum_members(expected.symbol)
+    for name, type_ in scope.bindings.items():
+        yield Item(name, Sort.Variable, type_text(type_, program), rank=_rank(type_, expected))
+    for found in (*scope.fields.values(), *program.globals.values()):
+        yield field(found, program, _rank(found.type, expected))
+    if around.owner is not None:
+        yield from (method(found, program) for found in all_methods(around.owner).values())
+    for label, symbol in around.types():
+        if isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT:
+            is_needed = expected == Structured(symbol)
+            detail = signature(symbol, program)
+            yield Item(label, Sort.Constructor, detail, comment(symbol), rank=FIRST if is_needed else LATER)
+        elif isinstance(symbol, EnumSymbol):
+            yield type_name(label, symbol, LATER)
+    yield from keywords(("true", "false"), FIRST if expected == BOOL else LAST)
+    yield from keywords(("it", "not"), LAST)
+
+
+def _rank(type_: Type, expected: Type | None) -> int:
+    both_numbers = expected is not None and not isinstance(expected, Structured) and is_number(type_)
+    if type_ == expected:
+        return FIRST
+    return SOON if expected is None or (both_numbers and is_number(expected)) else LATER

@@ -1,0 +1,120 @@
+"""What a name can mean to an editor, and where that is declared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias, assert_never
+
+from seoro.lang import ast
+from seoro.lang.recorder import EnumMember
+from seoro.lang.source import Span
+from seoro.lang.symbols import (
+    EnumSymbol,
+    EventSymbol,
+    FieldSymbol,
+    MethodSymbol,
+    Program,
+    QuantitySymbol,
+    TypeSymbol,
+    UnitSymbol,
+)
+
+
+@dataclass(frozen=True)
+class Label:
+    """The label of a behavior; `span` is where it stands in front of it."""
+
+    text: str
+    span: Span
+    body: ast.DoBody
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """The name that an `as` clause gives to an occurrence of an event."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class ImportedFile:
+    """The file that an import statement reads."""
+
+    path: Path
+    library: str | None
+
+
+Meaning: TypeAlias = (
+    QuantitySymbol
+    | EnumSymbol
+    | TypeSymbol
+    | UnitSymbol
+    | FieldSymbol
+    | EventSymbol
+    | MethodSymbol
+    | EnumMember
+    | Label
+    | Occurrence
+    | ImportedFile
+)
+
+
+def definition(meaning: Meaning) -> Span | None:
+    """The name in the declaration; None for what is no text, or has been declared wrongly."""
+    match meaning:
+        case TypeSymbol():
+            return type_name_span(meaning)
+        case EnumMember(enum, text):
+            return next((member.name.span for member, _ in enum.declared if member.name.text == text), None)
+        case ImportedFile():
+            return None
+        case _:
+            return meaning.span
+
+
+def type_name_span(symbol: TypeSymbol) -> Span:
+    """The name of a type in its declaration, without that of its actor."""
+    name = symbol.declaration.name
+    return name.name.span if isinstance(name, ast.BehaviorName) else name.span
+
+
+def name_of(meaning: Meaning) -> str:
+    """The identifier."""
+    match meaning:
+        case FieldSymbol() | EventSymbol() | MethodSymbol() | EnumMember() | Label() | Occurrence():
+            return meaning.text
+        case QuantitySymbol() | EnumSymbol() | TypeSymbol() | UnitSymbol():
+            return meaning.name
+        case ImportedFile(path):
+            return path.name
+        case _:
+            assert_never(meaning)
+
+
+def declarations(program: Program) -> Iterator[Meaning]:
+    """Everything that is declared in a program."""
+    for symbol in program.types.values():
+        yield symbol
+        if isinstance(symbol, EnumSymbol):
+            yield from (EnumMember(symbol, text) for text in symbol.members)
+    yield from program.behaviors.values()
+    yield from program.modifiers.values()
+    yield from program.units.values()
+    yield from program.globals.values()
+    for type_ in program.structured():
+        yield from type_.fields.values()
+        for event in type_.events.values():
+            yield event
+            yield from event.parameters.values()
+        yield from _methods(type_.methods.values())
+    for methods in program.primitives.values():
+        yield from _methods(methods.values())
+
+
+def _methods(methods: Iterable[MethodSymbol]) -> Iterator[Meaning]:
+    for method in methods:
+        yield method
+        yield from method.parameters.values()

@@ -1,0 +1,100 @@
+"""Where names are declared and used, and what a new name for them changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from seoro.lang.diagnostic import Bag
+from seoro.lang.lexer import Lexer
+from seoro.lang.source import SourceFile, Span
+from seoro.lsp.analysis import Analysis, library_at
+from seoro.lsp.index import Place, Use
+from seoro.lsp.meaning import ImportedFile, definition, name_of
+
+
+def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
+    """The file and the place where the name at an offset is declared; of an import, the start of the file."""
+    use = analysis.index.at(analysis.path, offset)
+    if use is None:
+        return None
+    if isinstance(use.meaning, ImportedFile):
+        path = use.meaning.path
+        file = analysis.files.by_path.get(path)
+        return (path, Span(file, 0, 0)) if file is not None else None
+    span = definition(use.meaning)
+    found = analysis.files.path_of(span.file) if span is not None else None
+    return (found, span) if span is not None and found is not None else None
+
+
+def target_at(analysis: Analysis, offset: int) -> tuple[Use, Place] | None:
+    """The name at an offset, and the place of its declaration."""
+    use = analysis.index.at(analysis.path, offset)
+    target = analysis.index.target(use.meaning) if use is not None else None
+    return (use, target) if use is not None and target is not None else None
+
+
+def uses(target: Place, analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
+    """All uses of what is declared at a place, by file."""
+    found: dict[tuple[Path, int, int], Span] = {}
+    for analysis in analyses:
+        for span in analysis.index.uses_of(target):
+            path = analysis.files.path_of(span.file)
+            if path is not None:
+                found[path, span.start, span.end] = span
+    by_file: dict[Path, list[Span]] = {}
+    for (path, _, _), span in sorted(found.items(), key=lambda item: item[0]):
+        by_file.setdefault(path, []).append(span)
+    return by_file
+
+
+class CannotRename(Exception):
+    """Why a name cannot be changed."""
+
+
+def check_rename(analysis: Analysis, offset: int) -> Span:
+    """The text that a new name would replace.
+
+    Raises:
+        CannotRename: There is no name, or it is not the user's.
+    """
+    found = target_at(analysis, offset)
+    if found is None:
+        raise CannotRename("there is no name here that could be changed")
+    use, target = found
+    library = library_at(target[0])
+    if library is not None:
+        raise CannotRename(f"`{name_of(use.meaning)}` is declared in the library `{library}`")
+    return bare(use.span, name_of(use.meaning))
+
+
+def bare(span: Span, name: str) -> Span:
+    """The part of a name's text that is the identifier: without a namespace, or the enumeration of a member."""
+    text = span.text
+    return Span(span.file, span.end - len(name), span.end) if text.endswith(name) else span
+
+
+def edits(target: Place, name: str, new: str, analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
+    """The texts that a new name replaces, by file.
+
+    Raises:
+        CannotRename: The new name is none, or a use is in a library.
+    """
+    if not is_identifier(new):
+        raise CannotRename(
+            f"`{new}` is no identifier: letters, digits and underscores, not beginning with a digit"
+        )
+    found = uses(target, analyses)
+    for path, spans in found.items():
+        library = library_at(path)
+        if library is not None:
+            raise CannotRename(f"`{name}` is used in the library `{library}`")
+        found[path] = [bare(span, name) for span in spans]
+    return found
+
+
+def is_identifier(text: str) -> bool:
+    """Whether a text is one name."""
+    bag = Bag()
+    first = Lexer(SourceFile("name", text), bag).tokens()[0]
+    return (first.kind, first.start, first.end, len(bag)) == ("NAME", 0, len(text), 0)

@@ -1,0 +1,44 @@
+"""The files of the folders that the editor has open, for questions that reach beyond the open documents."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from seoro.lang.loader import read_file
+from seoro.lsp.analysis import Analysis, analyse
+from seoro.lsp.documents import Texts
+
+MAX_FILES = 2000  # of a workspace that are looked into
+SUFFIX = ".osc"
+
+
+def files_with(word: str, folders: Iterable[Path]) -> Iterator[Path]:
+    """The scenario files in which a word occurs, by resolved path; hidden folders are left out."""
+    seen = 0
+    for folder in folders:
+        for where, below, names in os.walk(folder):
+            below[:] = sorted(name for name in below if not name.startswith("."))
+            for name in sorted(names):
+                if not name.endswith(SUFFIX):
+                    continue
+                seen += 1
+                if seen > MAX_FILES:
+                    return
+                path = Path(where, name)
+                text = read_file(path)
+                if isinstance(text, str) and word in text:
+                    yield path.resolve()
+
+
+def analyse_users(word: str, folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]) -> list[Analysis]:
+    """The analyses of all files of the workspace that may use a name and are in none of those that are known."""
+    found = list(known)
+    seen = {path for analysis in found for path in analysis.files.by_path}
+    for path in files_with(word, folders):
+        if path not in seen:
+            analysis = analyse(path, texts)
+            found.append(analysis)
+            seen |= analysis.files.by_path.keys()
+    return found

@@ -1,0 +1,156 @@
+"""A real server process, and an editor that talks to it over its stdin and stdout, in plain JSON."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections.abc import AsyncIterator
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest_asyncio
+
+PATIENCE = 20.0  # [s] for an answer, on a busy machine
+
+
+class Refused(Exception):
+    """A request was answered with an error."""
+
+
+class Editor:
+    """An editor with a server of its own.
+
+    Args:
+        folder: That it has open.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.published: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._answers: dict[int, asyncio.Future[Any]] = {}
+        self._numbers = count(1)
+        self._versions: dict[str, int] = {}
+
+    async def start(self) -> dict[str, Any]:
+        """Start the server and shake hands; gives its capabilities."""
+        self.process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "seoro.cli.main", "lsp"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+        )
+        self._reading = asyncio.create_task(self._read())
+        folders = [{"uri": self.folder.as_uri(), "name": "test"}]
+        parameters: dict[str, Any] = {
+            "processId": None,
+            "rootUri": None,
+            "capabilities": {},
+            "workspaceFolders": folders,
+        }
+        found = await self.ask("initialize", parameters)
+        self.tell("initialized", {})
+        capabilities: dict[str, Any] = found["capabilities"]
+        return capabilities
+
+    async def _read(self) -> None:
+        assert self.process.stdout is not None
+        while header := await self.process.stdout.readline():
+            if header.startswith(b"Content-Length:"):
+                length = int(header.split(b":")[1])
+            if header.strip():
+                continue
+            message = json.loads(await self.process.stdout.readexactly(length))
+            if "id" in message:
+                answer = self._answers.pop(message["id"])
+                if "error" in message:
+                    answer.set_exception(Refused(message["error"]["message"]))
+                else:
+                    answer.set_result(message.get("result"))
+            elif message["method"] == "textDocument/publishDiagnostics":
+                self.published.put_nowait(message["params"])
+
+    def send(self, message: Any) -> None:
+        """Send a message, whether it makes sense or not."""
+        assert self.process.stdin is not None
+        body = json.dumps(message).encode()
+        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+
+    def tell(self, method: str, parameters: Any) -> None:
+        """Send a notification."""
+        self.send({"jsonrpc": "2.0", "method": method, "params": parameters})
+
+    async def ask(self, method: str, parameters: Any) -> Any:
+        """Send a request; gives the answer."""
+        number = next(self._numbers)
+        self._answers[number] = asyncio.get_running_loop().create_future()
+        self.send({"jsonrpc": "2.0", "id": number, "method": method, "params": parameters})
+        async with asyncio.timeout(PATIENCE):
+            return await self._answers[number]
+
+    async def ask_at(self, method: str, name: str, text: str, place: str, **more: Any) -> Any:
+        """The answer to a request about the place in a text that looks like `place`, which has a mark `|`."""
+        offset = text.index(place.replace("|", "")) + place.index("|")
+        before = text[:offset].split("\n")
+        position = {"line": len(before) - 1, "character": len(before[-1])}
+        document = {"uri": self.uri(name)}
+        return await self.ask(method, {"textDocument": document, "position": position, **more})
+
+    # ------------------------------------------------------------ documents
+
+    def uri(self, name: str) -> str:
+        return (self.folder / name).as_uri()
+
+    def open(self, name: str, text: str) -> None:
+        self._versions[name] = 1
+        item = {"uri": self.uri(name), "languageId": "osc", "version": 1, "text": text}
+        self.tell("textDocument/didOpen", {"textDocument": item})
+
+    def change(self, name: str, text: str) -> int:
+        """Change a text; gives the number of its version."""
+        self._versions[name] += 1
+        version = self._versions[name]
+        document = {"uri": self.uri(name), "version": version}
+        self.tell("textDocument/didChange", {"textDocument": document, "contentChanges": [{"text": text}]})
+        return version
+
+    def close(self, name: str) -> None:
+        self.tell("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
+
+    async def diagnostics(self, name: str, version: int | None = None) -> list[dict[str, Any]]:
+        """What is shown next in a document, in a certain version if one is given."""
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                found = await self.published.get()
+                if found["uri"] == self.uri(name) and version in {None, found.get("version")}:
+                    shown: list[dict[str, Any]] = found["diagnostics"]
+                    return shown
+
+    async def shown(self, name: str, text: str) -> list[dict[str, Any]]:
+        """Open a document; gives what is shown in it."""
+        self.open(name, text)
+        return await self.diagnostics(name, 1)
+
+    # ------------------------------------------------------------ the end
+
+    async def stop(self) -> int:
+        """End the server as an editor does; gives its exit status."""
+        await self.ask("shutdown", None)
+        self.tell("exit", None)
+        return await self.wait()
+
+    async def wait(self) -> int:
+        """The exit status of the server, once it has ended."""
+        async with asyncio.timeout(PATIENCE):
+            await self._reading
+            return await self.process.wait()
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def editor(tmp_path_factory: Any) -> AsyncIterator[Editor]:
+    """An editor whose server has started."""
+    made = Editor(tmp_path_factory.mktemp("workspace").resolve())
+    await made.start()
+    yield made
+    await made.stop()
