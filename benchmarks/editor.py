@@ -1,0 +1,111 @@
+"""How soon an editor shows diagnostics of a long scenario, and answers: what docs/editors.md quotes."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+from lsprotocol import types as lsp
+from pygls.lsp.client import LanguageClient
+
+from seoro.lsp.scheduling import DELAY
+
+LINES = 1000
+ROUNDS = 20
+URI = "file:///tmp/long.osc"
+BLOCK = """
+scenario part_{number}:
+    robot: differential_drive_robot
+    box: sim_object
+    limit: speed = {number}kph
+    event go
+    do parallel:
+        first: serial:
+            robot.init_nav2(pose_3d(position_3d(x: 0.0m, y: 1.0m)))
+            emit go
+            robot.nav_to_pose(goal_pose: pose_3d(position_3d(x: 3.0m, y: -3.0m)))
+            box.spawn(
+                spawn_pose: pose_3d(
+                    position: position_3d(x: 2.0m, y: -2.0m, z: 0.1m),
+                    orientation: orientation_3d(yaw: 0.0rad)),
+                model: 'example_simulation://models/box.sdf')
+        serial:
+            wait @go
+            wait elapsed(120s)
+            emit fail
+"""
+
+
+def long_text(number: int) -> str:
+    """A scenario file of about a thousand lines, another one for each number."""
+    count = LINES // BLOCK.count("\n")
+    blocks = (BLOCK.format(number=number + part) for part in range(count))
+    return "import osc.ros\nimport osc.gazebo\n" + "".join(blocks)
+
+
+def processor_time(client: LanguageClient) -> float:
+    """What the server has used up so far [s]; tells more than the clock where others compute, too."""
+    server = client._server
+    assert server is not None
+    fields = Path(f"/proc/{server.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+async def measure(
+    client: LanguageClient, what: str, act: Callable[[int], Awaitable[object]], less: float = 0.0
+) -> None:
+    """Print how long something takes."""
+    times = []
+    used = processor_time(client)
+    for number in range(ROUNDS):
+        start = perf_counter()
+        await act(number)
+        times.append((perf_counter() - start - less) * 1000)
+    used = (processor_time(client) - used) / ROUNDS * 1000
+    print(f"{what:<30} median {median(times):4.0f} ms, worst {max(times):4.0f} ms, processor time {used:4.0f} ms")
+
+
+async def main() -> None:
+    """Start a server, and be an editor."""
+    client = LanguageClient("benchmark", "1")
+    shown: asyncio.Queue[lsp.PublishDiagnosticsParams] = asyncio.Queue()
+
+    @client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+    def published(params: lsp.PublishDiagnosticsParams) -> None:
+        shown.put_nowait(params)
+
+    await client.start_io(sys.executable, "-m", "seoro.cli.main", "lsp")
+    await client.initialize_async(lsp.InitializeParams(lsp.ClientCapabilities()))
+    client.initialized(lsp.InitializedParams())
+    client.text_document_did_open(lsp.DidOpenTextDocumentParams(lsp.TextDocumentItem(URI, "osc", 0, long_text(0))))
+    await shown.get()
+    document = lsp.TextDocumentIdentifier(URI)
+    lines = long_text(0).split("\n")
+    line = next(number for number in reversed(range(len(lines))) if "nav_to_pose" in lines[number])
+    place = lsp.Position(line, lines[line].index("nav_to_pose") + 3)
+
+    async def change(number: int) -> None:
+        changes = [lsp.TextDocumentContentChangeWholeDocument(long_text(number + 1))]
+        identifier = lsp.VersionedTextDocumentIdentifier(number + 1, URI)
+        client.text_document_did_change(lsp.DidChangeTextDocumentParams(identifier, changes))
+        await shown.get()
+
+    print(f"a file of {len(lines)} lines")
+    await measure(client, "diagnostics, after the pause", change, less=DELAY)
+    await measure(
+        client,
+        "completion",
+        lambda _: client.text_document_completion_async(lsp.CompletionParams(document, place)),
+    )
+    await measure(client, "hover", lambda _: client.text_document_hover_async(lsp.HoverParams(document, place)))
+    await client.shutdown_async(None)
+    client.exit(None)
+    await client.stop()
+
+
+asyncio.run(main())
