@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from seoro.lang import ast
-from seoro.lang.check.behaviors import labelled
+from seoro.lang.check.labels import labelled
 from seoro.lang.loader import Module, find_library, path_of
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence
