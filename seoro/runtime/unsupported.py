@@ -35,6 +35,7 @@ from seoro.lang.plan import (
     PhaseEvent,
     Plan,
     Rise,
+    Sample,
     Serial,
     Until,
     Wait,
@@ -64,23 +65,28 @@ def refuse_unsupported(plan: Plan) -> None:
 
 def _of_plan(plan: Plan) -> Iterator[_Refused]:
     for scenario in plan.scenarios.values():
-        yield from _of_members(scenario.events, scenario.on)
+        yield from _of_members(scenario.events, scenario.on, scenario.samples)
         yield from _of_modifications(scenario.modifiers)
         if scenario.body is not None:
             yield from _of_behavior(scenario.body)
     for action in plan.actions.values():
-        yield from _of_members(action.events, action.on)
+        yield from _of_members(action.events, action.on, action.samples)
         yield from _of_modifications(action.modifiers)
     for type_ in plan.objects.values():
+        yield from _of_members((), (), type_.samples)
         yield from _of_modifications(type_.modifiers)
 
 
-def _of_members(events: Iterable[Event], directives: Iterable[On]) -> Iterator[_Refused]:
+def _of_members(
+    events: Iterable[Event], directives: Iterable[On], samples: Iterable[Sample]
+) -> Iterator[_Refused]:
     for event in events:
         if event.specification is not None:
             yield _Refused("`is` in the declaration of an event", event.span)
     for directive in directives:
         yield _Refused("`on`", directive.span)
+    for sample in samples:
+        yield _Refused("`sample`", sample.span)
 
 
 def _of_behavior(first: Behavior) -> Iterator[_Refused]:

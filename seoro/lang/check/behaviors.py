@@ -10,11 +10,11 @@ from seoro.lang.check.arguments import bind
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, scope_of
+from seoro.lang.check.heads import head
 from seoro.lang.check.labels import labelled
 from seoro.lang.check.modifications import Modifications, WithBlocks
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
-from seoro.lang.check.unsupported import head
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.symbols import (

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from seoro.lang import ast, plan
 from seoro.lang.check.behaviors import Behaviors, Traits
+from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
     check_namespaces,
@@ -106,6 +107,7 @@ def _check_fields(program: Program, expressions: Expressions) -> None:
             for parameter in event.parameters.values():
                 values.default(parameter)
     values.globals()
+    check_containment(program.structures, expressions.bag)
     for symbol in structured:
         values.check_order(all_fields(symbol))
     values.check_order({found.name: found for found in program.globals.values()})

@@ -18,7 +18,7 @@ from seoro.lang import ast, plan
 from seoro.lang.check.coverage_arguments import Argument, collect
 from seoro.lang.check.coverage_items import Draft, Item, Items
 from seoro.lang.check.expressions import Expressions, Scope, scope_of
-from seoro.lang.check.unsupported import head
+from seoro.lang.check.heads import head
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span

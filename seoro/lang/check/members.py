@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
+from seoro.lang.check.heads import head
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.resolve import Resolver
-from seoro.lang.check.unsupported import head, refuse_member
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import events as event_messages
@@ -85,7 +85,6 @@ class Members:
     def _declare_part(self, symbol: TypeSymbol, part: Part) -> None:
         home = part.home
         for member in part.members:
-            refuse_member(member, self._bag)
             self._check_place(symbol, member)
             match member:
                 case ast.ParameterDeclaration(field_names, declared, default, constraints):

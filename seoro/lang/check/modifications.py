@@ -8,10 +8,10 @@ from typing import assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.heads import head
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
 from seoro.lang.check.targets import Target
-from seoro.lang.check.unsupported import head
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.symbols import TypeSymbol
 from seoro.lang.types import UNKNOWN, Structured, Type

@@ -1,5 +1,5 @@
-"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), and the modifiers
-that are members of them (7.3.12.4)."""
+"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), variables that are
+sampled (7.3.6.1.2), and the modifiers that are members of them (7.3.12.4)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, scope_of
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
+from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import names
 from seoro.lang.symbols import EventSymbol, Kind, Program, TypeSymbol, all_events, has_phases, lineage
 
@@ -27,6 +28,7 @@ class Reactions:
         self._expressions = expressions
         self._specifications: dict[EventSymbol, plan.EventSpecification] = {}
         self._on: dict[TypeSymbol, list[plan.On]] = {}
+        self._samples: dict[TypeSymbol, list[plan.Sample]] = {}
         self._modifiers: dict[TypeSymbol, list[plan.AppliedModifier]] = {}
 
     def elaborate(self, program: Program) -> None:
@@ -52,6 +54,10 @@ class Reactions:
         """The `on` directives of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._on[type_])
 
+    def samples(self, symbol: TypeSymbol) -> tuple[plan.Sample, ...]:
+        """The variables of a type that are sampled, inherited ones first."""
+        return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._samples[type_])
+
     def modifiers(self, symbol: TypeSymbol) -> tuple[plan.AppliedModifier, ...]:
         """The modifiers that are members of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._modifiers[type_])
@@ -59,6 +65,7 @@ class Reactions:
     def _elaborate_members(self, symbol: TypeSymbol) -> None:
         """The `on` directives and modifiers of a type itself and of its extensions."""
         on = self._on[symbol] = []
+        samples = self._samples[symbol] = []
         applied = self._modifiers[symbol] = []
         modified, labels = _modified(symbol), Labels(symbol, self._expressions)
         for part in symbol.parts:
@@ -67,10 +74,25 @@ class Reactions:
                     events = Events(self._expressions, scope_of(symbol, part.home), labels)
                     directive = Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
+                elif isinstance(member, ast.VariableDeclaration) and isinstance(
+                    member.value, ast.SampleExpression
+                ):
+                    events = Events(self._expressions, scope_of(symbol, part.home), labels)
+                    samples += self._sampled(symbol, member.names, member.value, events)
                 elif isinstance(member, ast.ModifierApplication):
                     modifiers = Modifiers(self._expressions, scope_of(symbol, part.home), labels)
                     application = modifiers.apply(member, modified)
                     applied += [application] if application is not None else []
+
+    def _sampled(
+        self, symbol: TypeSymbol, field_names: tuple[ast.Name, ...], node: ast.SampleExpression, events: Events
+    ) -> Iterator[plan.Sample]:
+        """The variables of one declaration, each with what it is set to, and when."""
+        event, scope = events.specified(node.event)
+        for field in declared(symbol, field_names):
+            value = self._expressions.converted(node.value, field.type, scope, f"`{field.text}`")
+            if event is not None:
+                yield plan.Sample(field.name, value, event, node.span)
 
     # ------------------------------------------------------------ circles
 

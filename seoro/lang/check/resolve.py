@@ -7,8 +7,8 @@ from typing import assert_never
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.enumerations import Enumerations
+from seoro.lang.check.heads import head
 from seoro.lang.check.lookup import Lookup
-from seoro.lang.check.unsupported import head
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import coverage as coverage_messages

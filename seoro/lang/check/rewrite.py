@@ -23,27 +23,23 @@ def names_used(expression: plan.Expression, implementations: Implementations) ->
     found: set[str] = set()
     seen: set[tuple[str, bool]] = set()
     pending = [(expression, True)]  # with whether its scope is that of the expression
-
     while pending:
         current, is_own = pending.pop()
-
-        def note(node: plan.Expression, is_own: bool = is_own) -> plan.Expression:
-            match node:
-                case plan.Field(name) if is_own:
-                    found.add(name)
-                case plan.Global(name):
-                    found.add(name)
-                case plan.Construct(type_, structures=structures):
-                    pending.extend((value, False) for value in _defaults(structures.of(type_)))
-                case plan.Call(receiver, method) if (method, is_own and receiver is None) not in seen:
-                    seen.add((method, is_own and receiver is None))
-                    bodies = (body for each in implementations(method) for body in _bodies(each))
-                    pending.extend((body, is_own and receiver is None) for body in bodies)
-                case _:
-                    pass
-            return node
-
-        rewrite(current, note)
+        pending.extend((part, is_own) for part in plan.parts(current))
+        match current:
+            case plan.Field(name) if is_own:
+                found.add(name)
+            case plan.Global(name):
+                found.add(name)
+            case plan.Construct(type_, structures=structures) if (type_.name, False) not in seen:
+                seen.add((type_.name, False))
+                pending.extend((value, False) for value in _defaults(structures.of(type_)))
+            case plan.Call(receiver, method) if (method, is_own and receiver is None) not in seen:
+                seen.add((method, is_own and receiver is None))
+                bodies = (body for each in implementations(method) for body in _bodies(each))
+                pending.extend((body, is_own and receiver is None) for body in bodies)
+            case _:
+                pass
     return found
 
 

@@ -64,6 +64,7 @@ class Values:
         self._expressions = expressions
         self._structures: dict[TypeSymbol, plan.Structure] = {}
         self._open: list[TypeSymbol] = []
+        self._asked: list[TypeSymbol] = []  # whose fields are being looked at for values
         self._depths: dict[TypeSymbol, int] = {}  # how many structures are within each other
         self._scopes: dict[tuple[TypeSymbol | None, Home], Scope] = {}
         self._defaults: dict[FieldSymbol, plan.Expression | None] = {}
@@ -116,13 +117,18 @@ class Values:
             return ()
         decided = {*given, *dict(self.conditions(symbol))}
         fields = [field for field in all_fields(symbol).values() if field.name not in decided]
-        return tuple(path for field in fields for path in self.lacking(field))
+        self._asked.append(symbol)
+        found = tuple(path for field in fields for path in self.lacking(field))
+        self._asked.pop()
+        return found
 
     def lacking(self, field: FieldSymbol) -> tuple[str, ...]:
         """The paths of what a field lacks to have a value by itself."""
-        if self.default(field) is not None or field.is_variable:
+        if self.default(field) is not None or field.default is not None or field.is_variable:
             return ()
         match field.type:
+            case Structured(symbol) if symbol in self._asked:
+                return ()
             case Structured(symbol):
                 return tuple(f"{field.name}.{path}" for path in self.lacking_of(symbol, {}))
             case ListOf() | Enumeration():
@@ -186,14 +192,13 @@ class Values:
         return not isinstance(field.type, plan.ListType)
 
     def _enter(self, field: FieldSymbol) -> None:
-        """Elaborate the structure of what a field holds, which must not contain itself."""
+        """Elaborate the structure of what a field holds."""
         if not isinstance(field.type, Structured) or self.default(field) is not None:
             return
         symbol = field.type.symbol
-        if symbol in self._open:
-            path = (*(type_.name for type_ in self._open[self._open.index(symbol) :]), symbol.name)
-            self._expressions.bag.add(messages.ContainsItself(symbol.span, path))
-        elif len(self._open) >= MAX_DEPTH:
+        if symbol in self._open:  # a circle, which is reported when all structures are known
+            return
+        if len(self._open) >= MAX_DEPTH:
             self._refuse_depth(symbol)
         else:
             self.structure(symbol)
@@ -220,12 +225,12 @@ class Values:
             for member in part.members:
                 match member:
                     case ast.ParameterDeclaration(field_names, constraints=constraints):
-                        for field in _declared(symbol, field_names):
+                        for field in declared(symbol, field_names):
                             yield self._field(field)
                             it = plan.Field(field.name, field.span)
                             yield from self._with_block(constraints, scope, field, it)
                     case ast.VariableDeclaration(field_names):
-                        yield from (self._field(field) for field in _declared(symbol, field_names))
+                        yield from (self._field(field) for field in declared(symbol, field_names))
                     case ast.KeepConstraint() | ast.RemoveDefault():
                         found = self._expressions.constraints.member(member, scope)
                         if found is not None:
@@ -288,6 +293,7 @@ class Values:
     def default(self, field: FieldSymbol) -> plan.Expression | None:
         """The default value of a field, in the scope of its instance; None if it has none."""
         if field not in self._defaults:
+            self._defaults[field] = None  # for defaults that construct what they are the default in
             self._defaults[field] = self._default(field)
         return self._defaults[field]
 
@@ -359,7 +365,7 @@ class Values:
         return done
 
 
-def _declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[FieldSymbol]:
+def declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[FieldSymbol]:
     """The fields that a declaration of several names has added to a type."""
     by_place = {id(field.span): field for field in symbol.fields.values()}
     for name in field_names:

@@ -16,7 +16,6 @@ class Construct(Enum):
     """What is refused: the code's last two digits, and how the message calls it."""
 
     CONSTRAINED_COMPOSITION = "03", "a constraint on a composition"
-    SAMPLE = "04", "`sample`"
     COVERAGE = "17", "`cover` or `record` in an action or a modifier"
     REFERENCE = "28", "an argument that is the path of a variable"
     IT_OF_COMPOSITION = "34", "`it` for a composition, or in a modifier without `of`"

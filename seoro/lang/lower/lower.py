@@ -75,6 +75,7 @@ class _Lowering:
             structure=self._expressions.values.structure(symbol),
             events=self._events(symbol),
             on=reactions.on(symbol),
+            samples=reactions.samples(symbol),
             modifiers=reactions.modifiers(symbol),
             body=self._checked.behaviors[declared.owner] if declared is not None else None,
             span=symbol.span,
@@ -94,6 +95,7 @@ class _Lowering:
             structure=self._expressions.values.structure(symbol),
             events=self._events(symbol),
             on=reactions.on(symbol),
+            samples=reactions.samples(symbol),
             modifiers=reactions.modifiers(symbol),
             library=symbol.home.library,
             span=symbol.span,
@@ -127,20 +129,21 @@ class _Lowering:
             structure=self._expressions.values.structure(symbol),
             events=self._events(symbol),
             on=reactions.on(symbol),
+            samples=reactions.samples(symbol),
             modifiers=reactions.modifiers(symbol),
             library=symbol.home.library if _is_atomic(symbol) else None,
             span=symbol.span,
         )
 
     def objects(self) -> dict[str, plan.ObjectType]:
-        """The structs and actors that have events or modifiers."""
+        """The structs and actors that have events, sampled variables or modifiers."""
         found: dict[str, plan.ObjectType] = {}
         for symbol in self._program.types.values():
             if isinstance(symbol, TypeSymbol):
-                events, members = self._events(symbol), self._checked.reactions.modifiers(symbol)
-                if events or members:
-                    name = symbol.plan_name
-                    found[name] = plan.ObjectType(name, events, members, symbol.span)
+                reactions = self._checked.reactions
+                has = self._events(symbol), reactions.samples(symbol), reactions.modifiers(symbol)
+                if any(has):
+                    found[symbol.plan_name] = plan.ObjectType(symbol.plan_name, *has, symbol.span)
         return found
 
     def _events(self, symbol: TypeSymbol) -> tuple[plan.Event, ...]:

@@ -29,6 +29,7 @@ from seoro.lang.plan.behaviors import (
     OneOf,
     Overlap,
     Parallel,
+    Sample,
     Serial,
     Wait,
 )
@@ -231,6 +232,7 @@ __all__ = [
     "RangeType",
     "RemoveDefault",
     "Rise",
+    "Sample",
     "Scenario",
     "Self",
     "Serial",

@@ -137,6 +137,15 @@ class InvokeScenario(Value):
     span: Span
 
 
+class Sample(Value):
+    """`sample(<value>, <event>)`: whenever the event occurs, the variable takes the value (7.3.6.1.2)."""
+
+    field: str
+    value: Expression
+    event: EventSpecification
+    span: Span
+
+
 Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | CallMethod | InvokeAction | InvokeScenario
 
 

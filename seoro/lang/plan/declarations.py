@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.behaviors import Behavior, On
+from seoro.lang.plan.behaviors import Behavior, On, Sample
 from seoro.lang.plan.coverage import Coverage
 from seoro.lang.plan.events import EventSpecification
 from seoro.lang.plan.modifications import AppliedModifier
@@ -35,6 +35,7 @@ class ObjectType(Value):
 
     name: str
     events: tuple[Event, ...]
+    samples: tuple[Sample, ...]
     modifiers: tuple[AppliedModifier, ...]
     span: Span
 
@@ -50,6 +51,7 @@ class Scenario(Value):
     structure: Structure
     events: tuple[Event, ...]
     on: tuple[On, ...]
+    samples: tuple[Sample, ...]
     modifiers: tuple[AppliedModifier, ...]
     body: Behavior | None
     span: Span
@@ -65,6 +67,7 @@ class Action(Value):
     structure: Structure
     events: tuple[Event, ...]
     on: tuple[On, ...]
+    samples: tuple[Sample, ...]
     modifiers: tuple[AppliedModifier, ...]
     library: str | None
     span: Span
@@ -83,6 +86,7 @@ class Modifier(Value):
         structure: Its parameters, and the constraints on them and on what it modifies.
         events: Its events.
         on: What it does on events, while what it modifies runs.
+        samples: Its variables that are sampled.
         modifiers: The modifiers that it applies to what it modifies.
         library: What was imported to get it, if it is atomic: its implementation is not written in the language.
             None for a compound one.
@@ -95,6 +99,7 @@ class Modifier(Value):
     structure: Structure
     events: tuple[Event, ...]
     on: tuple[On, ...]
+    samples: tuple[Sample, ...]
     modifiers: tuple[AppliedModifier, ...]
     library: str | None
     span: Span
@@ -109,7 +114,7 @@ class Plan(Value):
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
         modifiers: Every modifier that is applied.
-        objects: The structs and actors that have events or modifiers, by their names.
+        objects: The structs and actors that have events, sampled variables or modifiers, by their names.
         globals: The global parameters (7.3.14), whose values are chosen with those of the entry scenario.
         structures: The structures of all structs and actors.
         file: The entry file, as the user named it.

@@ -118,6 +118,10 @@ class Structures:
         """Add a structure; for checking."""
         self._found[structure.type.name] = structure
 
+    def all(self) -> tuple[Structure, ...]:
+        """All structures, in the order in which they were added."""
+        return tuple(self._found.values())
+
     def find(self, type_: StructType | ActorType) -> Structure | None:
         """The structure of a type; None before it is known."""
         return self._found.get(type_.name)
