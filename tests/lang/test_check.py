@@ -76,3 +76,8 @@ def test_blocks_without_end_are_an_error_and_no_crash(tmp_path: Path) -> None:
     lines = [f"{' ' * (level + 2)}serial:" for level in range(1000)]
     text = "\n".join(["scenario main:", " do serial:", *lines, " " * 1002 + "emit end", ""])
     assert [code for _, code in messages(tmp_path, text)] == ["E0133"]
+
+
+@pytest.mark.parametrize("default", ["s()", "s(b: 1)", "t()"])
+def test_a_default_that_constructs_its_own_type_is_no_crash(default: str, tmp_path: Path) -> None:
+    check(tmp_path, f"struct s:\n  a: s = {default}\n  b: int = 2\nstruct t:\n  c: s = s()\n")

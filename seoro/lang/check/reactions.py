@@ -1,5 +1,5 @@
-"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), variables that are
-sampled (7.3.6.1.2), and the modifiers that are members of them (7.3.12.4)."""
+"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), sampled variables
+(7.3.6.1.2), and the modifiers that are members of them (7.3.12.4)."""
 
 from __future__ import annotations
 
@@ -85,11 +85,14 @@ class Reactions:
                     applied += [application] if application is not None else []
 
     def _sampled(
-        self, symbol: TypeSymbol, field_names: tuple[ast.Name, ...], node: ast.SampleExpression, events: Events
+        self, symbol: TypeSymbol, declaration: ast.VariableDeclaration, events: Events
     ) -> Iterator[plan.Sample]:
-        """The variables of one declaration, each with what it is set to, and when."""
+        """The variables of one declaration, each with what it is set to, and when; none if they are not sampled."""
+        node = declaration.value
+        if not isinstance(node, ast.SampleExpression):
+            return
         event, scope = events.specified(node.event)
-        for field in declared(symbol, field_names):
+        for field in declared(symbol, declaration.names):
             value = self._expressions.converted(node.value, field.type, scope, f"`{field.text}`")
             if event is not None:
                 yield plan.Sample(field.name, value, event, node.span)

@@ -225,9 +225,5 @@ class TooLong(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error(
-            "E0134",
-            self.span,
-            f"a statement of more than {self.limit:,} words and signs",
-            help="a part of it can have a name",
-        )
+        reason = f"a statement has more than {self.limit:,} words and signs"
+        return error("E0101", self.span, f"cannot read `{self.span.file.name}`: {reason}")
