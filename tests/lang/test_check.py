@@ -46,7 +46,6 @@ def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "struct crate:\n    var n: int = sample(m, @gone, 3)\n    m: int = 1\n",
         "scenario main:\n    do serial:\n        emit end\n    with:\n        keep(it.n == 3)\n",
     ],
 )

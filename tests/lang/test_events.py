@@ -228,3 +228,38 @@ scenario main:
 def test_a_name_of_what_is_unknown_causes_nothing_else(tmp_path: Path) -> None:
     text = "scenario main:\n    on @gone as g if g.n > 1:\n        emit end(g.m)\n"
     assert messages(tmp_path, text) == [(2, "E0408"), (3, "E0404")]
+
+
+def test_a_sampled_variable_takes_the_value_of_its_expression(tmp_path: Path) -> None:
+    text = """
+import osc.types
+actor car:
+    var speed: speed
+    event bumped(force: float)
+scenario main:
+    c: car
+    var force: float = sample(b.force, @c.bumped as b if b.force > 1.0, 2.0)
+    var at_end: speed = sample(c.speed, @slow.end)
+    do serial:
+        slow: wait elapsed(1s)
+"""
+    made = lower(tmp_path, text).scenarios["main"]
+    assert [sample.field for sample in made.samples] == ["force", "at_end"]
+    assert isinstance(made.samples[0].value, plan.Member)
+    assert isinstance(made.samples[1].event, plan.OnEvent)
+    first = made.structure.fields["force"].default
+    assert isinstance(first, plan.Literal) and first.value == 2.0
+
+
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        ("sample(3m, every(1s))", "E0301"),
+        ("sample(1.0, @nothing)", "E0408"),
+        ("sample(1.0, every(1s), 'none')", "E0301"),
+        ("sample(1.0, every(1m))", "E0301"),
+    ],
+)
+def test_wrong_samples_are_errors(value: str, code: str, tmp_path: Path) -> None:
+    text = f"import osc.types\nscenario main:\n    var n: float = {value}\n    do emit end\n"
+    assert [found for _, found in messages(tmp_path, text)] == [code]

@@ -12,7 +12,7 @@ from seoro.lang.diagnostics import behaviors as messages
 def check_containment(structures: plan.Structures, bag: Bag) -> None:
     """Report each circle of types that contain one another, once."""
     done: set[str] = set()
-    for structure in structures.all():
+    for structure in sorted(structures.all(), key=lambda each: (each.span.file.name, each.span.start)):
         path = [structure]
         branches = [_contained(structure, structures)]
         while path:

@@ -74,11 +74,9 @@ class Reactions:
                     events = Events(self._expressions, scope_of(symbol, part.home), labels)
                     directive = Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
-                elif isinstance(member, ast.VariableDeclaration) and isinstance(
-                    member.value, ast.SampleExpression
-                ):
+                elif isinstance(member, ast.VariableDeclaration):
                     events = Events(self._expressions, scope_of(symbol, part.home), labels)
-                    samples += self._sampled(symbol, member.names, member.value, events)
+                    samples += self._sampled(symbol, member, events)
                 elif isinstance(member, ast.ModifierApplication):
                     modifiers = Modifiers(self._expressions, scope_of(symbol, part.home), labels)
                     application = modifiers.apply(member, modified)
@@ -87,7 +85,7 @@ class Reactions:
     def _sampled(
         self, symbol: TypeSymbol, declaration: ast.VariableDeclaration, events: Events
     ) -> Iterator[plan.Sample]:
-        """The variables of one declaration, each with what it is set to, and when; none if they are not sampled."""
+        """The variables of one declaration that are sampled, each with what it is set to, and when."""
         node = declaration.value
         if not isinstance(node, ast.SampleExpression):
             return
