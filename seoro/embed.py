@@ -14,25 +14,26 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import anyio
 
 from seoro import __version__
-from seoro.actions import modules_of
 from seoro.background import background
+from seoro.bindings.load import bind_sources
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.lang.frontend import Checked, ParameterTrait, check, lower
+from seoro.lang.frontend import Checked, lower
 from seoro.lang.frontend import load as load_sources
 from seoro.lang.loader import Reader, read_file
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
-from seoro.runtime.actions import Implementation, implementations, takes_anything
+from seoro.runtime.actions import BoundAction
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
 from seoro.runtime.run import Execution, Settings
@@ -53,40 +54,51 @@ class Scenario:
 
     Args:
         checked: The file with all that it imports.
-        implementations: The Python functions of its libraries, by the names of actions.
+        actions: The actions that Python functions carry out, by their names.
     """
 
     checked: Checked
-    implementations: Mapping[str, Implementation]
+    actions: Mapping[str, BoundAction]
 
 
 def check_file(
-    path: str | Path, *, strict: bool = False, read: Reader = read_file, recorder: Recorder | None = None
+    path: str | Path,
+    *,
+    strict: bool = False,
+    import_python: bool = True,
+    modules: Iterable[ModuleType] = (),
+    read: Reader = read_file,
+    recorder: Recorder | None = None,
 ) -> Scenario:
-    """Parse and check a file; errors in its text stand in `.checked.diagnostics`.
+    """Parse and check a file; errors in its text, and in what it is bound to, stand in `.checked.diagnostics`.
 
     Args:
         path: The file.
         strict: Report the use of extensions to the standard, too.
+        import_python: Whether to import the Python modules of its libraries and external methods, which runs them,
+            and to match them with declarations. Without them it cannot be run.
+        modules: As `load`.
         read: Gives the texts of files.
         recorder: Is told what names mean and of what types values are.
     """
     sources = load_sources(Path(path), str(path), read)
-    found = implementations(modules_of(sources.libraries))
-    traits = {
-        name: dict.fromkeys(takes_anything(implementation.function), ParameterTrait.ANY)
-        for name, implementation in found.items()
-    }
-    return Scenario(check(sources, traits, strict, recorder), found)
+    bound = bind_sources(
+        sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder
+    )
+    return Scenario(bound.checked, bound.actions)
 
 
-def load(path: str | Path) -> Scenario:
-    """Load a scenario file.
+def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
+    """Load a scenario file, and the Python modules of its libraries and external methods.
+
+    Args:
+        path: The file.
+        modules: Python modules with actions, beside those of libraries, and before them.
 
     Raises:
-        InvalidScenario: Its text has errors; the exception prints them with their places.
+        InvalidScenario: It has errors; the exception prints them with their places.
     """
-    scenario = check_file(path)
+    scenario = check_file(path, modules=modules)
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
     return scenario
@@ -221,6 +233,7 @@ class Options:
         clock: `real` if it is not given, `sim` if there is a simulator.
         simulator: To start or to connect to.
         observers: Called with every record of the trace.
+        output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, for `Run.trace`.
         grace: Time for the clean-up of a cancelled action [s].
     """
@@ -232,6 +245,7 @@ class Options:
     clock: ClockName | None = None
     simulator: Simulator | None = None
     observers: Sequence[Observer] = ()
+    output_directory: Path | None = None
     keep_trace: bool = True
     grace: float = 5.0
 
@@ -246,6 +260,7 @@ class OptionFields(TypedDict, total=False):
     clock: ClockName | None
     simulator: Simulator | None
     observers: Sequence[Observer]
+    output_directory: Path | None
     keep_trace: bool
     grace: float
 
@@ -284,7 +299,8 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             clock=_clock(options.clock, node, simulator),
             backends=(node,) if node is not None else (),
             observers=(*([recorder] if options.keep_trace else []), *options.observers),
-            implementations=scenario.implementations,
+            actions=scenario.actions,
+            output_directory=options.output_directory,
             grace=options.grace,
             version=__version__,
         )

@@ -143,6 +143,7 @@ class _Exec:
                 clock=options.clock,
                 simulator=_simulator(options),
                 observers=observers,
+                output_directory=options.output_dir,
                 keep_trace=False,
             )
             async with prepare(self._scenario, settings) as run:

@@ -1,13 +1,12 @@
 """Finds and reads the files of a scenario: the entry file and all it imports (7.7.5).
 
 Each file is read once, at its first place in a depth-first walk; files may import each other in circles. A module
-`osc.<name>` is one of seoro's own libraries, or one of an installed package (entry-point group `seoro.libraries`:
-`name = "package.module"`, with `name.osc` in the folder of that module).
+`osc.<name>` is a library, which `libraries.py` finds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
@@ -18,21 +17,13 @@ from seoro.lang import ast
 from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic, Message
 from seoro.lang.diagnostics import imports, syntax
+from seoro.lang.libraries import STANDARD_MODULES, Library, find_library
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
 MAX_MISSES = 30  # imports that find nothing, until no more are followed
 MAX_PATH = 4096  # characters
 MAX_FILE_SIZE = 4 * 1024 * 1024  # bytes
-ENTRY_POINTS = "seoro.libraries"
-_LIBRARY = Path(__file__).with_name("library")
-
-_STANDARD: Mapping[str, tuple[str, frozenset[str]]] = {
-    "osc.types": ("types.osc", frozenset({"stdtypes"})),
-    "osc.standard": ("standard.osc", frozenset({"std", "stdtypes"})),
-    "osc.standard.all": ("standard.osc", frozenset()),
-    "osc.standard.types": ("types.osc", frozenset()),
-}  # the modules whose file has another name, with the namespaces that they put in use
 
 
 @dataclass(frozen=True)
@@ -85,14 +76,14 @@ class Sources:
         entry: The file that was asked for.
         modules: All files, those that are imported before those that import them.
         uses: Namespaces that imports put in use for the global one.
-        libraries: Names of the libraries, in the order in which they were imported.
+        libraries: The libraries, in the order in which they were imported.
         diagnostics: What is wrong with the texts.
     """
 
     entry: Module
     modules: tuple[Module, ...]
     uses: frozenset[str]
-    libraries: tuple[str, ...]
+    libraries: tuple[Library, ...]
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -100,12 +91,13 @@ class Sources:
 class _Loading:
     """The state of one walk over the imports."""
 
+    entry: SourceFile
     read: Reader
     bag: Bag = field(default_factory=Bag)
     seen: set[Path] = field(default_factory=set)
     modules: list[Module] = field(default_factory=list)
     uses: set[str] = field(default_factory=set)
-    libraries: dict[str, None] = field(default_factory=dict)
+    libraries: dict[str, Library] = field(default_factory=dict)
     missed: int = 0
 
     def miss(self, message: Message) -> None:
@@ -122,20 +114,18 @@ def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sourc
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
     """
-    loading = _Loading(read)
     shown = name or str(path)
     text = read(path)
-    if isinstance(text, str):
-        file = SourceFile(shown, text, path)
-    else:
-        file = SourceFile(shown, "", path)
+    file = SourceFile(shown, text if isinstance(text, str) else "", path)
+    loading = _Loading(file, read)
+    if not isinstance(text, str):
         loading.bag.add(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
     return Sources(
         entry,
         tuple(loading.modules),
         frozenset(loading.uses),
-        tuple(loading.libraries),
+        tuple(loading.libraries.values()),
         tuple(sorted(loading.bag.diagnostics, key=lambda found: found.position)),
     )
 
@@ -193,20 +183,20 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
     name = ".".join(statement.path)
     if name in loading.libraries:
         return None
-    path = find_library(name)
-    uses = _STANDARD[name][1] if name in _STANDARD else frozenset[str]()
-    if path is None:
-        loading.miss(imports.UnknownModule(statement.span, name, libraries()))
+    library = find_library(name, statement.span, loading.entry, loading.miss)
+    if library is None:
         return None
-    loading.uses |= uses
-    loading.libraries.setdefault(name)
+    if name in STANDARD_MODULES:
+        loading.uses |= STANDARD_MODULES[name][1]
+    loading.libraries[name] = library
+    path = library.path
     if path.resolve() in loading.seen:
         return None
     text = loading.read(path)
     if not isinstance(text, str):
-        loading.miss(imports.MissingFile(statement.span, name, text.reason))
+        loading.miss(imports.MissingFile(statement.span, name, f"{path}: {text.reason}"))
         return None
-    return SourceFile(f"<{name}>", text, path), path, name
+    return SourceFile(library.shown, text, path), path, name
 
 
 def _find_file(
@@ -228,7 +218,8 @@ def _find_file(
     if not isinstance(text, str):
         loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason))
         return None
-    shown = str(Path(importer.file.name).parent / path) if importer.library is None else f"<{path}>"
+    is_shown = not importer.file.name.startswith("<")
+    shown = str(Path(importer.file.name).parent / path) if is_shown else f"<{path}>"
     return SourceFile(shown, text, full), full, importer.library
 
 
@@ -243,36 +234,3 @@ def path_of(uri: str) -> Path | None:
     if parts.scheme != "file" or parts.netloc not in {"", "localhost"}:
         return None
     return Path(unquote(parts.path))
-
-
-def find_library(name: str) -> Path | None:
-    """The file of a library, by the name of its module; seoro's own go first."""
-    return own_libraries().get(name) or _installed_libraries().get(name)
-
-
-def libraries() -> tuple[str, ...]:
-    """The modules of all libraries."""
-    return tuple(sorted({*own_libraries(), *_installed_libraries()}))
-
-
-def own_libraries() -> dict[str, Path]:
-    """Modules of seoro's own libraries."""
-    found = {f"osc.{path.stem}": path for path in sorted(_LIBRARY.glob("*.osc"))}
-    return {**found, **{name: _LIBRARY / file for name, (file, _) in _STANDARD.items()}}
-
-
-def _installed_libraries() -> dict[str, Path]:
-    """Modules of installed packages; nothing of them is run, except what importing their parent package runs."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
-    from importlib.util import find_spec  # noqa: PLC0415
-
-    found: dict[str, Path] = {}
-    for point in entry_points(group=ENTRY_POINTS):
-        try:
-            spec = find_spec(point.module)
-        except (ImportError, ValueError):  # a package that is broken is none
-            continue
-        if spec is None or spec.origin is None:
-            continue
-        found[f"osc.{point.name}"] = Path(spec.origin).parent / f"{point.name}.osc"
-    return found

@@ -1,4 +1,5 @@
-"""The seams of the runtime: what it needs from clocks, observers and backends, and who calls what when.
+"""The seams of the runtime: what it needs from clocks, observers and backends, what it offers to modifiers, and
+who calls what when.
 
 Implementations live elsewhere: clocks in `clock.py`, observers in `trace.py` and with users, backends in
 `seoro.bridges`. Units are SI, angles radians; poses are in the frame `map` unless a parameter says otherwise.
@@ -9,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NoReturn, Protocol, runtime_checkable
 
 import anyio
+
+from seoro.runtime.verdict import Outcome
 
 # ---------------------------------------------------------------- time
 
@@ -69,6 +72,48 @@ class Observer(Protocol):
 
     def record(self, record: dict[str, Any]) -> None:
         """Called with each record; it is not to be changed."""
+        ...
+
+
+# ---------------------------------------------------------------- modifiers
+
+
+class Child(Protocol):
+    """The behavior that a modifier is applied to, with the modifiers that stand closer to it."""
+
+    async def run(self, limit: float | None = None) -> Outcome | None:
+        """Called by a modifier: run the behavior from its start, again if it has run before.
+
+        A modifier that is cancelled while it waits here has cancelled the behavior, too.
+
+        Args:
+            limit: When the behavior is to be cancelled [s after it is started, on the run's clock]; it acts when
+                the instant has otherwise settled, so that 0 leaves the behavior the instant in which it starts.
+
+        Returns:
+            How the behavior ended, succeeded or failed; None if it was cancelled at the limit, and has cleaned up.
+        """
+        ...
+
+
+class ModifierContext(Protocol):
+    """The run, as one application of a modifier sees it. Times are those of the run's clock."""
+
+    @property
+    def now(self) -> float:
+        """Time since the start of the run [s]."""
+        ...
+
+    def log(self, message: str, level: str = "info") -> None:
+        """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
+        ...
+
+    async def sleep(self, duration: float) -> None:
+        """Wait for a duration [s]."""
+        ...
+
+    async def hold(self) -> NoReturn:
+        """Wait until the modifier is cancelled: the modified behavior has no end of its own."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""`.is()` and `.as()` on values (7.4.2.5, 7.4.2.6), and results of Python as values of a declared type."""
+"""`.is()` and `.as()` on values (7.4.2.5, 7.4.2.6)."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.environment import EvaluationError
-from seoro.runtime.values import Actor, Range, Struct, Value
-
-_LIMITS = {"int": (-(1 << 63), (1 << 63) - 1), "uint": (0, (1 << 64) - 1)}
+from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value
 
 
 def to_float(value: Value) -> Value:
@@ -85,43 +83,9 @@ def _to_integer(value: Value, name: str, span: Span) -> int:
     """A number, or the number of a member of an enumeration, as an integer; fractions are cut off."""
     number = value.number if isinstance(value, EnumValue) else value
     assert isinstance(number, int | float)
-    low, high = _LIMITS[name]
+    low, high = INTEGER_LIMITS[name]
     if isinstance(number, float) and not math.isfinite(number):
         raise EvaluationError(f"{number} is no `{name}`", span)
     if not low <= int(number) <= high:
         raise EvaluationError(f"{number} does not fit into `{name}`", span)
     return int(number)
-
-
-def from_python(result: object, type_: ValueType) -> Value | None:
-    """What a Python function returned, as a value of a type; None if it is none."""
-    match type_:
-        case PrimitiveType("bool"):
-            return result if isinstance(result, bool) else None
-        case PrimitiveType("string"):
-            return result if isinstance(result, str) else None
-        case PrimitiveType("float") | PhysicalType():
-            is_number = isinstance(result, int | float) and not isinstance(result, bool)
-            return float(result) if is_number else None  # type: ignore[arg-type]
-        case PrimitiveType(name):
-            low, high = _LIMITS[name]
-            is_integer = isinstance(result, int) and not isinstance(result, bool) and low <= result <= high
-            return result if is_integer else None  # type: ignore[return-value]
-        case EnumType(name):
-            return result if isinstance(result, EnumValue) and result.type_name == name else None
-        case ListType(element):
-            if not isinstance(result, list | tuple):
-                return None
-            items = [from_python(item, element) for item in result]
-            return (
-                None if any(item is None for item in items) else tuple(item for item in items if item is not None)
-            )
-        case RangeType(element):
-            if not isinstance(result, Range):
-                return None
-            low_, high_ = from_python(result.low, element), from_python(result.high, element)
-            return None if low_ is None or high_ is None else result
-        case StructType() | ActorType():
-            return result if isinstance(result, Struct | Actor) and is_of(result, type_) else None
-        case _:
-            assert_never(type_)

@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias
 
 from seoro.lang.plan import Expression
 from seoro.lang.source import Span
+from seoro.runtime.method_context import MethodContext
 from seoro.runtime.values import Value
 
 
@@ -62,6 +63,7 @@ class Environment:
         scenario: The scenario around, whose fields hold the global parameters too; None if it is the instance.
         depth: How many methods have been called to get here.
         seed: What is drawn for values that are constructed is drawn from it.
+        run: The run, for external methods that ask for it.
     """
 
     instance: HasFields
@@ -70,6 +72,7 @@ class Environment:
     scenario: HasFields | None = None
     depth: int = 0
     seed: int = 0
+    run: MethodContext | None = None
 
     @property
     def outermost(self) -> HasFields:

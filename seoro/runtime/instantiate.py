@@ -11,6 +11,7 @@ from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.environment import Environment, HasFields
 from seoro.runtime.evaluate import evaluate
+from seoro.runtime.method_context import MethodContext
 from seoro.runtime.values import Actor, Value
 
 
@@ -37,6 +38,7 @@ class Invocation:
         constraints: What else holds for the instance.
         around: The scope of the invocation; None if there is none.
         seed: What is drawn for the instance is drawn from it.
+        run: For external methods that ask for it.
     """
 
     given: Mapping[str, Value]
@@ -44,6 +46,7 @@ class Invocation:
     constraints: tuple[ConstraintMember, ...]
     around: Environment | None
     seed: int
+    run: MethodContext | None
 
 
 def types_of(declared: Scenario | Action) -> tuple[str, ...]:
@@ -51,14 +54,19 @@ def types_of(declared: Scenario | Action) -> tuple[str, ...]:
     return (behavior_type(declared.name), *map(behavior_type, declared.bases))
 
 
-def entry_parameters(plan: Plan, seed: int) -> dict[str, Value]:
+def entry_parameters(plan: Plan, seed: int, run: MethodContext | None = None) -> dict[str, Value]:
     """The values of the global parameters, and of the parameters of the entry scenario.
+
+    Args:
+        plan: The plan.
+        seed: What is drawn is drawn from it.
+        run: For external methods that ask for it.
 
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
     scenario = plan.scenarios[plan.entry]
-    invocation = Invocation({}, None, (), None, seed)
+    invocation = Invocation({}, None, (), None, seed, run)
     roots = (plan.globals, scenario.structure)
     return _choose(plan, roots, Parameters(types_of(scenario)), invocation, plan.overrides)
 
@@ -98,7 +106,7 @@ def _choose(
     bindings: dict[str, Value | HasFields] = {}
     if invocation.actor is not None:
         bindings["actor"] = invocation.actor
-    environment = Environment(made, bindings, seed=invocation.seed)
+    environment = Environment(made, bindings, seed=invocation.seed, run=invocation.run)
     if not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots):
         fields.update(given)
         for root in roots:

@@ -30,6 +30,7 @@ from seoro.runtime.agenda import Agenda, Flow, Scope
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
 from seoro.runtime.instantiate import derived_seed, types_of
+from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import Outcome, RunStatus, Status
@@ -63,6 +64,7 @@ class Services:
     trace: Trace
     coverage: Coverage
     actions: Mapping[str, BoundAction]
+    run: MethodContext
     homes: Homes
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
     decision: Decision | None = None
@@ -189,7 +191,7 @@ class Place:
         if self.instance.actor is not None:
             all_bindings["actor"] = self.instance.actor
         seed = derived_seed(self.services.seed, f"{self.path} {self.parent}")
-        return Environment(self.instance, all_bindings, self.path, seed=seed)
+        return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
 
 
 def type_of(behavior: Behavior) -> str:

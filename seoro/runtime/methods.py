@@ -1,21 +1,17 @@
 """Calls of methods (7.3.7): the type of the value decides which implementation is reached.
 
-An external method is a Python function, imported by its dotted path when it is called first. It takes values as
-the plan's table lists them and gives one back; anything else that it does is an error with its name.
+An external method is a Python function that was bound when the scenario was loaded (`functions.py`).
 """
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
-from importlib import import_module
-from typing import Any
 
 from seoro.lang.plan import Call, EnumValue, External, Method, Undefined
 from seoro.lang.source import Span
-from seoro.runtime.conversions import from_python
 from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
+from seoro.runtime.functions import MethodFailed
 from seoro.runtime.values import Actor, Struct, Value
 
 MAX_DEPTH = 64  # of methods that call each other; far below what the stack of Python bears
@@ -36,7 +32,7 @@ def call(expression: Call, environment: Environment, evaluate: Evaluate) -> Valu
     given = {name: evaluate(value, environment) for name, value in expression.arguments}
     within = inside(holder, expression.receiver is None, environment)
     try:
-        return _perform(method, given, within, expression.span, evaluate)
+        return _perform(method, given, within, expression, evaluate)
     except RecursionError:
         if environment.depth > 0:
             raise
@@ -86,7 +82,7 @@ def inside(holder: Value | HasFields, is_own: bool, environment: Environment) ->
 
 
 def _perform(
-    method: Method, given: dict[str, Value], inside: Environment, span: Span, evaluate: Evaluate
+    method: Method, given: dict[str, Value], inside: Environment, call: Call, evaluate: Evaluate
 ) -> Value:
     bindings = dict(inside.bindings)
     inside = replace(inside, bindings=bindings)
@@ -98,50 +94,23 @@ def _perform(
         bindings[name] = arguments[name] = given[name]
     body = method.body
     if isinstance(body, Undefined):
-        raise EvaluationError(f"method `{method.name}` is undefined", span)
+        raise EvaluationError(f"method `{method.name}` is undefined", call.span)
     if isinstance(body, External):
-        positional = [evaluate(value, inside) for value in body.positional]
-        named = {name: evaluate(value, inside) for name, value in body.named}
-        return _call_python(method, body.path, positional, {**arguments, **named}, span)
+        return _call_python(body, arguments, inside, call, evaluate)
     return evaluate(body, inside)
 
 
-def _call_python(method: Method, path: str, positional: list[Value], named: dict[str, Value], span: Span) -> Value:
-    function = _find_function(path, span)
+def _call_python(
+    external: External, arguments: dict[str, Value], inside: Environment, call: Call, evaluate: Evaluate
+) -> Value:
+    function = call.methods.function(external)
+    if function is None:
+        raise EvaluationError(f"`{external.path}` was not imported when the scenario was loaded", call.span)
+    positional = [evaluate(argument.value, inside) for argument in external.positional]
+    named = {name: evaluate(argument.value, inside) for name, argument in external.named}
     try:
-        result = function(*positional, **named)
-    except Exception as error:
-        reason = f"`{path}` failed: {type(error).__name__}: {error}"
-        raise EvaluationError(reason, span) from error
-    assert method.result is not None, "checked: it has a result"
-    value = from_python(result, method.result)
-    if value is None:
-        expected = getattr(method.result, "name", "a list or a range")
-        found = type(result).__name__
-        raise EvaluationError(f"`{path}` returned a value of {found}, which is no `{expected}`", span)
-    return value
-
-
-def _find_function(path: str, span: Span) -> Callable[..., Any]:
-    """The Python function at a dotted path: of a module, or of a class in one."""
-    parts = path.split(".")
-    found: Any = None
-    for length in range(len(parts) - 1, 0, -1):
-        name = ".".join(parts[:length])
-        try:
-            found = import_module(name)
-            break
-        except ModuleNotFoundError as error:
-            if error.name is None or not f"{name}.".startswith(f"{error.name}."):
-                raise EvaluationError(f"`{path}` cannot be imported: {error}", span) from error
-        except Exception as error:
-            raise EvaluationError(f"`{path}` cannot be imported: {error}", span) from error
-    if found is None:
-        raise EvaluationError(f"there is no Python module for `{path}`", span)
-    for part in parts[length:]:
-        found = getattr(found, part, None)
-    if not callable(found):
-        raise EvaluationError(f"there is no Python function `{path}`", span)
-    if inspect.iscoroutinefunction(found):
-        raise EvaluationError(f"`{path}` is asynchronous, and methods take no time", span)
-    return found  # type: ignore[no-any-return]
+        result: Value | None = function(inside.run, positional, {**arguments, **named})
+    except MethodFailed as error:
+        raise EvaluationError(str(error), call.span) from error
+    assert result is not None, "checked: the method has a result"
+    return result

@@ -11,13 +11,14 @@ import asyncio
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import anyio
 
 from seoro.errors import BackendError, InvalidUse
 from seoro.lang.plan import InvokeScenario, Plan
-from seoro.runtime.actions import BoundAction, Implementation, bind
+from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded
@@ -29,6 +30,7 @@ from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.invocation import Decision, Instance, Place, Services
+from seoro.runtime.method_context import MethodContext
 from seoro.runtime.needs import check_needs
 from seoro.runtime.trace import Trace
 from seoro.runtime.unsupported import refuse_unsupported
@@ -45,7 +47,8 @@ class Settings:
         clock: The run's clock.
         backends: Where actors may live; opened, and closed after the run, by the caller.
         observers: Who sees the trace.
-        implementations: The Python functions of actions, by qualified name.
+        actions: The actions that Python functions carry out, by qualified name.
+        output_directory: Where the results of the run go; methods of libraries may ask for it.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Of seoro; stands in the trace.
     """
@@ -54,7 +57,8 @@ class Settings:
     clock: Clock
     backends: Sequence[Backend] = ()
     observers: Sequence[Observer] = ()
-    implementations: Mapping[str, Implementation] | None = None
+    actions: Mapping[str, BoundAction] = field(default_factory=dict)
+    output_directory: Path | None = None
     grace: float = 5.0
     version: str = ""
 
@@ -73,7 +77,8 @@ class Execution:
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         refuse_unsupported(plan)
-        self._actions = _bind_all(plan, settings.implementations or {})
+        self._actions = settings.actions
+        self._run = MethodContext(settings.seed, Path(plan.file), settings.output_directory)
         self._coverage = Coverage(plan.coverage, self._trace, settings.seed)
         self._entry = self._instantiate()
         self.verdict: Verdict | None = None  # once the run is over
@@ -85,6 +90,7 @@ class Execution:
             trace=self._trace,
             coverage=self._coverage,
             actions=self._actions,
+            run=self._run,
             homes=self._homes,
             grace=settings.grace,
         )
@@ -101,9 +107,10 @@ class Execution:
         return self._services.fault
 
     def _instantiate(self) -> Instance:
+        _check_actions(self._plan, self._actions)
         scenario = self._plan.scenarios[self._plan.entry]
         try:
-            fields = entry_parameters(self._plan, self._settings.seed)
+            fields = entry_parameters(self._plan, self._settings.seed, self._run)
         except NoChoice as error:
             raise InvalidUse(str(error), error.span, error.help, error.places, error.code) from error
         except EvaluationError as error:
@@ -239,5 +246,13 @@ class Execution:
         )
 
 
-def _bind_all(plan: Plan, found: Mapping[str, Implementation]) -> dict[str, BoundAction]:
-    return {name: bind(action, found) for name, action in plan.actions.items()}
+def _check_actions(plan: Plan, actions: Mapping[str, BoundAction]) -> None:
+    """Check that something carries out every action that can be invoked."""
+    for name, action in plan.actions.items():
+        if name not in actions:
+            raise InvalidUse(
+                f"nothing carries out the action `{name}`",
+                action.span,
+                f"the library `{action.library}` declares it without an implementation" if action.library else
+                "actions are carried out by Python functions of a library",
+            )  # fmt: skip

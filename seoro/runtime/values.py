@@ -9,6 +9,8 @@ from seoro.lang.plan import ActorType, EnumValue, StructType
 
 Value: TypeAlias = "bool | int | float | str | EnumValue | Struct | Actor | Range | tuple[Value, ...]"
 
+INTEGER_LIMITS = {"int": (-(1 << 63), (1 << 63) - 1), "uint": (0, (1 << 64) - 1)}
+
 
 @dataclass(eq=False)
 class Struct:

@@ -13,7 +13,7 @@ import pytest
 from seoro.lang import ast, cache, frontend
 from seoro.lang.cache import MAX_SIZE, parse_library
 from seoro.lang.diagnostic import Bag
-from seoro.lang.loader import own_libraries
+from seoro.lang.libraries import own_libraries
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import pytest
 
-from seoro.embed import Options, Run, Scenario, load, prepare
-from seoro.runtime.actions import ActionFunction, implementations
+from seoro.embed import Options, Run, load, prepare
+from seoro.runtime.actions import ActionFunction
 from seoro.runtime.verdict import Verdict
 
 VIRTUAL = Options(clock="virtual")
@@ -57,9 +57,7 @@ def prepare_text(tmp_path: Path) -> Prepare:
         path.write_text(HEADER + text)
         module = ModuleType("actions_of_a_test")
         vars(module).update({function.__name__: function for function in actions})
-        scenario = load(path)
-        found = {**scenario.implementations, **implementations([module])}
-        return prepare(Scenario(scenario.checked, found), options)
+        return prepare(load(path, modules=[module]), options)
 
     return prepare_run
 

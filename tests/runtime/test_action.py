@@ -182,26 +182,6 @@ async def test_leaving_the_block_stops_the_run(prepare_text: Prepare) -> None:
     assert verdict.status is RunStatus.CANCELLED
 
 
-async def test_a_function_that_does_not_fit_its_declaration_is_refused(prepare_text: Prepare) -> None:
-    @action("work")
-    async def other(ctx: ActionContext, name: str) -> None: ...
-
-    with pytest.raises(InvalidUse, match=r"it takes \(name\), the declaration has \(name, seconds\)") as caught:
-        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[other]):
-            pass
-    assert caught.value.span is not None
-    assert caught.value.span.text == "work"
-
-
-async def test_a_parameter_of_another_type_is_refused(prepare_text: Prepare) -> None:
-    @action("work")
-    async def other(ctx: ActionContext, name: str, seconds: int) -> None: ...
-
-    with pytest.raises(InvalidUse, match="the type of `seconds` does not fit"):
-        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[other]):
-            pass
-
-
 async def test_a_declaration_without_a_function_is_refused(prepare_text: Prepare) -> None:
     with pytest.raises(InvalidUse, match="nothing carries out the action `work`"):
         async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n'):

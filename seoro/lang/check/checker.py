@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from seoro.lang import ast, plan
@@ -78,11 +78,16 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
             behavior = Behaviors(found, expressions, traits).elaborate()
             if behavior is not None:
                 behaviors[symbol] = behavior
+    diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
+    return Checked(
+        sources, diagnostics, _scenarios(sources, program), program, behaviors, reactions, coverage
+    )
+
+
+def in_order(sources: Sources, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Messages sorted by file, the entry file first, and place."""
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
-    found_all = (*sources.diagnostics, *bag.diagnostics)
-    diagnostics = sorted(found_all, key=lambda found: (order.get(found.position[0], -1), *found.position[1:]))
-    scenarios = _scenarios(sources, program)
-    return Checked(sources, tuple(diagnostics), scenarios, program, behaviors, reactions, coverage)
+    return tuple(sorted(diagnostics, key=lambda found: (order.get(found.position[0], -1), *found.position[1:])))
 
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:

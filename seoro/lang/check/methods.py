@@ -149,15 +149,22 @@ class Methods:
         expressions = self._expressions
         if len(path) < 2:
             expressions.bag.add(method_messages.NoPath(span, ".".join(path)))
-        positional = tuple(expressions.value(value, scope).expression for value in arguments.positional)
-        named: dict[str, plan.Expression] = {}
+        positional = tuple(self._argument(value, scope) for value in arguments.positional)
+        named: dict[str, plan.Argument] = {}
         for argument in arguments.named:
             name = argument.name.text
-            if name in named or name in symbol.parameters:
-                first = symbol.parameters[name].span if name in symbol.parameters else named[name].span
-                expressions.bag.add(names.Duplicate(argument.name.span, "argument", name, first))
-            named[name] = expressions.value(argument.value, scope).expression
-        return plan.External(".".join(path), positional, tuple(named.items()), span)
+            if name in named:
+                expressions.bag.add(names.Duplicate(argument.name.span, "argument", name, named[name].value.span))
+            named[name] = self._argument(argument.value, scope)
+        parameters = tuple(
+            (parameter.name, plan_type(parameter.type, expressions.program))
+            for parameter in symbol.parameters.values()
+        )
+        return plan.External(".".join(path), positional, tuple(named.items()), parameters, span)
+
+    def _argument(self, value: ast.Expression, scope: Scope) -> plan.Argument:
+        found = self._expressions.value(value, scope)
+        return plan.Argument(found.expression, plan_type(found.type, self._expressions.program))
 
 
 def _type_name(method: MethodSymbol) -> str:

@@ -56,8 +56,8 @@ def _bodies(method: plan.Method) -> Iterable[plan.Expression]:
     yield from (default for _, default in method.parameters if default is not None)
     match method.body:
         case plan.External(_, positional, named):
-            yield from positional
-            yield from (value for _, value in named)
+            yield from (argument.value for argument in positional)
+            yield from (argument.value for _, argument in named)
         case plan.Undefined():
             pass
         case body:

@@ -73,6 +73,7 @@ from seoro.lang.plan.events import (
     Rise,
 )
 from seoro.lang.plan.expressions import (
+    Argument,
     Arithmetic,
     Binding,
     Bound,
@@ -149,6 +150,7 @@ __all__ = [
     "ActorType",
     "AnyCoverageItem",
     "AppliedModifier",
+    "Argument",
     "Arithmetic",
     "Behavior",
     "Binding",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.types import EnumValue, StructType, ValueType
@@ -325,12 +325,27 @@ def parts(expression: Expression) -> Iterable[Expression]:
                     yield inner
 
 
+class Argument(Value):
+    """A value for a Python function, with its type."""
+
+    value: Expression
+    type: ValueType
+
+
 class External(Value):
-    """A Python function, by its dotted path; it is given the method's parameters by name after these arguments."""
+    """A Python function that implements a method.
+
+    Args:
+        path: Its dotted path.
+        positional: What it is given first.
+        named: What it is given by name, some of it in the place of parameters.
+        parameters: The method's own parameters, which it is given too, with their types.
+    """
 
     path: str
-    positional: tuple[Expression, ...]
-    named: tuple[tuple[str, Expression], ...]
+    positional: tuple[Argument, ...]
+    named: tuple[tuple[str, Argument], ...]
+    parameters: tuple[tuple[str, ValueType], ...]
     span: Span
 
 
@@ -357,15 +372,22 @@ class Method(Value):
     span: Span
 
 
+ExternalFunction: TypeAlias = Callable[[Any, Sequence[Any], Mapping[str, Any]], Any]
+"""What carries an external method out: given the run, the values of the positional arguments, and all others by
+their names, it returns the value of the method's result."""
+
+
 @dataclass(eq=False, slots=True)
 class Methods:
     """The implementations of all methods, by the type that has them and the method's name.
 
     Calls refer to it instead of holding what they call, since methods call each other. Types are known by
-    their names here, scenarios and actions by `behavior_type`.
+    their names here, scenarios and actions by `behavior_type`. External methods are given their Python functions
+    when a scenario is loaded.
     """
 
     _found: dict[tuple[str, str], Method] = field(default_factory=dict, repr=False)
+    _functions: dict[Span, ExternalFunction] = field(default_factory=dict, repr=False)
 
     def add(self, type_name: str, method: str, implementation: Method) -> None:
         """Give a type an implementation; for checking."""
@@ -374,6 +396,20 @@ class Methods:
     def find(self, types: Iterable[str], method: str) -> Method | None:
         """The implementation that a value has whose types these are, nearest first."""
         return next((found for name in types if (found := self._found.get((name, method))) is not None), None)
+
+    def externals(self) -> Iterator[tuple[Method, External]]:
+        """All external methods."""
+        for method in self._found.values():
+            if isinstance(method.body, External):
+                yield method, method.body
+
+    def bind(self, external: External, function: ExternalFunction) -> None:
+        """Give an external method its Python function; for loading."""
+        self._functions[external.span] = function
+
+    def function(self, external: External) -> ExternalFunction | None:
+        """The Python function of an external method; None if it was not given one."""
+        return self._functions.get(external.span)
 
 
 def behavior_type(name: str) -> str:

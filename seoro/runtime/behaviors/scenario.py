@@ -58,7 +58,7 @@ def invoked(plan: InvokeScenario | InvokeAction, place: Place) -> Invocation:
     actor = evaluate(plan.actor, environment) if plan.actor is not None else None
     assert actor is None or isinstance(actor, Actor)
     given = {name: evaluate(value, environment) for name, value in plan.arguments}
-    return Invocation(given, actor, plan.constraints, environment, environment.seed)
+    return Invocation(given, actor, plan.constraints, environment, environment.seed, environment.run)
 
 
 def shared(place: Place) -> dict[str, Value]:

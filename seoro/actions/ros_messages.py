@@ -1,0 +1,113 @@
+"""The methods of the struct `msg_conversion` in `osc.ros`: parts of ROS messages.
+
+A message is text here: YAML, as `ros2 topic echo` prints it and `ros2 topic pub` reads it, or JSON, which is
+YAML too.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from seoro.errors import InvalidUse
+from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D
+
+MAX_SIZE = 256 * 1024  # characters; a message that a scenario looks into is far smaller
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads YAML without references, which can make a small text a huge value."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Compose a node.
+
+        Raises:
+            yaml.YAMLError: It is a reference.
+        """
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it has references")
+        return super().compose_node(parent, index)
+
+
+def get_object_member(in_value: str, member_name: str) -> str:
+    """A member of a message: a number or a text as it is, anything else as JSON.
+
+    Args:
+        in_value: The message.
+        member_name: Path of the member, such as `pose.position.x`; elements of lists by their numbers from 0. The
+            whole message if it is empty.
+
+    Raises:
+        InvalidUse: The text is no message, or has no such member.
+    """
+    found = _read(in_value)
+    for name in member_name.split(".") if member_name else ():
+        found = _member(found, name, member_name)
+    return found if isinstance(found, str) else json.dumps(found, default=str)
+
+
+def _member(value: Any, name: str, path: str) -> Any:
+    match value:
+        case dict() if name in value:
+            return value[name]
+        case list() if name.isdecimal() and int(name) < len(value):
+            return value[int(name)]
+        case dict():
+            raise InvalidUse(f"there is no '{name}' of '{path}'; there are {', '.join(map(str, value))}")
+        case list():
+            raise InvalidUse(f"there is no '{name}' of '{path}' in a list of {len(value)}")
+        case _:
+            raise InvalidUse(f"there is no '{name}' of '{path}': what is before it has no members")
+
+
+def to_pose_3d(in_value: str) -> Pose3D:
+    """The pose of a `geometry_msgs` message: `Pose`, or one that has a `pose`, with a covariance or a stamp.
+
+    Raises:
+        InvalidUse: The text is no such message.
+    """
+    found = _read(in_value)
+    while isinstance(found, dict) and "position" not in found and "pose" in found:
+        found = found["pose"]
+    if not isinstance(found, dict) or not {"position", "orientation"} <= found.keys():
+        raise InvalidUse("this is no pose: it has no `position` and `orientation`")
+    x, y, z = _numbers(found["position"], "xyz")
+    return Pose3D(Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
+
+
+def _numbers(value: Any, names: str) -> tuple[float, ...]:
+    if not isinstance(value, Mapping) or not all(isinstance(value.get(name), int | float) for name in names):
+        raise InvalidUse(f"this is no pose: `{', '.join(names)}` are not all numbers")
+    return tuple(float(value[name]) for name in names)
+
+
+def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
+    """Roll, pitch and yaw of a quaternion, yaw first (ISO 8855); its length does not matter.
+
+    The angles are read from the elements of the rotation matrix, each multiplied by the square of the length.
+    """
+    square = x * x + y * y + z * z + w * w
+    if not math.isfinite(square) or square == 0:
+        raise InvalidUse("this is no pose: its quaternion has no direction")
+    return Orientation3D(
+        roll=math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+        pitch=math.asin(max(-1.0, min(1.0, 2 * (w * y - x * z) / square))),
+        yaw=math.atan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z),
+    )
+
+
+def _read(text: str) -> Any:
+    if len(text) > MAX_SIZE:
+        raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
+    try:
+        return json.loads(text)  # what YAML reads otherwise: 1e-05 is a text there
+    except (ValueError, RecursionError):
+        pass
+    try:
+        return yaml.load(text.removesuffix("\n---"), _Loader)  # noqa: S506 - a safe loader
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        raise InvalidUse(f"the message cannot be read: {str(error).splitlines()[0]}") from error

@@ -1,0 +1,139 @@
+"""Imports the Python of libraries, and of external methods.
+
+What lies in a folder beside a scenario is imported under a name that belongs to that folder, as a part of a
+package without a file: so `sys.path` stays as it is, modules of one name in two folders do not clash, and
+modules import their neighbours with a dot, as those of any package. A process imports a module once, like all
+others.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+
+import seoro.actions
+from seoro.lang.libraries import FOLDER, Library, Origin
+
+_PREFIX = "seoro_folder_"
+
+
+class ImportFailed(Exception):
+    """A module raises when it is imported.
+
+    Args:
+        module: What people call it.
+        reason: Its exception, in a line.
+        hint: What to do; may be empty.
+    """
+
+    def __init__(self, module: str, reason: str, hint: str) -> None:
+        super().__init__(f"{module}: {reason}")
+        self.module = module
+        self.reason = reason
+        self.hint = hint
+
+
+@dataclass(frozen=True)
+class Root:
+    """A folder of Python modules.
+
+    Args:
+        folder: The folder.
+        package: The package that it is; empty if its modules have names without a dot.
+    """
+
+    folder: Path
+    package: str
+
+
+def root_of(library: Library) -> Root | None:
+    """Where the module of a library lies; None for seoro's own."""
+    folder = library.path.parent
+    match library.origin:
+        case Origin.OWN:
+            return None
+        case Origin.BESIDE:
+            return root_of_folder(folder if folder.name == FOLDER else folder.parent)
+        case Origin.INSTALLED:
+            package, _, last = library.module.rpartition(".")
+            is_package = folder.name == last and (folder / "__init__.py").is_file()
+            return Root(folder.parent if is_package else folder, package)
+
+
+def root_of_folder(folder: Path) -> Root:
+    """A folder beside a scenario, as a package."""
+    resolved = folder.resolve()
+    name = _PREFIX + sha256(str(resolved).encode()).hexdigest()[:16]
+    if name not in sys.modules:
+        package = ModuleType(name, f"The modules in {resolved}.")
+        package.__path__ = [str(resolved)]
+        sys.modules[name] = package
+    return Root(resolved, name)
+
+
+def library_module(library: Library) -> ModuleType | None:
+    """The Python module of a library; None if it has none.
+
+    Raises:
+        ImportFailed: The module raises when it is imported.
+    """
+    bare = library.name.removeprefix("osc.")
+    root = root_of(library)
+    if root is None:
+        name = f"{seoro.actions.__name__}.{bare}"
+        return importlib.import_module(name) if "." not in bare and find_spec(name) is not None else None
+    if library.origin is Origin.BESIDE and not is_module(root, [bare]):
+        return None
+    return import_beside(root, library.module.rpartition(".")[2])
+
+
+def is_module(root: Root, parts: Sequence[str]) -> bool:
+    """Whether a folder has a module or package of a dotted name."""
+    path = root.folder.joinpath(*parts)
+    return path.with_name(f"{path.name}.py").is_file() or (path / "__init__.py").is_file()
+
+
+def import_beside(root: Root, name: str) -> ModuleType:
+    """Import a module of a folder.
+
+    Raises:
+        ImportFailed: The module raises.
+    """
+    importlib.invalidate_caches()  # the file may be younger than what Python knows of its folder
+    try:
+        return importlib.import_module(f"{root.package}.{name}" if root.package else name)
+    except (Exception, SystemExit) as error:
+        raise ImportFailed(name, reason_of(error, root.folder), _hint(error, root)) from error
+
+
+def reason_of(error: BaseException, folder: Path | None = None) -> str:
+    """An exception in a line, with the line of a folder's file that raised it."""
+    lines = str(error).strip().splitlines()
+    text = f"{type(error).__name__}: {lines[-1]}" if lines else type(error).__name__
+    if folder is None or isinstance(error, SyntaxError):  # that says where it is
+        return text
+    frames = traceback.extract_tb(error.__traceback__)
+    inside = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    return f"{text} ({Path(inside[-1].filename).name}, line {inside[-1].lineno})" if inside else text
+
+
+def _hint(error: BaseException, root: Root) -> str:
+    name = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
+    if name is None or not is_module(root, [name.partition(".")[0]]):
+        return ""
+    return f"a module beside it is imported with a dot: `from .{name} import ...`"
+
+
+def function_name(function: object) -> str:
+    """What people call a function: its module, without the name of the folder, and its own name."""
+    module = getattr(function, "__module__", None)
+    name = getattr(function, "__qualname__", type(function).__name__)
+    return re.sub(rf"^{_PREFIX}\w+\.", "", f"{module}.{name}") if module else name

@@ -1,0 +1,200 @@
+"""External methods (7.3.7.4): how the arguments of a method reach its Python function.
+
+The function is given, in this order: the run, if its first parameter is annotated with `MethodContext`; the
+arguments in the parentheses without a name; then, by name, those with a name and the method's own parameters
+that none of these replaces. If it takes none of the method's parameters by name, as `math.sin` does, they are
+given in their order, after the arguments without a name.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from seoro.errors import SeoroError
+from seoro.lang.plan import External, Method, PrimitiveType, ValueType
+from seoro.runtime.fitting import Converter, Fitting, annotation_for
+from seoro.runtime.method_context import MethodContext
+from seoro.runtime.signatures import BY_NAME, Misfit, shown, signature_of, type_name
+from seoro.runtime.values import Value
+
+
+class MethodFailed(Exception):
+    """A method has no result: its Python function failed, or returned what is none."""
+
+
+@dataclass(frozen=True)
+class BoundFunction:
+    """The Python function of an external method.
+
+    Args:
+        function: The function.
+        path: What the scenario calls it.
+        takes_run: Whether it is given the run first.
+        positional: How each argument in the parentheses without a name becomes what the function takes.
+        in_order: Names and converters of the parameters that are given after those.
+        by_name: The same, of what is given by name.
+        result: Type of the method's result; None if it has none.
+        fitting: For the result.
+    """
+
+    function: Callable[..., Any]
+    path: str
+    takes_run: bool
+    positional: Sequence[Converter]
+    in_order: Mapping[str, Converter]
+    by_name: Mapping[str, Converter]
+    result: ValueType | None
+    fitting: Fitting
+
+    def __call__(
+        self, run: MethodContext | None, positional: Sequence[Value], named: Mapping[str, Value]
+    ) -> Value | None:
+        """The result of the method; None if it has none.
+
+        Args:
+            run: The run.
+            positional: Values of the arguments in the parentheses without a name.
+            named: Values of those with a name, and of the method's parameters.
+
+        Raises:
+            MethodFailed: There is no result.
+        """
+        returned = self._call(run, positional, named)
+        if inspect.iscoroutine(returned):
+            returned.close()  # else Python would warn that nobody awaited it
+        if self.result is None:
+            return None
+        value = self.fitting.value(returned, self.result)
+        if value is None:
+            found = "nothing" if returned is None else f"a value of {type(returned).__name__}"
+            expected = getattr(self.result, "name", "a list or a range")
+            raise MethodFailed(f"`{self.path}` returned {found}, which is no `{expected}`")
+        return value
+
+    def _call(self, run: MethodContext | None, positional: Sequence[Value], named: Mapping[str, Value]) -> Any:
+        if self.takes_run and run is None:
+            raise MethodFailed(f"`{self.path}` needs a run, and there is none")
+        try:
+            leading = [run] if self.takes_run else []
+            first = [convert(value) for convert, value in zip(self.positional, positional, strict=True)]
+            then = [convert(named[name]) for name, convert in self.in_order.items()]
+            rest = {name: convert(named[name]) for name, convert in self.by_name.items()}
+            return self.function(*leading, *first, *then, **rest)
+        except SeoroError as error:  # it says itself what is wrong
+            raise MethodFailed(f"`{self.path}` failed: {error}") from error
+        except Exception as error:
+            raise MethodFailed(f"`{self.path}` failed: {type(error).__name__}: {error}") from error
+
+
+def bind_function(function: object, method: Method, external: External, fitting: Fitting) -> BoundFunction:
+    """Bind an external method to a Python function.
+
+    Raises:
+        Misfit: It cannot be called, is asynchronous, takes other arguments or returns something else.
+    """
+    if not callable(function):
+        raise Misfit("it is no function")
+    called = function if inspect.isroutine(function) or isinstance(function, type) else type(function).__call__
+    if inspect.iscoroutinefunction(function) or inspect.iscoroutinefunction(called):
+        raise Misfit("it is asynchronous, and methods take no time: what lasts is an action")
+    signature = _signature_of(function)
+    taken = list(signature.parameters.values()) if signature is not None else []
+    takes_run = bool(taken) and taken[0].annotation is MethodContext
+    replaced = {name for name, _ in external.named}
+    positional = [_Slot(argument.value.span.text, argument.type) for argument in external.positional]
+    own = [_Slot(name, type_) for name, type_ in external.parameters if name not in replaced]
+    named = [_Slot(name, argument.type) for name, argument in external.named]
+    by_name, in_order = (own, []) if _takes_by_name(taken, own) else ([], own)
+    by_name = [*named, *by_name]
+    if signature is not None:
+        _read_hints(signature, takes_run, [*positional, *in_order], by_name)
+        _check_result(signature, method, fitting)
+    return BoundFunction(
+        function,
+        external.path,
+        takes_run,
+        [slot.converter(fitting) for slot in positional],
+        {slot.name: slot.converter(fitting) for slot in in_order},
+        {slot.name: slot.converter(fitting) for slot in by_name},
+        method.result,
+        fitting,
+    )
+
+
+@dataclass(eq=False)
+class _Slot:
+    """Something that a function is given.
+
+    Args:
+        name: Of the argument or parameter; its text, if it has none.
+        type: Its declared type.
+        hint: What the function is annotated to take for it.
+    """
+
+    name: str
+    type: ValueType
+    hint: Any = object
+
+    def converter(self, fitting: Fitting) -> Converter:
+        """How its value becomes what the function takes."""
+        found = fitting.converter(self.type, self.hint)
+        if found is None:
+            wanted = annotation_for(self.type)
+            raise Misfit(f"it takes `{type_name(self.hint)}` where `{self.name}` gives `{wanted}`")
+        return found
+
+
+def _signature_of(function: Callable[..., Any]) -> inspect.Signature | None:
+    """What a function takes; None if it does not say, as some of those that are written in C."""
+    try:
+        return signature_of(function)
+    except Misfit:
+        pass
+    try:  # annotations that cannot be evaluated say nothing
+        found = inspect.signature(function)
+    except (TypeError, ValueError):
+        return None
+    bare = [parameter.replace(annotation=inspect.Parameter.empty) for parameter in found.parameters.values()]
+    return found.replace(parameters=bare, return_annotation=inspect.Signature.empty)
+
+
+def _takes_by_name(taken: Sequence[inspect.Parameter], own: Sequence[_Slot]) -> bool:
+    """Whether a function takes any of the method's parameters by name."""
+    if any(parameter.kind is inspect.Parameter.VAR_KEYWORD for parameter in taken):
+        return True
+    names = {parameter.name for parameter in taken if parameter.kind in BY_NAME}
+    return any(slot.name in names for slot in own)
+
+
+def _read_hints(
+    signature: inspect.Signature, takes_run: bool, in_order: Sequence[_Slot], by_name: Sequence[_Slot]
+) -> None:
+    """Find what each slot is taken by."""
+    leading = [_Slot("run", PrimitiveType("string"))] if takes_run else []
+    try:
+        bound = signature.bind(*leading, *in_order, **{slot.name: slot for slot in by_name})
+    except TypeError as error:
+        given = ", ".join([*(slot.name for slot in in_order), *(f"{slot.name}: ..." for slot in by_name)])
+        taken = shown(list(signature.parameters.values())[len(leading) :])
+        raise Misfit(f"it takes ({taken}), and is given ({given})") from error
+    for name, found in bound.arguments.items():
+        parameter = signature.parameters[name]
+        slots: Iterable[_Slot] = (found,)
+        if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
+            slots = found
+        elif parameter.kind is inspect.Parameter.VAR_KEYWORD:
+            slots = found.values()
+        if parameter.annotation is not inspect.Parameter.empty:
+            for slot in slots:
+                slot.hint = parameter.annotation
+
+
+def _check_result(signature: inspect.Signature, method: Method, fitting: Fitting) -> None:
+    returned = signature.return_annotation
+    if method.result is None or returned is inspect.Signature.empty:
+        return
+    if not fitting.gives(returned, method.result):
+        raise Misfit(f"it returns `{type_name(returned)}`, not `{annotation_for(method.result)}`")

@@ -1,0 +1,67 @@
+"""Modifiers in Python: how functions say which modifier they carry out, and what they have to look like.
+
+    @modifier("retry")
+    async def retry(ctx: ModifierContext, child: Child, count: int) -> Outcome:
+        outcome = await child.run()
+        failures = 1
+        while outcome.failed and failures <= count:
+            ...
+
+A function is matched to the declaration of the modifier, by the names and types of its parameters, when the
+scenario is loaded. What it gets is in `contracts.py`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any
+
+from seoro.runtime.fitting import Fitting
+from seoro.runtime.signatures import Declaration, Misfit, match_coroutine, signature_of, type_name
+from seoro.runtime.verdict import Outcome
+
+ModifierFunction = Callable[..., Coroutine[Any, Any, Outcome]]
+
+MODIFIER_MARK = "__seoro_modifier__"
+
+
+@dataclass(frozen=True)
+class ModifierMark:
+    """What `@modifier` says of a function."""
+
+    name: str
+
+
+def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
+    """Say that a function carries out a modifier.
+
+    The function is `async`, takes a `ModifierContext`, then for a modifier of an actor the actor, then the `Child`
+    that it is applied to, then the parameters of the declaration by their names. It returns the outcome of the
+    modified behavior: that of the child, or one of its own. Raising `ActionFailed` is a failure, too.
+
+    Args:
+        name: As in the declaration, qualified by the actor type if it belongs to one.
+    """
+
+    def mark(function: ModifierFunction) -> ModifierFunction:
+        setattr(function, MODIFIER_MARK, ModifierMark(name))
+        return function
+
+    return mark
+
+
+def check_modifier(declaration: Declaration, function: ModifierFunction, fitting: Fitting) -> None:
+    """Check that a function can carry out a modifier.
+
+    Raises:
+        Misfit: It takes other parameters, or returns something else.
+    """
+    leading = {"ctx": "ModifierContext", "actor": "Actor", "child": "Child"}
+    if not declaration.has_actor:
+        del leading["actor"]
+    match_coroutine(function, leading, declaration.parameters, fitting)
+    returned = signature_of(function).return_annotation
+    if returned is not inspect.Signature.empty and returned is not Outcome:
+        raise Misfit(f"it returns `{type_name(returned)}`, not `Outcome`")

@@ -1,0 +1,134 @@
+"""Reading the signatures of Python functions, and comparing them with declarations by names and types."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from seoro.lang.plan import ValueType
+from seoro.runtime.fitting import Converter, Fitting, annotation_for
+
+BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What is declared of an action or a modifier that Python carries out.
+
+    Args:
+        has_actor: Whether it belongs to an actor.
+        parameters: The types of its parameters, by their names.
+    """
+
+    has_actor: bool
+    parameters: Mapping[str, ValueType]
+
+
+class Misfit(Exception):
+    """A Python function does not fit a declaration; the message says why.
+
+    Args:
+        message: What does not fit.
+        expected: The function as it would fit; empty if that cannot be said.
+    """
+
+    def __init__(self, message: str, expected: str = "") -> None:
+        super().__init__(message)
+        self.expected = expected
+
+
+def signature_of(function: Callable[..., Any]) -> inspect.Signature:
+    """The signature of a function, with its annotations evaluated.
+
+    Raises:
+        Misfit: It has none that can be read.
+    """
+    try:
+        return inspect.signature(function, eval_str=True)
+    except (TypeError, ValueError) as error:
+        raise Misfit(f"its parameters cannot be read: {error}") from error
+    except Exception as error:  # whatever the text of an annotation raises
+        raise Misfit(f"its annotations cannot be evaluated: {type(error).__name__}: {error}") from error
+
+
+def takes_anything(function: Callable[..., Any]) -> tuple[str, ...]:
+    """Names of the parameters that accept a value of any type; none if the signature cannot be read."""
+    try:
+        parameters = signature_of(function).parameters
+    except Misfit:
+        return ()
+    return tuple(name for name, parameter in parameters.items() if parameter.annotation in (object, Any))
+
+
+def match_coroutine(
+    function: Callable[..., Any], leading: Mapping[str, str], declared: Mapping[str, ValueType], fitting: Fitting
+) -> Mapping[str, Converter]:
+    """Match an `async` function with the parameters of a declaration; returns how their values become its own.
+
+    Args:
+        function: The function.
+        leading: What it takes before the parameters: names, for messages, and annotations.
+        declared: Types of the parameters by their names, by which it takes them.
+        fitting: For their types.
+
+    Raises:
+        Misfit: They do not match.
+    """
+    expected = ", ".join(
+        [
+            *(f"{name}: {hint}" for name, hint in leading.items()),
+            *(f"{name}: {annotation_for(type_)}" for name, type_ in declared.items()),
+        ]
+    )
+    try:
+        return _match(function, len(leading), declared, fitting)
+    except Misfit as misfit:
+        raise Misfit(str(misfit), f"async def {function.__name__}({expected})") from misfit
+
+
+def _match(
+    function: Callable[..., Any], leading: int, declared: Mapping[str, ValueType], fitting: Fitting
+) -> Mapping[str, Converter]:
+    if not inspect.iscoroutinefunction(function):
+        raise Misfit("it is no `async` function")
+    taken = list(signature_of(function).parameters.values())
+    by_name = {parameter.name: parameter for parameter in taken[leading:] if parameter.kind in BY_NAME}
+    is_led = all(parameter.kind in _LEADING for parameter in taken[:leading])
+    if (
+        len(taken) < leading
+        or not is_led
+        or len(by_name) < len(taken[leading:])
+        or by_name.keys() != declared.keys()
+    ):
+        raise Misfit(f"it takes ({shown(taken[leading:])}), the declaration has ({', '.join(declared)})")
+    converters = {}
+    for name, type_ in declared.items():
+        hint = by_name[name].annotation
+        if hint is inspect.Parameter.empty:
+            raise Misfit(f"`{name}` has no annotation")
+        converter = fitting.converter(type_, hint)
+        if converter is None:
+            raise Misfit(
+                f"the type of `{name}` does not fit the declaration: it is `{type_name(hint)}`, "
+                f"not `{annotation_for(type_)}`"
+            )
+        converters[name] = converter
+    return converters
+
+
+_LEADING = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+
+
+def shown(parameters: Sequence[inspect.Parameter]) -> str:
+    """Parameters for messages, without their types."""
+    marks: dict[Any, str] = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
+    return ", ".join(f"{marks.get(parameter.kind, '')}{parameter.name}" for parameter in parameters)
+
+
+def type_name(hint: Any) -> str:
+    """An annotation for messages, without the names of modules."""
+    text = hint.__name__ if isinstance(hint, type) and not hasattr(hint, "__args__") else str(hint)
+    return re.sub(r"\b(?:\w+\.)+(?=\w)", "", text)
