@@ -12,11 +12,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from seoro.embed import Run, Scenario, Simulator, load, start
     from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
+    from seoro.lang.plan.types import EnumValue
     from seoro.runtime.actions import action
     from seoro.runtime.context import ActionContext
-    from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D
-    from seoro.runtime.values import Actor
-    from seoro.runtime.verdict import RunStatus, Verdict
+    from seoro.runtime.contracts import Child, ModifierContext, Orientation3D, Pose3D, Position3D
+    from seoro.runtime.method_context import MethodContext
+    from seoro.runtime.modifiers import modifier
+    from seoro.runtime.values import Actor, Range, Struct
+    from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
 __version__ = "0.1.0"
 
@@ -25,30 +28,42 @@ __all__ = [
     "ActionFailed",
     "Actor",
     "BackendError",
+    "Child",
+    "EnumValue",
     "InvalidScenario",
     "InvalidUse",
+    "MethodContext",
+    "ModifierContext",
     "Orientation3D",
+    "Outcome",
     "Pose3D",
     "Position3D",
+    "Range",
     "Run",
     "RunStatus",
     "Scenario",
     "SeoroError",
     "Simulator",
+    "Status",
+    "Struct",
     "Verdict",
     "action",
     "load",
+    "modifier",
     "start",
 ]
 
 _MODULES = {
     "seoro.embed": ("Run", "Scenario", "Simulator", "load", "start"),
     "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
+    "seoro.lang.plan.types": ("EnumValue",),
     "seoro.runtime.actions": ("action",),
     "seoro.runtime.context": ("ActionContext",),
-    "seoro.runtime.contracts": ("Orientation3D", "Pose3D", "Position3D"),
-    "seoro.runtime.values": ("Actor",),
-    "seoro.runtime.verdict": ("RunStatus", "Verdict"),
+    "seoro.runtime.contracts": ("Child", "ModifierContext", "Orientation3D", "Pose3D", "Position3D"),
+    "seoro.runtime.method_context": ("MethodContext",),
+    "seoro.runtime.modifiers": ("modifier",),
+    "seoro.runtime.values": ("Actor", "Range", "Struct"),
+    "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }
 
 

@@ -11,26 +11,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import yaml
-
 from seoro.errors import InvalidUse
 from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D
 
 MAX_SIZE = 256 * 1024  # characters; a message that a scenario looks into is far smaller
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads YAML without references, which can make a small text a huge value."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        """Compose a node.
-
-        Raises:
-            yaml.YAMLError: It is a reference.
-        """
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it has references")
-        return super().compose_node(parent, index)
 
 
 def get_object_member(in_value: str, member_name: str) -> str:
@@ -104,10 +88,12 @@ def _read(text: str) -> Any:
     if len(text) > MAX_SIZE:
         raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
     try:
-        return json.loads(text)  # what YAML reads otherwise: 1e-05 is a text there
+        return json.loads(text)  # what YAML would read otherwise: 1e-05 is a text there
     except (ValueError, RecursionError):
         pass
+    from seoro.actions.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed
+
     try:
-        return yaml.load(text.removesuffix("\n---"), _Loader)  # noqa: S506 - a safe loader
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise InvalidUse(f"the message cannot be read: {str(error).splitlines()[0]}") from error
+        return read_yaml(text.removesuffix("\n---"))
+    except ValueError as error:
+        raise InvalidUse(f"the message cannot be read: {error}") from error

@@ -14,7 +14,6 @@ import sys
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -70,6 +69,8 @@ def root_of(library: Library) -> Root | None:
 
 def root_of_folder(folder: Path) -> Root:
     """A folder beside a scenario, as a package."""
+    from hashlib import sha256  # noqa: PLC0415 - slow to load, and seldom needed
+
     resolved = folder.resolve()
     name = _PREFIX + sha256(str(resolved).encode()).hexdigest()[:16]
     if name not in sys.modules:

@@ -33,12 +33,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--format", choices=("text", "json"), default="text", help="how to print what was found (default: text)"
     )
     parser.add_argument("--strict", action="store_true", help="report the use of extensions to the standard")
+    parser.add_argument(
+        "--no-import",
+        action="store_true",
+        help="do not import, and so run, the Python modules of libraries and external methods",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     files = find_files(options.files)
-    found = _once(_check(files, strict=options.strict))
+    found = _once(_check(files, strict=options.strict, import_python=not options.no_import))
     if options.format == "json":
         diagnostics = list(found)
         print(json.dumps([to_json(diagnostic) for diagnostic in diagnostics], indent=1))
@@ -48,9 +53,9 @@ def run(options: argparse.Namespace) -> int:
     return Exit.INVALID if _errors(diagnostics) else Exit.PASSED
 
 
-def _check(files: Sequence[str], *, strict: bool) -> Iterator[Diagnostic]:
+def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterator[Diagnostic]:
     for file in files:
-        yield from check_file(file, strict=strict).checked.diagnostics
+        yield from check_file(file, strict=strict, import_python=import_python).checked.diagnostics
 
 
 def _once(diagnostics: Iterator[Diagnostic]) -> Iterator[Diagnostic]:

@@ -30,8 +30,9 @@ class BoundFunction:
     """The Python function of an external method.
 
     Args:
+        name: Of the method.
         function: The function.
-        path: What the scenario calls it.
+        path: What the scenario calls the function.
         takes_run: Whether it is given the run first.
         positional: How each argument in the parentheses without a name becomes what the function takes.
         in_order: Names and converters of the parameters that are given after those.
@@ -40,6 +41,7 @@ class BoundFunction:
         fitting: For the result.
     """
 
+    name: str
     function: Callable[..., Any]
     path: str
     takes_run: bool
@@ -84,9 +86,10 @@ class BoundFunction:
             rest = {name: convert(named[name]) for name, convert in self.by_name.items()}
             return self.function(*leading, *first, *then, **rest)
         except SeoroError as error:  # it says itself what is wrong
-            raise MethodFailed(f"`{self.path}` failed: {error}") from error
+            raise MethodFailed(f"`{self.name}` failed: {error}") from error
         except Exception as error:
-            raise MethodFailed(f"`{self.path}` failed: {type(error).__name__}: {error}") from error
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise MethodFailed(f"`{self.path}` failed: {reason}") from error
 
 
 def bind_function(function: object, method: Method, external: External, fitting: Fitting) -> BoundFunction:
@@ -113,6 +116,7 @@ def bind_function(function: object, method: Method, external: External, fitting:
         _read_hints(signature, takes_run, [*positional, *in_order], by_name)
         _check_result(signature, method, fitting)
     return BoundFunction(
+        method.name,
         function,
         external.path,
         takes_run,

@@ -16,10 +16,12 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     package = tmp_path / "site" / "my_garden"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("")
+    (package / "weather.py").write_text("def temperature() -> float:\n    return 293.15\n")
     (package / "garden.osc").write_text(
         "import osc.types\n"
         "actor gardener:\n"
         "    tool: string = 'can'\n"
+        "    def feels() -> temperature is external weather.temperature()\n"
         "action gardener.water:\n"
         "    plant: string\n"
         "    litres: float = 1.5\n"
@@ -57,6 +59,65 @@ def test_its_action_may_fail(installed: Path, capsys: pytest.CaptureFixture[str]
     )
     assert main(["exec", "test.osc"]) == 1
     assert "it has had enough" in capsys.readouterr().err
+
+
+def test_its_methods_are_functions_of_its_package(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("test.osc").write_text(
+        "import osc.garden\nscenario main:\n    tom: gardener\n    x: temperature = tom.feels()\n"
+        "    do serial:\n        emit end\n"
+    )
+    assert main(["exec", "-n", "test.osc"]) == 0
+    assert "x = 293.15" in capsys.readouterr().out
+    assert "my_garden.weather" in sys.modules
+
+
+def test_what_does_not_fit_is_found_before_anything_runs(
+    installed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = installed / "site/my_garden/garden.py"
+    module.write_text(module.read_text().replace("litres: float", "litres: int"))
+    Path("test.osc").write_text("import osc.garden\nscenario main:\n    do serial:\n        emit end\n")
+    assert main(["check", "test.osc"]) == main(["exec", "test.osc"]) == 2
+    err = capsys.readouterr().err
+    assert "E0604" in err
+    assert "`my_garden.garden.water` cannot carry out the action `gardener.water`" in err
+    assert "<osc.garden>:5:8" in err
+
+
+def test_nothing_of_it_is_imported_when_nothing_may_be(installed: Path) -> None:
+    module = installed / "site/my_garden/__init__.py"
+    module.write_text("raise RuntimeError")
+    Path("test.osc").write_text("import osc.garden\nscenario main:\n    tom: gardener\n    do tom.water('rose')\n")
+    assert main(["check", "--no-import", "test.osc"]) == 0
+    assert main(["check", "test.osc"]) == 2
+    assert "my_garden.garden" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("nowhere.garden", "belongs to the Python module `nowhere.garden`, which there is not"),
+        ("my_garden.nowhere", "belongs to the Python module `my_garden.nowhere`, which there is not"),
+    ],
+)
+def test_an_entry_point_without_a_module_is_said(
+    entry: str, message: str, installed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points = installed / "site/my_garden-1.0.dist-info/entry_points.txt"
+    points.write_text(f"[seoro.libraries]\ngarden = {entry}\n")
+    Path("test.osc").write_text("import osc.garden\nscenario main:\n    do serial:\n        emit end\n")
+    assert main(["exec", "test.osc"]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_two_packages_with_one_library_are_refused(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    info = installed / "site/other-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[seoro.libraries]\ngarden = other.garden\n")
+    Path("test.osc").write_text("import osc.garden\nscenario main:\n    do serial:\n        emit end\n")
+    assert main(["check", "test.osc"]) == 2
+    assert "several installed packages have a library `osc.garden`" in capsys.readouterr().err
 
 
 def test_an_unknown_library_lists_what_is_near(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,91 @@
+"""The methods of the struct `msg_conversion` in `osc.ros`."""
+
+import math
+
+import pytest
+
+from seoro import InvalidUse, Orientation3D, Position3D
+from seoro.actions.ros_messages import MAX_SIZE, get_object_member, to_pose_3d
+from tests.runtime.conftest import RunText
+
+POSE = "{position: {x: 1.0, y: 2, z: 1.0e-05}, orientation: {x: 0.0, y: 0.0, z: 0.7071, w: 0.7071}}"
+
+
+async def test_members_and_poses_reach_a_scenario(run_text: RunText) -> None:
+    ran = await run_text(
+        f"""
+import osc.ros
+
+scenario main:
+    m: msg_conversion
+    text: string = "{{header: {{stamp: 3}}, pose: {{pose: {POSE}}}}}"
+    goal: pose_3d = m.to_pose_3d(text)
+    do serial:
+        log(m.get_object_member(text, "header.stamp"))
+        log(goal.position.norm() - goal.position.y > 0.2m ? "far" : "near")
+        log(goal.orientation.yaw / 1rad)
+"""
+    )
+    texts = [text for _, text in ran.logs]
+    assert texts[:2] == ["3", "far"]
+    assert float(texts[2]) == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "member", "expected"),
+    [
+        ("data: hello", "data", "hello"),
+        ("data: 1.5\n---", "data", "1.5"),
+        ("points: [{x: 1}, {x: 2}]", "points.1.x", "2"),
+        ("points: [{x: 1}, {x: true}]", "points.1", '{"x": true}'),
+        ('{"x": 1e-05}', "x", "1e-05"),
+        ("plain", "", "plain"),
+    ],
+)
+def test_members_are_texts(text: str, member: str, expected: str) -> None:
+    assert get_object_member(text, member) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "member", "message"),
+    [
+        ("a: {b: 1}", "a.c", "there is no 'c' of 'a.c'; there are b"),
+        ("a: [1]", "a.1", "there is no '1' of 'a.1' in a list of 1"),
+        ("a: 1", "a.b", "what is before it has no members"),
+        ("a: [", "a", "the message cannot be read"),
+        ("a: &x [1]\nb: [*x, *x]", "b", "it has references"),
+        ("[" * 30_000, "a", "the message cannot be read"),
+        ("x" * (MAX_SIZE + 1), "a", "is longer than"),
+    ],
+)
+def test_what_is_no_message_or_not_in_it_is_said(text: str, member: str, message: str) -> None:
+    with pytest.raises(InvalidUse, match=message):
+        get_object_member(text, member)
+
+
+@pytest.mark.parametrize("angles", [(0.1, 0.2, 0.3), (-1.0, 1.2, -3.0), (0.0, -1.5, 2.0)])
+def test_quaternions_become_roll_pitch_and_yaw(angles: tuple[float, float, float]) -> None:
+    roll, pitch, yaw = (angle / 2 for angle in angles)
+    # The product of the rotations about z, y and x, in this order; twice as long as it should be.
+    x = 2 * (math.cos(yaw) * math.cos(pitch) * math.sin(roll) - math.sin(yaw) * math.sin(pitch) * math.cos(roll))
+    y = 2 * (math.cos(yaw) * math.sin(pitch) * math.cos(roll) + math.sin(yaw) * math.cos(pitch) * math.sin(roll))
+    z = 2 * (math.sin(yaw) * math.cos(pitch) * math.cos(roll) - math.cos(yaw) * math.sin(pitch) * math.sin(roll))
+    w = 2 * (math.cos(yaw) * math.cos(pitch) * math.cos(roll) + math.sin(yaw) * math.sin(pitch) * math.sin(roll))
+    text = f'{{"position": {{"x": 1, "y": 2, "z": 3}}, "orientation": {{"x": {x}, "y": {y}, "z": {z}, "w": {w}}}}}'
+    pose = to_pose_3d(text)
+    assert pose.position == Position3D(1.0, 2.0, 3.0)
+    found: Orientation3D = pose.orientation
+    assert (found.roll, found.pitch, found.yaw) == pytest.approx(angles)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: 1", "it has no `position` and `orientation`"),
+        ("position: {x: 1}\norientation: {}", "`x, y, z` are not all numbers"),
+        (POSE.replace("0.7071", "0.0"), "its quaternion has no direction"),
+    ],
+)
+def test_what_is_no_pose_is_said(text: str, message: str) -> None:
+    with pytest.raises(InvalidUse, match=message):
+        to_pose_3d(text)

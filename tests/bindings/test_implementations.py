@@ -1,0 +1,134 @@
+"""Actions and modifiers in Python, matched with what a library declares."""
+
+import pytest
+
+from tests.bindings.conftest import GARDEN, MAIN, Check, CheckGarden
+
+GOOD = """
+@action("gardener.water")
+async def water(ctx: ActionContext, gardener: Actor, plant: str, litres: float) -> None: ...
+
+@modifier("patiently")
+async def patiently(ctx: ModifierContext, child: Child, duration: float) -> Outcome:
+    return await child.run(duration) or Outcome(Status.FAILED, "it took too long")
+"""
+
+
+def test_what_fits_is_no_message(check_garden: CheckGarden) -> None:
+    assert check_garden(GOOD) == []
+
+
+@pytest.mark.parametrize(
+    ("good", "wrong", "code", "message"),
+    [
+        (
+            "litres: float) -> None",
+            "liters: float) -> None",
+            "E0604",
+            "it takes (plant, liters), the declaration has (plant, litres)",
+        ),
+        ("plant: str, litres", "plant: str, *, litres", "", ""),
+        ("plant: str, litres", "plant: str, /, litres", "E0604", "it takes (plant, litres), the"),
+        (", plant: str, litres: float", "", "E0604", "it takes (), the declaration has (plant, litres)"),
+        (
+            "litres: float) -> None",
+            "litres: float, **rest: object) -> None",
+            "E0604",
+            "it takes (plant, litres, **rest)",
+        ),
+        (
+            "litres: float) -> None",
+            "litres: int) -> None",
+            "E0604",
+            "the type of `litres` does not fit the declaration: it is `int`, not `float`",
+        ),
+        ("litres: float) -> None", "litres) -> None", "E0604", "`litres` has no annotation"),
+        ("plant: str", "plant: 'Unheard'", "E0604", "its annotations cannot be evaluated: NameError"),
+        ("plant: str", "plant: object", "", ""),
+        ("litres: float", "litres: float | None", "", ""),
+        ("async def water", "def water", "E0604", "it is no `async` function"),
+        ("gardener.water", "gardener.watr", "E0603", "did you mean `gardener.water`?"),
+        ("gardener.water", "tools.sharpen", "E0603", "take `@action` away"),
+        ("'patiently'", "'patently'", "", ""),
+        ('"patiently"', '"patently"', "E0603", "did you mean `patiently`?"),
+        ("child: Child, ", "", "E0604", "`garden.patiently` cannot carry out the modifier `patiently`"),
+        ("duration: float", "duration: str", "E0604", "child: Child, duration: float)`"),
+        ("-> Outcome", "-> bool", "E0604", "it returns `bool`, not `Outcome`"),
+    ],
+)
+def test_what_does_not_fit_is_a_message(
+    good: str, wrong: str, code: str, message: str, check_garden: CheckGarden
+) -> None:
+    found = check_garden(GOOD.replace(good, wrong))
+    assert [each for each, _ in found] == ([code] if code else [])
+    assert all(message in text for _, text in found)
+
+
+def test_the_message_is_at_the_declaration_and_shows_what_fits(check_files: Check) -> None:
+    files = {
+        "main.osc": MAIN,
+        "seoro.libraries/garden.osc": GARDEN,
+        "seoro.libraries/garden.py": "from seoro import *\n" + GOOD.replace(", plant: str", ""),
+    }
+    [found] = check_files(files).checked.diagnostics
+    assert found.primary.span.text == "gardener.water"
+    assert found.primary.span.file.name.endswith("seoro.libraries/garden.osc")
+    expected = "async def water(ctx: ActionContext, actor: Actor, plant: str, litres: float)"
+    assert found.help == f"what fits is `{expected}`"
+
+
+def test_a_module_that_raises_is_one_message_with_the_line(check_garden: CheckGarden) -> None:
+    [(code, text)] = check_garden("def f():\n    raise KeyError('a')\nf()")
+    assert code == "E0601"
+    assert (
+        "the Python module `garden` of `osc.garden` cannot be imported: KeyError: 'a' (garden.py, line 4)" in text
+    )
+
+
+@pytest.mark.parametrize(
+    ("python", "message"),
+    [
+        ("def f(:", "SyntaxError: invalid syntax (garden.py, line 3)"),
+        ("import sys; sys.exit('enough')", "SystemExit: enough (garden.py, line 3)"),
+        ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
+        ("import garden", "a module beside it is imported with a dot: `from .garden import ...`"),
+    ],
+)
+def test_a_module_that_cannot_be_imported_is_one_message(
+    python: str, message: str, check_garden: CheckGarden
+) -> None:
+    [(code, text)] = check_garden(python)
+    assert code == "E0601"
+    assert message in text
+
+
+def test_declared_actions_need_a_module(check_garden: CheckGarden) -> None:
+    [(code, text)] = check_garden(None)
+    assert code == "E0602"
+    assert "`osc.garden` declares `gardener.water`, and has no Python module" in text
+    assert "seoro.libraries/garden.py" in text
+
+
+def test_two_functions_for_one_action_are_refused(check_garden: CheckGarden) -> None:
+    [(code, text)] = check_garden(GOOD + GOOD.partition("@modifier")[0].replace("def water", "def water_too"))
+    assert code == "E0605"
+    assert "both `garden.water` and `garden.water_too` carry out the action `gardener.water`" in text
+
+
+def test_an_action_with_a_do_has_no_function(check_files: Check) -> None:
+    files = {
+        "main.osc": "import osc.garden\n",
+        "seoro.libraries/garden.osc": "action rest:\n    do serial:\n        emit end\n",
+        "seoro.libraries/garden.py": "from seoro import *\n@action('rest')\nasync def f(ctx: ActionContext): ...",
+    }
+    [found] = check_files(files).checked.diagnostics
+    assert found.message.endswith("the declaration has a `do`, which carries it out")
+
+
+def test_errors_elsewhere_do_not_hide_those_of_a_library(check_files: Check) -> None:
+    files = {
+        "main.osc": MAIN + "\nstruct a:\n    x: nothing\n",
+        "seoro.libraries/garden.osc": GARDEN,
+        "seoro.libraries/garden.py": "from seoro import *\n" + GOOD.replace("plant: str", "plant: int"),
+    }
+    assert sorted(found.code for found in check_files(files).checked.errors) == ["E0211", "E0604"]
