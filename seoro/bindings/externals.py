@@ -12,7 +12,7 @@ from seoro.bindings.modules import ImportFailed, Root, import_beside, is_module,
 from seoro.lang.check.checker import Checked
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import bindings as messages
-from seoro.lang.libraries import Library
+from seoro.lang.libraries import Library, Origin
 from seoro.lang.plan import External
 from seoro.lang.source import SourceFile
 from seoro.runtime.fitting import Fitting
@@ -47,7 +47,8 @@ def bind_externals(checked: Checked, fitting: Fitting, is_own_only: bool, bag: B
     for method, external in checked.program.methods.externals():
         file = external.span.file
         library = libraries.get(homes[file] or "")
-        if is_own_only and not (library is not None and root_of(library) is None):
+        is_own = library is not None and library.origin is Origin.OWN
+        if (is_own_only and not is_own) or "." not in external.path:  # that is reported already
             continue
         try:
             function = find_function(external, _root(file, library))

@@ -72,9 +72,10 @@ def _list(found: Sequence[Explanation]) -> None:
             print(f"  {item.code}  {item.title}")
 
 
-def _to_json(item: Explanation) -> dict[str, str]:
-    fields = {"code": item.code, "phase": item.phase, "title": item.title, "meaning": item.meaning}
+def _to_json(item: Explanation) -> dict[str, object]:
+    fields: dict[str, object] = {"code": item.code, "phase": item.phase, "title": item.title, "meaning": item.meaning}
     if item.example is None:
         return fields
     example = item.example
-    return {**fields, "wrong": example.wrong, "message": example.message, "right": example.right}
+    fields |= {"wrong": example.wrong, "message": example.message, "right": example.right}
+    return fields if not example.files else {**fields, "files": example.files, "right_files": example.right_files}

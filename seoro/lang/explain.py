@@ -7,6 +7,7 @@ and a right one. The codes of what is not supported yet share one text, as they 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -22,14 +23,15 @@ PHASES: Final = {
     "E03": "Types and expressions",
     "E04": "Behaviors, and what a run is made from",
     "E05": "Coverage and runs",
+    "E06": "Python",
     "E09": "Not supported yet",
 }
 _UNSUPPORTED: Final = "E09"
 _CODE: Final = re.compile(r"E\d{4}")
 _TEXT: Final = re.compile(
     r"# (?P<code>E\d{4}): (?P<title>[^\n]+)\n\n(?P<meaning>.+?)\n\n"
-    r"## Wrong\n\n```osc\n(?P<wrong>.+?)```\n\n```console\n\$ (?P<command>[^\n]+)\n(?P<message>.*?)```\n\n"
-    r"## Right\n\n```osc\n(?P<right>.+?)```\n(?:\n```console\n\$ (?P<other_command>[^\n]+)\n```\n)?",
+    r"## Wrong\n\n```osc\n(?P<wrong>.+?)```\n(?P<files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)\n```console\n\$ (?P<command>[^\n]+)\n(?P<message>.*?)```\n\n"
+    r"## Right\n\n```osc\n(?P<right>.+?)```\n(?P<right_files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)(?:\n```console\n\$ (?P<other_command>[^\n]+)\n```\n)?",
     re.DOTALL,
 )
 
@@ -43,6 +45,8 @@ class Example(Frozen):
         message: What it prints on stderr.
         right: The text of the other.
         right_command: The command that then has nothing to say.
+        files: Texts of files beside it, by their paths.
+        right_files: Those of them that the right example changes or adds.
     """
 
     wrong: str
@@ -50,6 +54,8 @@ class Example(Frozen):
     message: str
     right: str
     right_command: str
+    files: Mapping[str, str]
+    right_files: Mapping[str, str]
 
 
 class Explanation(Frozen):
@@ -124,8 +130,15 @@ def parse(text: str) -> Explanation:
         found["message"],
         found["right"],
         found["other_command"] or found["command"],
+        _files(found["files"]),
+        _files(found["right_files"]),
     )
     return Explanation(found["code"], found["title"], found["meaning"], text, example)
+
+
+def _files(text: str) -> dict[str, str]:
+    """Files of an example: each has its path before it."""
+    return dict(re.findall(r"^`([^`\n]+)`:\n\n```\w+\n(.*?)```$", text, re.DOTALL | re.MULTILINE))
 
 
 def _unsupported() -> dict[str, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -36,9 +37,13 @@ UPDATES = bool(os.environ.get("SEORO_UPDATE_GOLDENS"))
 OWN = [path.stem for path in sorted(FOLDER.glob("E????.md"))]
 
 
-def run(folder: Path, text: str, command: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+def run(
+    folder: Path, text: str, files: Mapping[str, str], command: str, capsys: pytest.CaptureFixture[str]
+) -> tuple[int, str]:
     """Run a command on an example; gives its exit status and what it says on stderr."""
-    (folder / EXAMPLE).write_text(text, encoding="utf-8")
+    for name, content in {EXAMPLE: text, **files}.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content, encoding="utf-8")
     capsys.readouterr()
     name, *arguments = shlex.split(command)
     assert name == "seoro"
@@ -69,7 +74,8 @@ def test_the_wrong_example_gives_the_message(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     found, example = read(code)
-    _, message = run(tmp_path, example.wrong, example.command, capsys)
+    monkeypatch.syspath_prepend(tmp_path)  # what is installed in an example is so there
+    _, message = run(tmp_path, example.wrong, example.files, example.command, capsys)
     message = message.partition("\n\n1 file checked")[0].rstrip() + "\n"
     if UPDATES:
         command = f"$ {example.command}\n"
@@ -88,7 +94,9 @@ def test_the_right_example_gives_none(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     _, example = read(code)
-    status, message = run(tmp_path, example.right, example.right_command, capsys)
+    monkeypatch.syspath_prepend(tmp_path)
+    files = {**example.files, **example.right_files}
+    status, message = run(tmp_path, example.right, files, example.right_command, capsys)
     assert status == 0, message
     assert "[E" not in message
 
