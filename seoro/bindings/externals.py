@@ -12,7 +12,7 @@ from seoro.bindings.modules import ImportFailed, Root, import_beside, is_module,
 from seoro.lang.check.checker import Checked
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import bindings as messages
-from seoro.lang.libraries import Library, Origin
+from seoro.lang.libraries import Library, Origin, folder_around
 from seoro.lang.plan import External
 from seoro.lang.source import SourceFile
 from seoro.runtime.fitting import Fitting
@@ -67,7 +67,7 @@ def _root(file: SourceFile, library: Library | None) -> Root | None:
     """Where modules lie that the external methods of a file may name."""
     if library is not None:
         return root_of(library)
-    return root_of_folder(file.path.parent) if file.path is not None else None
+    return root_of_folder(folder_around(file.path) or file.path.parent) if file.path is not None else None
 
 
 def find_function(external: External, root: Root | None) -> object:

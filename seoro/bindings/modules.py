@@ -19,7 +19,7 @@ from pathlib import Path
 from types import ModuleType
 
 import seoro.actions
-from seoro.lang.libraries import FOLDER, Library, Origin
+from seoro.lang.libraries import Library, Origin, folder_around
 
 _PREFIX = "seoro_folder_"
 
@@ -60,7 +60,7 @@ def root_of(library: Library) -> Root | None:
         case Origin.OWN:
             return None
         case Origin.BESIDE:
-            return root_of_folder(folder if folder.name == FOLDER else folder.parent)
+            return root_of_folder(folder_around(library.path) or folder)
         case Origin.INSTALLED:
             package, _, last = library.module.rpartition(".")
             is_package = folder.name == last and (folder / "__init__.py").is_file()

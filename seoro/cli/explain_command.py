@@ -73,7 +73,12 @@ def _list(found: Sequence[Explanation]) -> None:
 
 
 def _to_json(item: Explanation) -> dict[str, object]:
-    fields: dict[str, object] = {"code": item.code, "phase": item.phase, "title": item.title, "meaning": item.meaning}
+    fields: dict[str, object] = {
+        "code": item.code,
+        "phase": item.phase,
+        "title": item.title,
+        "meaning": item.meaning,
+    }
     if item.example is None:
         return fields
     example = item.example

@@ -38,7 +38,7 @@ class Diagnostic:
     Args:
         severity: Error or warning.
         code: `E0312`-like; the first two digits tell the phase: 01 syntax, 02 names and imports, 03 types,
-            04 behaviors and instantiation, 05 coverage and runs, 09 what is not supported yet.
+            04 behaviors and instantiation, 05 coverage and runs, 06 Python, 09 what is not supported yet.
         message: One line, without a full stop.
         primary: Where it is, and what to say there (may be empty).
         secondary: Other places that explain it.

@@ -30,8 +30,10 @@ _UNSUPPORTED: Final = "E09"
 _CODE: Final = re.compile(r"E\d{4}")
 _TEXT: Final = re.compile(
     r"# (?P<code>E\d{4}): (?P<title>[^\n]+)\n\n(?P<meaning>.+?)\n\n"
-    r"## Wrong\n\n```osc\n(?P<wrong>.+?)```\n(?P<files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)\n```console\n\$ (?P<command>[^\n]+)\n(?P<message>.*?)```\n\n"
-    r"## Right\n\n```osc\n(?P<right>.+?)```\n(?P<right_files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)(?:\n```console\n\$ (?P<other_command>[^\n]+)\n```\n)?",
+    r"## Wrong\n\n```osc\n(?P<wrong>.+?)```\n(?P<files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)\n"
+    r"```console\n\$ (?P<command>[^\n]+)\n(?P<message>.*?)```\n\n"
+    r"## Right\n\n```osc\n(?P<right>.+?)```\n(?P<right_files>(?:\n`[^`\n]+`:\n\n```.+?```\n)*)"
+    r"(?:\n```console\n\$ (?P<other_command>[^\n]+)\n```\n)?",
     re.DOTALL,
 )
 

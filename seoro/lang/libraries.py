@@ -100,14 +100,21 @@ def own_libraries() -> dict[str, Path]:
 # ---------------------------------------------------------------- beside the scenario
 
 
-def folder_of(entry: SourceFile) -> Path | None:
-    """The folder beside a scenario file that may hold libraries."""
-    return entry.path.parent / FOLDER if entry.path is not None else None
+def _folder_of(entry: SourceFile) -> Path | None:
+    """The folder that may hold libraries: beside a scenario file, or around the file of a library itself."""
+    if entry.path is None:
+        return None
+    return folder_around(entry.path) or entry.path.absolute().parent / FOLDER
+
+
+def folder_around(path: Path) -> Path | None:
+    """The folder of libraries to which a file belongs; None if it belongs to none."""
+    return next((folder for folder in path.absolute().parents[:2] if folder.name == FOLDER), None)
 
 
 def _beside(name: str, entry: SourceFile) -> Path | None:
     """The file of a library in the folder beside a scenario file."""
-    folder, bare = folder_of(entry), name.removeprefix("osc.")
+    folder, bare = _folder_of(entry), name.removeprefix("osc.")
     if folder is None or "." in bare or bare == name:
         return None
     candidates = (folder / f"{bare}.osc", folder / bare / f"{bare}.osc")
@@ -117,11 +124,12 @@ def _beside(name: str, entry: SourceFile) -> Path | None:
 def _shown(path: Path, entry: SourceFile) -> str:
     """A file beside the scenario, as the user would name it."""
     assert entry.path is not None
-    return str(Path(entry.name).parent / path.relative_to(entry.path.parent))
+    folder = entry.path.absolute().parent
+    return str(Path(entry.name).parent / path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
 
 
 def _names_beside(entry: SourceFile) -> list[str]:
-    folder = folder_of(entry)
+    folder = _folder_of(entry)
     if folder is None:
         return []
     return [f"osc.{path.stem}" for path in (*folder.glob("*.osc"), *folder.glob("*/*.osc"))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
@@ -53,6 +53,26 @@ class HasFields(Protocol):
 
 
 @dataclass(frozen=True)
+class Calls:
+    """What external methods have returned while values are chosen.
+
+    Expressions are then evaluated again and again. So that what a method draws at a place stays, it is called
+    there once for the same arguments.
+
+    Args:
+        results: By place and arguments.
+        place: The calls that are being evaluated, each with the instance in whose scope it stands.
+    """
+
+    results: dict[Hashable, Value] = field(default_factory=dict)
+    place: tuple[object, ...] = ()
+
+    def within(self, span: Span, instance: object) -> Calls:
+        """The same, within a call."""
+        return Calls(self.results, (*self.place, span, instance))
+
+
+@dataclass(frozen=True)
 class Environment:
     """What names in an expression stand for.
 
@@ -64,6 +84,7 @@ class Environment:
         depth: How many methods have been called to get here.
         seed: What is drawn for values that are constructed is drawn from it.
         run: The run, for external methods that ask for it.
+        calls: What external methods have returned, while values are chosen; None otherwise.
     """
 
     instance: HasFields
@@ -73,6 +94,7 @@ class Environment:
     depth: int = 0
     seed: int = 0
     run: MethodContext | None = None
+    calls: Calls | None = None
 
     @property
     def outermost(self) -> HasFields:

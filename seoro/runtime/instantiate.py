@@ -9,7 +9,7 @@ from hashlib import sha256
 from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
-from seoro.runtime.environment import Environment, HasFields
+from seoro.runtime.environment import Calls, Environment, HasFields
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.values import Actor, Value
@@ -115,8 +115,9 @@ def _choose(
     from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - seldom needed
 
     around = invocation.around
+    environment = replace(environment, calls=Calls())
     if around is not None:
-        around = replace(around, bindings={**around.bindings, "it": made})
+        around = replace(around, bindings={**around.bindings, "it": made}, calls=environment.calls)
     choose(
         Request(
             made, roots, given, environment, plan.structures, evaluate, invocation.constraints, around, overrides

@@ -30,7 +30,7 @@ def call(expression: Call, environment: Environment, evaluate: Evaluate) -> Valu
         holder = evaluate(expression.receiver, environment)
     method = implementation(expression, holder)
     given = {name: evaluate(value, environment) for name, value in expression.arguments}
-    within = inside(holder, expression.receiver is None, environment)
+    within = inside(expression, holder, environment)
     try:
         return _perform(method, given, within, expression, evaluate)
     except RecursionError:
@@ -65,19 +65,21 @@ def _types(holder: Value | HasFields) -> Iterable[str]:
             return holder.types  # type: ignore[union-attr, no-any-return] # nothing else has methods
 
 
-def inside(holder: Value | HasFields, is_own: bool, environment: Environment) -> Environment:
+def inside(expression: Call, holder: Value | HasFields, environment: Environment) -> Environment:
     """What names in a method stand for; of the bindings around it, it sees `actor` if it has the same instance."""
     bindings: dict[str, Value | HasFields] = {"it": holder}
-    if is_own and "actor" in environment.bindings:
+    if expression.receiver is None and "actor" in environment.bindings:
         bindings["actor"] = environment.bindings["actor"]
     is_instance = not isinstance(holder, bool | int | float | str | tuple | EnumValue)
     instance = holder if is_instance else environment.instance
+    calls = environment.calls
     return replace(
         environment,
         instance=instance,  # type: ignore[arg-type] # all others have fields
         bindings=bindings,
         scenario=environment.outermost,
         depth=environment.depth + 1,
+        calls=calls.within(expression.span, environment.instance) if calls is not None else None,
     )
 
 
@@ -108,9 +110,15 @@ def _call_python(
         raise EvaluationError(f"`{external.path}` was not imported when the scenario was loaded", call.span)
     positional = [evaluate(argument.value, inside) for argument in external.positional]
     named = {name: evaluate(argument.value, inside) for name, argument in external.named}
+    given = {**arguments, **named}
+    results = inside.calls.results if inside.calls is not None else {}
+    key = (inside.calls.place if inside.calls is not None else (), *positional, *given.items())
+    if key in results:
+        return results[key]
     try:
-        result: Value | None = function(inside.run, positional, {**arguments, **named})
+        result: Value | None = function(inside.run, positional, given)
     except MethodFailed as error:
         raise EvaluationError(str(error), call.span) from error
     assert result is not None, "checked: the method has a result"
+    results[key] = result
     return result

@@ -1,5 +1,7 @@
 """The methods of the struct `random` in `osc.helpers`."""
 
+from typing import Any
+
 import pytest
 
 from seoro import InvalidUse
@@ -25,6 +27,33 @@ async def test_what_is_drawn_comes_from_the_seed(run_text: RunText) -> None:
     assert first == again != other
     assert 2.0 <= float(first[0][1]) <= 3.0
     assert first[1][1] != first[3][1]
+
+
+async def test_what_is_drawn_for_a_parameter_stays_while_others_are_chosen(prepare_text: Prepare) -> None:
+    text = """
+scenario main:
+    r: random
+    x: float = r.get_float(0.0, 1.0)
+    y: float
+    z: float = x
+    dice: list of die
+    keep(dice.size() == 20)
+    first: int = roll()
+    second: int = roll()
+    third: int = roll()
+    keep(y in [0.0..x])
+    def roll() -> int is expression r.get_int(1, 1000)
+
+struct die:
+    random: random
+    value: int = random.get_int(1, 1000)
+"""
+    async with prepare_text(text) as run:
+        found: dict[str, Any] = dict(run.parameters)
+    assert len({die["value"] for die in found["dice"]}) > 10
+    assert len({found["first"], found["second"], found["third"]}) > 1
+    assert found["x"] == found["z"]
+    assert 0.0 <= found["y"] <= found["x"] <= 1.0
 
 
 async def test_fields_of_two_scenarios_draw_from_one_stream(run_text: RunText) -> None:

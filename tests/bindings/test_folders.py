@@ -96,6 +96,20 @@ def test_errors_in_its_declarations_are_shown_by_the_name_of_the_file(check_file
     assert names == ["kinds.osc", "more.osc"]
 
 
+@pytest.mark.parametrize("name", ["seoro.libraries/one.osc", "seoro.libraries/two/two.osc"])
+def test_a_library_can_be_checked_by_itself(name: str, check_files: Check, tmp_path: Path) -> None:
+    check_files(
+        {
+            "main.osc": "import osc.one\n",
+            "seoro.libraries/one.osc": "import osc.two\nstruct a:\n    def f() -> int is external two.f()\n",
+            "seoro.libraries/two/two.osc": "import osc.one\nstruct b:\n    def f() -> int is external two.f()\n",
+            "seoro.libraries/two/__init__.py": "def f() -> int:\n    return 1\n",
+        }
+    )
+    for file in (tmp_path / "main.osc", tmp_path / name):
+        assert seoro.load(file).checked.diagnostics == ()
+
+
 def test_nothing_of_it_is_run_unless_it_may_be_imported(check_files: Check, tmp_path: Path) -> None:
     ran = tmp_path / "ran"
     files = {

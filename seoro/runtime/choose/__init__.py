@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from seoro.lang.plan import Construct
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, is_plain, make_plain, scope_of
-from seoro.runtime.environment import Environment, Evaluate
+from seoro.runtime.environment import Calls, Environment, Evaluate
 from seoro.runtime.values import Actor, Struct
 
 
@@ -22,6 +24,8 @@ def construct(expression: Construct, environment: Environment, evaluate: Evaluat
     from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - seldom needed
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415
 
+    if environment.calls is None:
+        environment = replace(environment, calls=Calls())
     made = empty(structure, environment.path, Fields())
     slot: Slot = value_slot(made, environment, expression.span)
     inside = scope_of(made, environment)

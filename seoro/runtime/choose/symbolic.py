@@ -253,7 +253,7 @@ class Translation:
         if isinstance(method.body, External | Undefined):
             raise NotSymbolic
         given = {name: self._symbolic(value, environment) for name, value in expression.arguments}
-        within = inside(holder, receiver is None, environment)
+        within = inside(expression, holder, environment)
         bindings = dict(within.bindings)
         within = replace(within, bindings=bindings)
         for name, default in method.parameters:
