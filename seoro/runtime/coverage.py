@@ -24,6 +24,7 @@ from seoro.runtime.environment import Environment, EvaluationError, HasFields
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Event
 from seoro.runtime.instantiate import derived_seed, types_of
+from seoro.runtime.method_context import MethodContext
 from seoro.runtime.tally import ItemCoverage, Tally
 from seoro.runtime.trace import Trace
 from seoro.runtime.values import Actor, Struct, Value, plain
@@ -43,12 +44,14 @@ class _Holder:
         value: What has the items.
         path: Where the scenario has it; empty for the scenario itself.
         seed: What is drawn for values that its items construct is drawn from it.
+        run: For external methods that ask for it.
     """
 
     instance: Instance
     value: Instance | Struct | Actor
     path: str
     seed: int
+    run: MethodContext
 
     @property
     def types(self) -> tuple[str, ...]:
@@ -62,7 +65,7 @@ class _Holder:
         given = dict(bindings)
         if self.instance.actor is not None and self.value is self.instance:
             given["actor"] = self.instance.actor
-        return Environment(self.value, given, self.instance.path, self.instance, seed=self.seed)
+        return Environment(self.value, given, self.instance.path, self.instance, seed=self.seed, run=self.run)
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,13 @@ class Coverage:
     """Samples the items of a run.
 
     Args:
-        items: What is sampled, by type.
-        trace: Where records go.
-        seed: Of the run.
+        items: What is sampled, by type. trace: Where records go. run: For external methods that ask for it,
+        apart from that of the scenarios: what items draw changes nothing else.
     """
 
     items: plan.Coverage
     trace: Trace
-    seed: int
+    run: MethodContext
     _tallies: dict[tuple[str, str], Tally] = field(default_factory=dict)
     _held: set[Struct | Actor] = field(default_factory=set)
 
@@ -112,8 +114,8 @@ class Coverage:
 
     def _holders(self, instance: Instance) -> Iterator[_Holder]:
         """A scenario and what it holds that no other scenario has held before."""
-        seed = derived_seed(self.seed, f"{instance.path} coverage")
-        yield _Holder(instance, instance, "", seed)
+        seed = derived_seed(self.run.seed, f"{instance.path} coverage")
+        yield _Holder(instance, instance, "", seed, self.run)
         pending: list[tuple[str, Value]] = list(instance.fields.items())
         while pending:
             path, value = pending.pop(0)
@@ -121,7 +123,7 @@ class Coverage:
                 pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
             elif isinstance(value, Struct | Actor) and value not in self._held:
                 self._held.add(value)
-                yield _Holder(instance, value, path, seed)
+                yield _Holder(instance, value, path, seed, self.run)
                 pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]
 
     def _open_tally(self, holder: _Holder, item: plan.AnyCoverageItem) -> None:

@@ -78,8 +78,10 @@ class Execution:
         self._homes = Homes(settings.backends)
         refuse_unsupported(plan)
         self._actions = settings.actions
-        self._run = MethodContext(settings.seed, Path(plan.file), settings.output_directory)
-        self._coverage = Coverage(plan.coverage, self._trace, settings.seed)
+        self._run, run_of_coverage = (
+            MethodContext(settings.seed, Path(plan.file), settings.output_directory) for _ in range(2)
+        )
+        self._coverage = Coverage(plan.coverage, self._trace, run_of_coverage)
         self._entry = self._instantiate()
         self.verdict: Verdict | None = None  # once the run is over
         self._services = Services(

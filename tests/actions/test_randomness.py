@@ -88,3 +88,9 @@ def test_a_seed_of_the_scenario_is_independent_of_that_of_the_run() -> None:
         randomness.seed(run, 5)
         drawn.append([randomness.get_int(run, 1, 1000) for _ in range(4)])
     assert drawn[0] == drawn[1]
+
+
+async def test_what_coverage_draws_changes_nothing_else(run_text: RunText) -> None:
+    text = "scenario main:\n    r: random\n{}    do serial:\n        log(r.get_int(1, 1000))\n"
+    cover = "    cover(drawn, expression: r.get_int(1, 1000), event: start)\n"
+    assert (await run_text(text.format(cover))).logs == (await run_text(text.format(""))).logs
