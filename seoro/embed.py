@@ -82,9 +82,7 @@ def check_file(
         recorder: Is told what names mean and of what types values are.
     """
     sources = load_sources(Path(path), str(path), read)
-    bound = bind_sources(
-        sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder
-    )
+    bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)
     return Scenario(bound.checked, bound.actions)
 
 

@@ -97,14 +97,26 @@ def own_libraries() -> dict[str, Path]:
     return {**found, **{name: _OWN / file for name, (file, _) in STANDARD_MODULES.items()}}
 
 
+def library_files(scenario: Path | None) -> dict[str, Path]:
+    """The files of all libraries that a scenario can import, by what it imports.
+
+    Args:
+        scenario: Its file; None for the libraries that all can import.
+    """
+    return {**_installed_files(), **(_files_beside(scenario) if scenario is not None else {}), **own_libraries()}
+
+
+def library_file(name: str, scenario: Path | None) -> Path | None:
+    """The file of one library that a scenario can import; None if there is none."""
+    return own_libraries().get(name) or library_files(scenario).get(name)
+
+
 # ---------------------------------------------------------------- beside the scenario
 
 
-def _folder_of(entry: SourceFile) -> Path | None:
+def _folder_of(scenario: Path) -> Path:
     """The folder that may hold libraries: beside a scenario file, or around the file of a library itself."""
-    if entry.path is None:
-        return None
-    return folder_around(entry.path) or entry.path.absolute().parent / FOLDER
+    return folder_around(scenario) or scenario.absolute().parent / FOLDER
 
 
 def folder_around(path: Path) -> Path | None:
@@ -114,9 +126,10 @@ def folder_around(path: Path) -> Path | None:
 
 def _beside(name: str, entry: SourceFile) -> Path | None:
     """The file of a library in the folder beside a scenario file."""
-    folder, bare = _folder_of(entry), name.removeprefix("osc.")
-    if folder is None or "." in bare or bare == name:
+    bare = name.removeprefix("osc.")
+    if entry.path is None or "." in bare or bare == name:
         return None
+    folder = _folder_of(entry.path)
     candidates = (folder / f"{bare}.osc", folder / bare / f"{bare}.osc")
     return next((path for path in candidates if path.is_file()), None)
 
@@ -128,11 +141,11 @@ def _shown(path: Path, entry: SourceFile) -> str:
     return str(Path(entry.name).parent / path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
 
 
-def _names_beside(entry: SourceFile) -> list[str]:
-    folder = _folder_of(entry)
-    if folder is None:
-        return []
-    return [f"osc.{path.stem}" for path in (*folder.glob("*.osc"), *folder.glob("*/*.osc"))]
+def _files_beside(scenario: Path) -> dict[str, Path]:
+    """The files of all libraries in the folder beside a scenario file."""
+    folder = _folder_of(scenario)
+    packages = (path for path in folder.glob("*/*.osc") if path.stem == path.parent.name)
+    return {f"osc.{path.stem}": path for path in (*packages, *folder.glob("*.osc"))}
 
 
 # ---------------------------------------------------------------- installed packages
@@ -144,8 +157,7 @@ def _installed(name: str, bare: str, span: Span, entry: SourceFile, report: Repo
     points = entry_points(group=ENTRY_POINTS)
     modules = sorted({point.module for point in points if point.name == bare}) if bare != name else []
     if not modules:
-        known = {*own_libraries(), *(f"osc.{point.name}" for point in points), *_names_beside(entry)}
-        report(imports.UnknownModule(span, name, tuple(sorted(known))))
+        report(imports.UnknownModule(span, name, tuple(sorted(library_files(entry.path)))))
         return None
     if len(modules) > 1:
         report(imports.AmbiguousLibrary(span, name, tuple(modules)))
@@ -155,6 +167,14 @@ def _installed(name: str, bare: str, span: Span, entry: SourceFile, report: Repo
         report(imports.NoModule(span, name, modules[0]))
         return None
     return Library(name, Origin.INSTALLED, origin.parent / f"{bare}.osc", f"<{name}>", modules[0], span)
+
+
+def _installed_files() -> dict[str, Path]:
+    """The files of all libraries of installed packages."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
+
+    found = ((point.name, _locate(point.module)) for point in entry_points(group=ENTRY_POINTS))
+    return {f"osc.{name}": origin.parent / f"{name}.osc" for name, origin in found if origin is not None}
 
 
 def _locate(module: str) -> Path | None:

@@ -10,7 +10,8 @@ from pathlib import Path
 from seoro.embed import check_file
 from seoro.lang import ast
 from seoro.lang.check.checker import Checked
-from seoro.lang.loader import Module, find_library, libraries
+from seoro.lang.libraries import library_files
+from seoro.lang.loader import Module
 from seoro.lang.source import SourceFile
 from seoro.lsp.documents import Texts, reader
 from seoro.lsp.index import Files, Index, Notes
@@ -71,7 +72,9 @@ def analyse(path: Path, texts: Texts, strict: bool = False) -> Analysis:
     if library is not None:
         entry = path.with_name(ENTRY)
         texts = {**texts, entry: f"import {library}\n"}
-    checked = check_file(entry, strict=strict, read=reader(texts), recorder=notes).checked
+    checked = check_file(
+        entry, strict=strict, import_python=False, read=reader(texts), recorder=notes
+    ).checked  # importing runs Python, which nobody asked for who only edits
     files = Files(checked.sources.modules)
     here = [module for module in checked.sources.modules if module.file is files.by_path.get(path)]
     module = here[0] if here else checked.sources.entry  # a library's file that has just vanished
@@ -86,4 +89,4 @@ def library_at(path: Path) -> str | None:
 @cache
 def _libraries() -> Mapping[Path, str]:
     """The modules of libraries by the paths of their files; finding those of installed packages takes a while."""
-    return {path.resolve(): name for name in libraries() if (path := find_library(name)) is not None}
+    return {path.resolve(): name for name, path in sorted(library_files(None).items())}

@@ -50,7 +50,7 @@ def complete(text: str, offset: int, analyses: Sequence[Analysis]) -> Completion
     words = cursor.line.words
     if words[0] == "import" and len(words) > 1:
         start = cursor.line.tokens[1].start
-        return Completion(start, tuple(items.modules(cursor.file.text[start : cursor.start])))
+        return Completion(start, tuple(items.modules(cursor.file.text[start : cursor.start], cursor.file.path)))
     around = surroundings(cursor, analyses)
     found = {(item.label, item.sort): item for item in reversed(list(_items(around)))}
     return Completion(cursor.start, tuple(found.values()))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from lsprotocol.types import CompletionItemKind as Sort
 
 from seoro.lang import plan
 from seoro.lang.check.builtins import Builtins
-from seoro.lang.loader import libraries
+from seoro.lang.libraries import library_files
 from seoro.lang.symbols import (
     Declaration,
     EnumSymbol,
@@ -76,9 +77,10 @@ def keywords(words: Iterable[str], rank: int = LATER) -> Iterator[Item]:
     return (Item(word, Sort.Keyword, rank=rank) for word in words)
 
 
-def modules(typed: str) -> Iterator[Item]:
-    """Libraries whose names begin with what was typed up to a dot."""
-    return (Item(name, Sort.Module, "library") for name in libraries() if name.startswith(typed))
+def modules(typed: str, document: Path | None) -> Iterator[Item]:
+    """Libraries that a document can import, whose names begin with what was typed up to a dot."""
+    names = sorted(library_files(document))
+    return (Item(name, Sort.Module, "library") for name in names if name.startswith(typed))
 
 
 def units(program: Program, expected: Type | None) -> Iterator[Item]:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from seoro.lang import ast
 from seoro.lang.check.labels import labelled
-from seoro.lang.loader import Module, find_library, path_of
+from seoro.lang.libraries import library_file
+from seoro.lang.loader import Module, path_of
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence
 from seoro.lsp.tree import find, walk
@@ -79,7 +80,7 @@ def imported(statement: ast.Statement, module: Module) -> ImportedFile | None:
     match statement:
         case ast.ImportModule(names):
             library = ".".join(names)
-            path = find_library(library)
+            path = library_file(library, module.file.path)
         case ast.ImportUri(uri):
             relative = path_of(uri)
             if relative is not None and module.file.path is not None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.lang.loader import own_libraries
+from seoro.lang.libraries import own_libraries
 from seoro.lsp import navigation
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.outline import declared

@@ -79,9 +79,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
             if behavior is not None:
                 behaviors[symbol] = behavior
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
-    return Checked(
-        sources, diagnostics, _scenarios(sources, program), program, behaviors, reactions, coverage
-    )
+    return Checked(sources, diagnostics, _scenarios(sources, program), program, behaviors, reactions, coverage)
 
 
 def in_order(sources: Sources, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
