@@ -77,6 +77,9 @@ def has_whole_arithmetic(problem: Problem) -> bool:
 
 def _store(problem: Problem, wrapping: bool, relaxed: frozenset[Cell]) -> Store:
     numbers = {cell: number for number, cell in enumerate(problem.cells)}
+    if len({cell.name for cell in problem.cells}) < len(problem.cells):
+        names = [cell.name for cell in problem.cells]
+        raise ValueError(f"two cells are named '{next(name for name in names if names.count(name) > 1)}'")
     sets = [without_bounds(cell) if cell in relaxed else natural(cell) for cell in problem.cells]
     return Store(problem.cells, parts_of(problem.constraints, numbers), sets, wrapping)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, TypeAlias
+
+from seoro.lang import frozen
 
 if TYPE_CHECKING:
     from seoro.lang.source import Span
@@ -17,44 +18,38 @@ INT_LIMITS: Final = (-(2**63), 2**63 - 1)
 UINT_LIMITS: Final = (0, 2**64 - 1)
 
 
-@dataclass(frozen=True, slots=True)
-class Boolean:
+class Boolean(frozen.Value):
     """True or false."""
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(frozen.Value):
     """One of a few values, such as the members of an enumeration; at least one, no two equal."""
 
     values: tuple[Value, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Integer:
+class Integer(frozen.Value):
     """A whole number, bounds included. The full limits of a type count as no bounds at all."""
 
     low: int = INT_LIMITS[0]
     high: int = INT_LIMITS[1]
 
 
-@dataclass(frozen=True, slots=True)
-class Real:
+class Real(frozen.Value):
     """A float, or a physical value in the SI unit of its dimension; bounds included."""
 
     low: float = float("-inf")
     high: float = float("inf")
 
 
-@dataclass(frozen=True, slots=True)
-class Free:
+class Free(frozen.Value):
     """Anything that only equality can fix: a string, a reference."""
 
 
 Domain: TypeAlias = Boolean | Choice | Integer | Real | Free
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cell:
+class Cell(frozen.Frozen):
     """One unknown; a cell equals only itself.
 
     Args:
@@ -64,5 +59,5 @@ class Cell:
     """
 
     name: str
-    span: Span = field(repr=False)
+    span: Span
     domain: Domain

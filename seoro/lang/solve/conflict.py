@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, islice
 from math import comb
 from typing import Final
 
@@ -30,6 +30,21 @@ class _Refutation:
         self._engine: Engine = engine
         self._wrapping = wrapping
         self._effort = 0
+
+    def pairs(self, numbers: frozenset[int]) -> Iterator[tuple[int, int]]:
+        """Pairs of constraints that share a cell, of which one is among some numbers; not too many."""
+        users: dict[Cell, list[int]] = {}
+        for number, constraint in enumerate(self._problem.constraints):
+            for cell in cells_of(constraint.term):
+                users.setdefault(cell, []).append(number)
+        found = (
+            (min(number, other), max(number, other))
+            for number in sorted(numbers)
+            for cell in cells_of(self._problem.constraints[number].term)
+            for other in users[cell]
+            if other != number
+        )
+        return islice(dict.fromkeys(found), SETS)
 
     def of(self, numbers: tuple[int, ...]) -> Contradiction | None:
         """Why these constraints clash, in numbers of the problem; None if they do not, or that is not known."""
@@ -61,17 +76,15 @@ def smallest_conflict(problem: Problem, found: Contradiction, engine: Engine, wr
         pass
     numbers = sorted(best.constraints, key=lambda number: _place(problem.constraints[number], number))
     constraints = tuple(problem.constraints[number] for number in numbers)
-    return Conflict(constraints, _limits(constraints, engine, wrapping), best.reason)
+    return Conflict(constraints, _limits(constraints, engine), best.reason)
 
 
-def _limits(constraints: tuple[Constraint, ...], engine: Engine, wrapping: bool) -> tuple[Cell, ...]:
+def _limits(constraints: tuple[Constraint, ...], engine: Engine) -> tuple[Cell, ...]:
     """The cells whose domains are part of a conflict: without any one of them it is none."""
     cells = _cells(constraints)
-    if refutation(constraints, engine, wrapping, relaxed=frozenset(cells)) is not None:
+    if refutation(constraints, engine, False, frozenset(cells)) is not None:
         return ()
-    return tuple(
-        cell for cell in cells if refutation(constraints, engine, wrapping, relaxed=frozenset({cell})) is None
-    )
+    return tuple(cell for cell in cells if refutation(constraints, engine, False, frozenset({cell})) is None)
 
 
 def _cells(constraints: tuple[Constraint, ...]) -> tuple[Cell, ...]:
@@ -98,6 +111,10 @@ def _shrink(found: Contradiction, refute: _Refutation) -> Iterator[Contradiction
     ):
         found = again
         yield found
+    for pair in refute.pairs(found.constraints):
+        if len(found.constraints) > 2 and (smallest := refute.of(pair)) is not None:
+            found = smallest
+            yield found
     numbers = tuple(sorted(found.constraints))
     for size in range(1, len(numbers)):
         if comb(len(numbers), size) > SETS:

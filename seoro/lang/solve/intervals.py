@@ -61,7 +61,7 @@ def split(
         return _factor(out, left, right, number), _factor(out, right, left, number)
     if operation == "/" and number is Number.FLOAT:
         return _real_dividend(out, left, right), _divisor(out, left, right)
-    if operation == "/" and _is_exact(operation, left, right, number, wrapping):
+    if operation == "/" and (right.low, right.high) != (0, 0) and _is_exact("/", left, right, number, wrapping):
         return _dividend(out, right), right
     return left, right
 

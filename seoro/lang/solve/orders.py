@@ -70,16 +70,17 @@ def _circle(cell: int, reached: dict[int, _Edge], count: int) -> list[_Edge]:
 def _edges(store: Store, number: int, part: Part) -> list[_Edge]:
     """What a part says of the difference of two cells, if it is such a comparison."""
     term = part.term
-    if not isinstance(term, Compare) or term.operator == "!=" or len(part.cells) != 2:
+    if not isinstance(term, Compare) or term.operator == "!=" or not 1 <= len(part.cells) <= 2:
         return []
     difference = _Sum()
     if not (difference.add(term.left, 1, store.wrapping) and difference.add(term.right, -1, store.wrapping)):
         return []
     numbers = {store.cells[cell]: cell for cell in part.cells}
     factors = {numbers[cell]: factor for cell, factor in difference.factors.items() if factor}
-    if sorted(factors.values()) != [-1, 1]:
+    if factors and sorted(factors.values()) != [-1, 1]:
         return []
-    high, low = sorted(factors, key=factors.__getitem__, reverse=True)  # high - low + constant <relation> 0
+    # high - low + constant <relation> 0; a cell that cancels out is compared with itself
+    high, low = sorted(factors, key=factors.__getitem__, reverse=True) if factors else (part.cells[0],) * 2
     return _both_ways(term.operator, low, high, difference, number)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
+from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell
 from seoro.lang.solve.problem import Constraint
 from seoro.lang.solve.sets import ANYTHING, ValueSet, single
@@ -26,8 +26,7 @@ from seoro.lang.solve.terms import (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Node:
+class Node(frozen.Frozen):
     """One term of a part.
 
     Args:
@@ -43,8 +42,7 @@ class Node:
     constant: ValueSet
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class Part(frozen.Frozen):
     """A constraint, or one member of a conjunction that is one.
 
     Args:
@@ -89,14 +87,23 @@ def conjuncts(term: Term) -> Iterator[Term]:
 
 
 def _part(source: int, term: Term, numbers: Mapping[Cell, int]) -> Part:
-    nodes = tuple(_row(term, numbers))
-    cells = tuple(numbers[cell] for cell in cells_of(term))
-    mentioned = [node.cell for node in nodes if node.cell >= 0]
-    repeated = len(mentioned) > len(set(mentioned))
+    nodes = _row(term, numbers)
+    mentioned = [cell for node in nodes for cell in _cells(node, numbers)]
+    cells = tuple(dict.fromkeys(mentioned))
+    repeated = len(mentioned) > len(cells)
     partial = any(_is_partial(node.term) for node in nodes)
     listed = repeated or any(_is_coarse(node.term) for node in nodes)
     solvable = () if repeated else _solvable(term, numbers)
-    return Part(source, term, nodes, cells, solvable, _definitions(term, numbers), partial, listed)
+    return Part(
+        source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed
+    )
+
+
+def _cells(node: Node, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
+    """The cells that a term mentions itself."""
+    if isinstance(node.term, Opaque):
+        return tuple(numbers[cell] for cell in node.term.cells)
+    return (node.cell,) if node.cell >= 0 else ()
 
 
 def _row(term: Term, numbers: Mapping[Cell, int]) -> list[Node]:
@@ -133,14 +140,14 @@ def _is_coarse(term: Term) -> bool:
             return False
 
 
-def _definitions(term: Term, numbers: Mapping[Cell, int]) -> tuple[tuple[int, Term], ...]:
+def _definitions(term: Term, numbers: Mapping[Cell, int], repeated: bool) -> tuple[tuple[int, Term], ...]:
     """The cells that stand alone on one side of an equality, each with the other side."""
     if not isinstance(term, Compare) or term.operator != "==":
         return ()
     return tuple(
         (numbers[side.cell], other)
         for side, other in ((term.left, term.right), (term.right, term.left))
-        if isinstance(side, CellRef) and side.cell not in cells_of(other)
+        if isinstance(side, CellRef) and not (repeated and side.cell in cells_of(other))
     )
 
 

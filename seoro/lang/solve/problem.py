@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.terms import Term
 
@@ -21,8 +21,7 @@ class Strength(Enum):
     DEFAULT = "default"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Constraint:
+class Constraint(frozen.Frozen):
     """Something that has to hold.
 
     Args:
@@ -34,22 +33,20 @@ class Constraint:
     """
 
     term: Term
-    span: Span = field(repr=False)
+    span: Span
     text: str
     strength: Strength = Strength.HARD
     origin: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+class Problem(frozen.Frozen):
     """Cells to find values for, and what has to hold for them; constraints mention no other cells."""
 
     cells: tuple[Cell, ...]
     constraints: tuple[Constraint, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Solution:
+class Solution(frozen.Frozen):
     """A value for each cell, in the order of the problem."""
 
     values: Mapping[Cell, Value]

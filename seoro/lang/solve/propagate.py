@@ -13,9 +13,10 @@ from typing import Final
 
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.contract import backward, forward
-from seoro.lang.solve.evaluation import TOLERANCE, evaluate, holds
+from seoro.lang.solve.evaluation import TOLERANCE, evaluate
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.sets import (
+    FALSE,
     MISSING,
     TRUE,
     Empty,
@@ -27,8 +28,9 @@ from seoro.lang.solve.sets import (
     members,
     only,
     single,
+    union,
 )
-from seoro.lang.solve.terms import Term, Unevaluable
+from seoro.lang.solve.terms import Implies, Or, Term, Unevaluable
 
 # So many times a cell may be narrowed in one go before only large steps wake others: `a < b` and `b < a` would
 # otherwise go on number by number.
@@ -69,7 +71,7 @@ class Store:
         self.wrapping = wrapping
         self.trail: list[tuple[int, ValueSet, bool, int]] = []  # cell, what it was, the part that narrowed it
         self.entailed: set[int] = set()
-        self.effort = 0  # how many parts were looked at
+        self.effort = 0  # how many terms were looked at
         self.remarks: dict[int, str] = {}  # why a part had no value when it was evaluated
         self.watchers: list[list[int]] = [[] for _ in cells]
         for number, part in enumerate(parts):
@@ -79,6 +81,10 @@ class Store:
     def is_open(self, cell: int) -> bool:
         """Whether a cell has no value yet."""
         return only(self.sets[cell]) is MISSING
+
+    def parts_of(self, cells: Iterable[int]) -> list[int]:
+        """Numbers of the parts that mention any of some cells, in their order, without those that hold anyhow."""
+        return sorted({part for cell in cells for part in self.watchers[cell]} - self.entailed)
 
     def values(self, cells: Iterable[int]) -> dict[Cell, Value]:
         """The values of cells that have one."""
@@ -129,7 +135,7 @@ class Store:
 
     def _revise(self, number: int) -> list[tuple[int, ValueSet]]:
         """Contract one part; the cells that it narrowed, with what they were."""
-        self.effort += 1
+        self.effort += len(self.parts[number].nodes)
         part = self.parts[number]
         still_open = [cell for cell in part.cells if self.is_open(cell)]
         if not still_open:
@@ -158,13 +164,15 @@ class Store:
     def _verify(self, number: int) -> None:
         """Evaluate a part all of whose cells have values."""
         part = self.parts[number]
-        tolerance = TOLERANCE if self._is_solved_for(part) else 0.0
         try:
-            if evaluate(part.term, self.values(part.cells), tolerance) is True:
+            if evaluate(part.term, self.values(part.cells), self._tolerance(part)) is True:
                 return
         except Unevaluable as reason:
             self.remarks[number] = str(reason)
         raise Clash(number)
+
+    def _tolerance(self, part: Part) -> float:
+        return TOLERANCE if self._is_solved_for(part) else 0.0
 
     def _is_solved_for(self, part: Part) -> bool:
         """Whether a real cell of a part has a value that had to be solved for."""
@@ -196,22 +204,60 @@ class Store:
         if found[-1] == TRUE:
             return []
         changes: list[tuple[int, ValueSet]] = []
-        wanted = list(found)
-        wanted[-1] = meet(found[-1], TRUE)
-        for place in range(len(part.nodes) - 1, -1, -1):
-            node = part.nodes[place]
-            if node.cell >= 0:
-                before = self.sets[node.cell]
-                after = meet(before, wanted[place])
-                if after != before:
-                    self.narrow(node.cell, after, number)
-                    changes.append((node.cell, before))
-            elif node.args and wanted[place] != found[place]:
-                args = [wanted[arg] for arg in node.args]
-                narrower = backward(node.term, wanted[place], args, self.wrapping)
-                for arg, values in zip(node.args, narrower, strict=True):
-                    wanted[arg] = meet(wanted[arg], values)
+        for cell, after in self._united(part, found).items():
+            before = self.sets[cell]
+            if after != before:
+                self.narrow(cell, after, number)
+                changes.append((cell, before))
         return changes
+
+    def _united(self, part: Part, found: list[ValueSet]) -> dict[int, ValueSet]:
+        """What the cells of a part can be; of an alternative, what they can be in any case of it.
+
+        Raises:
+            Empty: It cannot hold.
+        """
+        whole = part.nodes[-1]
+        match whole.term:
+            case Or():
+                cases = [(arg, TRUE) for arg in whole.args if found[arg] != FALSE]
+            case Implies():
+                cases = [(whole.args[0], FALSE), (whole.args[1], TRUE)]
+            case _:
+                cases = [(len(found) - 1, TRUE)]
+        united: dict[int, ValueSet] | None = None
+        for place, wanted in cases:
+            try:
+                case = self._backward(part, found, place, wanted)
+            except Empty:
+                continue
+            if united is None:
+                united = case
+            else:
+                united = {cell: union(values, case[cell]) for cell, values in united.items()}
+        if united is None:
+            raise Empty
+        return {cell: meet(self.sets[cell], values) for cell, values in united.items()}
+
+    def _backward(self, part: Part, found: list[ValueSet], place: int, values: ValueSet) -> dict[int, ValueSet]:
+        """What the cells of a part can be if one of its terms has to be in a set.
+
+        Raises:
+            Empty: It cannot be.
+        """
+        wanted = list(found)
+        wanted[place] = meet(found[place], values)
+        sets = {node.cell: self.sets[node.cell] for node in part.nodes if node.cell >= 0}
+        for current in range(place, -1, -1):
+            node = part.nodes[current]
+            if node.cell >= 0:
+                sets[node.cell] = meet(sets[node.cell], wanted[current])
+            elif node.args and wanted[current] != found[current]:
+                args = [wanted[arg] for arg in node.args]
+                narrower = backward(node.term, wanted[current], args, self.wrapping)
+                for arg, narrowed in zip(node.args, narrower, strict=True):
+                    wanted[arg] = meet(wanted[arg], narrowed)
+        return sets
 
     def _compute(self, number: int, cell: int, definition: Term) -> list[tuple[int, ValueSet]]:
         """Give a cell the value that a part defines it by, all cells of which have values."""
@@ -234,10 +280,24 @@ class Store:
         if listed is None or len(listed) == 1:
             return []
         part = self.parts[number]
+        self.effort += len(listed) * len(part.nodes)
         values = self.values(other for other in part.cells if other != cell)
-        tolerance = TOLERANCE if self._is_solved_for(part) else 0.0
-        target = self.cells[cell]
-        kept = filtered(listed, lambda value: holds(part.term, {**values, target: value}, tolerance))
+        tolerance = self._tolerance(part)
+        reasons: list[str] = []
+
+        def fits(value: Value) -> bool:
+            try:
+                return evaluate(part.term, {**values, self.cells[cell]: value}, tolerance) is True
+            except Unevaluable as reason:
+                reasons.append(str(reason))
+                return False
+
+        try:
+            kept = filtered(listed, fits)
+        except Empty:
+            if len(reasons) == len(listed):
+                self.remarks[number] = reasons[0]
+            raise
         if len(kept.values) == len(listed):
             return []
         self.narrow(cell, single(kept.values[0]) if len(kept.values) == 1 else kept, number)

@@ -29,13 +29,12 @@ from seoro.lang.solve.sets import (
     single,
 )
 
-# How often a group is drawn as a whole before its cells are chosen one by one, and how many parts that may look
-# at.
+# How often a group is drawn as a whole before its cells are chosen one by one, and looking at how many terms.
 TRIES: Final = 64
-TRIES_EFFORT: Final = 5_000
+TRIES_EFFORT: Final = 30_000
 # Dead ends of a search before it starts anew with other draws; those of the last one are limited by effort only.
 PATIENCE: Final = (10, 50, 200)
-EFFORT: Final = 50_000
+EFFORT: Final = 150_000
 
 
 class Exhausted(Exception):
@@ -105,12 +104,10 @@ def choose(store: Store, group: list[int], streams: Streams) -> None:
 def _independent(store: Store, group: list[int]) -> list[int]:
     """The cells to draw: all that have bounds, but for one of each equality, which follows from the others."""
     follows: set[int] = set()
-    inside = set(group)
-    for number, part in enumerate(store.parts):
-        if number not in store.entailed:
-            candidates = [cell for cell in part.solvable if cell in inside and cell not in follows]
-            if candidates:
-                follows.add(candidates[-1])
+    for number in store.parts_of(group):
+        candidates = [cell for cell in store.parts[number].solvable if store.is_open(cell) and cell not in follows]
+        if candidates:
+            follows.add(candidates[-1])
     return [cell for cell in group if cell not in follows and is_bounded(store.sets[cell])]
 
 

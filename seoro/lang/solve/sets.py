@@ -14,7 +14,7 @@ from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, V
 
 # A range of at most so many whole numbers may be written down one by one, so that some in the middle can go.
 SMALL: Final = 256
-# A number as large as this comes from the limits of a 64-bit type, not from a scenario.
+# A range of whole numbers as wide as this has a bound that comes from the limits of its type, not from a scenario.
 HUGE: Final = 2**62
 # Reals as close as this are one number that was computed in several ways: relative, and next to zero.
 NARROW: Final = 1e-12
@@ -224,8 +224,7 @@ def is_bounded(values: ValueSet) -> bool:
     """Whether a value can be drawn from a set."""
     match values:
         case Range(low, high):
-            most = HUGE if is_whole(values) else math.inf
-            return abs(low) < most and abs(high) < most
+            return high - low < HUGE if is_whole(values) else math.isfinite(low) and math.isfinite(high)
         case Finite():
             return True
         case Anything():

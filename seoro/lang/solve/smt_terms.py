@@ -48,14 +48,12 @@ class Translation:
 
     Args:
         known: The values of cells that have one.
-        wrapping: Whether integers may leave their 64 bits and wrap.
     """
 
-    def __init__(self, known: Mapping[Cell, Value], wrapping: bool) -> None:
+    def __init__(self, known: Mapping[Cell, Value]) -> None:
         self.context = z3.Context()
         self.conditions: list[Expression] = []  # that keep results in their 64 bits
         self._known = known
-        self._wrapping = wrapping
         self._variables: dict[Cell, Expression] = {}
         self._tokens: list[Value] = []
 
@@ -162,12 +160,10 @@ class Translation:
         return z3.RatVal(exact.numerator, exact.denominator, self.context)
 
     def _held(self, result: Expression, number: Number) -> Expression:
-        """A result as its type holds it."""
+        """A result that its type can hold: values for which it would wrap are left to search."""
         if number is Number.FLOAT:
             return result
         low, high = INT_LIMITS if number is Number.INT else UINT_LIMITS
-        if self._wrapping:
-            return (result - low) % 2**64 + low
         self.conditions.append(z3.And(result >= low, result <= high))
         return result
 

@@ -7,7 +7,7 @@ from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.conflict import smallest_conflict
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.parts import conjuncts
-from seoro.lang.solve.problem import Problem, Solution
+from seoro.lang.solve.problem import Problem, Solution, Unsolved
 from seoro.lang.solve.sets import contains, natural
 from seoro.lang.solve.terms import CellRef, Compare, Term, Unevaluable
 
@@ -30,18 +30,19 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
     values = _by_equalities(problem)
     if values is not None:
         return Solution(values)
-    # Values are sought among those for which no integer leaves its 64 bits; if there are none, among all.
+    # Values are sought among those for which no integer leaves its 64 bits, and only if there are none, among all.
     try:
         return Solution(attempt(problem, seed, engine, wrapping=False))
-    except Contradiction as found:
-        contradiction = found
-    wrapping = has_whole_arithmetic(problem)
-    if wrapping:
-        try:
-            return Solution(attempt(problem, seed, engine, wrapping=True))
-        except Contradiction as found:
-            contradiction = found
-    raise smallest_conflict(problem, contradiction, engine, wrapping)
+    except Contradiction as contradiction:
+        found = contradiction
+    if not has_whole_arithmetic(problem):
+        raise smallest_conflict(problem, found, engine, wrapping=False)
+    try:
+        return Solution(attempt(problem, seed, "search", wrapping=True))
+    except Contradiction as contradiction:
+        raise smallest_conflict(problem, contradiction, "search", wrapping=True) from None
+    except Unsolved:
+        raise smallest_conflict(problem, found, engine, wrapping=False) from None
 
 
 def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:

@@ -8,10 +8,10 @@ are 64 bit and wrap, `/` truncates toward zero and `%` has the sign of the divid
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias, assert_never
 
+from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell, Value
 
 
@@ -31,30 +31,26 @@ class Unevaluable(Exception):
     """A term has no value: a division by zero, or what an opaque term says. Its constraint does not hold."""
 
 
-@dataclass(frozen=True, slots=True)
-class Const:
+class Const(frozen.Value):
     """A value; that of a real is a float."""
 
     value: Value
 
 
-@dataclass(frozen=True, slots=True)
-class CellRef:
+class CellRef(frozen.Value):
     """The value of a cell."""
 
     cell: Cell
 
 
-@dataclass(frozen=True, slots=True)
-class Negate:
+class Negate(frozen.Value):
     """Minus something."""
 
     operand: Term
     number: Number
 
 
-@dataclass(frozen=True, slots=True)
-class Arithmetic:
+class Arithmetic(frozen.Value):
     """`+`, `-`, `*`, `/` or `%` of two numbers."""
 
     operator: Operation
@@ -63,15 +59,13 @@ class Arithmetic:
     number: Number
 
 
-@dataclass(frozen=True, slots=True)
-class ToReal:
+class ToReal(frozen.Value):
     """A whole number as a real."""
 
     operand: Term
 
 
-@dataclass(frozen=True, slots=True)
-class Compare:
+class Compare(frozen.Value):
     """A comparison; `==` and `!=` of any two values, the others of numbers."""
 
     operator: Relation
@@ -79,8 +73,7 @@ class Compare:
     right: Term
 
 
-@dataclass(frozen=True, slots=True)
-class InRange:
+class InRange(frozen.Value):
     """Whether a number lies in a range, bounds included; nothing lies in one whose low is above its high."""
 
     item: Term
@@ -88,45 +81,39 @@ class InRange:
     high: Term
 
 
-@dataclass(frozen=True, slots=True)
-class InSet:
+class InSet(frozen.Value):
     """Whether something is one of some values."""
 
     item: Term
     values: tuple[Value, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(frozen.Value):
     """Logical negation."""
 
     operand: Term
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+class And(frozen.Value):
     """All hold; evaluated from the left as far as needed."""
 
     operands: tuple[Term, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+class Or(frozen.Value):
     """At least one holds; evaluated from the left as far as needed."""
 
     operands: tuple[Term, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Implies:
+class Implies(frozen.Value):
     """The second holds if the first does."""
 
     premise: Term
     conclusion: Term
 
 
-@dataclass(frozen=True, slots=True)
-class IfThenElse:
+class IfThenElse(frozen.Value):
     """One of two values, as the condition says."""
 
     condition: Term
@@ -134,8 +121,7 @@ class IfThenElse:
     otherwise: Term
 
 
-@dataclass(frozen=True, slots=True)
-class Opaque:
+class Opaque(frozen.Value):
     """Anything else: looked at only when all its cells have values.
 
     Args:

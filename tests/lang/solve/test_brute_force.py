@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -28,10 +29,12 @@ from seoro.lang.solve.terms import (
     Or,
     Term,
     ToReal,
+    cells_of,
 )
 
 from .helpers import FLOAT, INT, cell, problem
 
+ENGINES: tuple[Engine, ...] = ("auto", "search", "z3")
 BOOLEANS = tuple(cell(f"b{index}", Boolean()) for index in range(3))
 NUMBERS = (
     cell("i0", Integer(0, 3)),
@@ -102,26 +105,27 @@ def conditions() -> st.SearchStrategy[Term]:
     )
 
 
-def solutions(cells: tuple[Cell, ...], constraints: tuple[Constraint, ...]) -> Iterator[dict[Cell, Value]]:
-    """All solutions, in the order of cells."""
+def solutions(constraints: tuple[Constraint, ...]) -> Iterator[dict[Cell, Value]]:
+    """All values of the cells of constraints for which these hold."""
+    cells = tuple(dict.fromkeys(one for constraint in constraints for one in cells_of(constraint.term)))
     for chosen in product(*(members(natural(unknown)) or () for unknown in cells)):
         values = dict(zip(cells, chosen, strict=True))
         if all(holds(constraint.term, values) for constraint in constraints):
             yield values
 
 
-def is_satisfiable(cells: tuple[Cell, ...], constraints: tuple[Constraint, ...]) -> bool:
-    return next(solutions(cells, constraints), None) is not None
+def is_satisfiable(constraints: tuple[Constraint, ...]) -> bool:
+    return next(solutions(constraints), None) is not None
 
 
 def check(asked: Problem, engine: Engine) -> None:
     try:
         values = dict(solve(asked, 1, engine=engine).values)
     except Conflict as conflict:
-        assert not is_satisfiable(asked.cells, conflict.constraints)
+        assert not is_satisfiable(conflict.constraints)
         for constraint in conflict.constraints:
             others = tuple(other for other in conflict.constraints if other is not constraint)
-            assert is_satisfiable(asked.cells, others), "the conflict has a constraint to spare"
+            assert is_satisfiable(others), "the conflict has a constraint to spare"
     else:
         assert tuple(values) == asked.cells
         assert all(holds(constraint.term, values) for constraint in asked.constraints)
@@ -131,3 +135,16 @@ def check(asked: Problem, engine: Engine) -> None:
 @given(st.lists(conditions(), min_size=1, max_size=6))
 def test_the_answer_is_that_of_trying_all_values(terms: list[Term]) -> None:
     check(problem(*terms), "search")
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(conditions(), min_size=1, max_size=6))
+def test_z3_gives_the_answer_of_trying_all_values(terms: list[Term]) -> None:
+    check(problem(*terms), "z3")
+
+
+@pytest.mark.slow
+@settings(max_examples=2000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(conditions(), min_size=1, max_size=8), st.sampled_from(ENGINES))
+def test_the_answer_is_that_of_trying_all_values_for_many_problems(terms: list[Term], engine: Engine) -> None:
+    check(problem(*terms), engine)
