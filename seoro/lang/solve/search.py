@@ -146,7 +146,7 @@ def _complete(store: Store, group: list[int], streams: Streams, patience: int, e
         Unbounded: A cell has no bounds to draw from.
     """
     stack: list[tuple[int, int, Iterator[tuple[ValueSet, bool]]]] = []
-    blamed: set[int] = set()
+    concerned, blamed = set(store.parts_of(group)), set[int]()
     while (cell := next_cell(store, group)) is not None:
         stack.append((len(store.trail), cell, _alternatives(store, cell, streams)))
         while stack:
@@ -160,7 +160,8 @@ def _complete(store: Store, group: list[int], streams: Streams, patience: int, e
                 store.assign(cell, following[0], exact=following[1])
                 break
             except Clash as clash:
-                blamed |= involved(store, clash.part)
+                if not blamed >= concerned:
+                    blamed |= involved(store, clash.part)
                 patience -= 1
                 if patience < 0 or store.effort > effort:
                     raise GivenUp from None
@@ -172,7 +173,7 @@ def involved(store: Store, part: int) -> set[int]:
     """The parts that led to a clash: this one, and all that narrowed what it, or one of them, depends on."""
     parts, cells = {part}, set(store.parts[part].cells)
     for cell, _, _, by in reversed(store.trail):
-        if cell in cells and by >= 0:
+        if by >= 0 and by not in parts and cell in cells:
             parts.add(by)
             cells.update(store.parts[by].cells)
     return parts

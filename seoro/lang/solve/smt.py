@@ -26,7 +26,7 @@ from seoro.lang.solve.smt_terms import Translation
 from seoro.lang.solve.terms import Opaque
 
 # What z3 may do for an answer, and for one to an offer, in its own units: a million take a second, or much longer.
-WORK: Final = 3_000_000
+WORK: Final = 1_000_000
 OFFER_WORK: Final = 100_000
 # How many random values and halves are offered, and how many halves to one cell.
 OFFERS: Final = 40
@@ -89,7 +89,7 @@ class _Question:
         for number in store.parts_of(group):
             part = store.parts[number]
             if not any(isinstance(node.term, Opaque) for node in part.nodes):
-                self._solver.assert_and_track(self._terms.term(part.term), str(number))
+                self._solver.assert_and_track(self._terms.holds(part.term), str(number))
         self._solver.add(*self._terms.conditions)
 
     def check(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any, Final, assert_never, cast
 
@@ -29,6 +29,7 @@ from seoro.lang.solve.terms import (
     Relation,
     Term,
     ToReal,
+    operands,
 )
 
 Expression = Any  # z3 has no types
@@ -155,6 +156,11 @@ class Translation:
             case _:
                 assert_never(term)
 
+    def holds(self, term: Term) -> Expression:
+        """That a constraint holds, which includes that what it always evaluates can be evaluated."""
+        divisors = [self.term(divisor) != 0 for divisor in _divisors(term)]
+        return z3.And(self.term(term), *divisors)
+
     def _real(self, value: float) -> Expression:
         exact = Fraction(value)
         return z3.RatVal(exact.numerator, exact.denominator, self.context)
@@ -185,6 +191,17 @@ class Translation:
                 return left - right * z3.ToReal(whole)
             case _:
                 return left - right * _truncated(left, right)
+
+
+def _divisors(term: Term) -> Iterator[Term]:
+    """What integers are divided by whenever a term is evaluated: not what `and` and the like may leave out."""
+    todo = [term]
+    while todo:
+        current = todo.pop()
+        if isinstance(current, Arithmetic) and current.operator in "/%" and current.number is not Number.FLOAT:
+            yield current.right
+        inside = operands(current)
+        todo.extend(inside[:1] if isinstance(current, And | Or | Implies | IfThenElse | InRange) else inside)
 
 
 def _truncated(left: Expression, right: Expression) -> Expression:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from seoro.lang.solve import Boolean, Cell, Choice, Conflict, Constraint, Integer, Problem, Value, solve
+from seoro.lang.solve import Boolean, Cell, Choice, Conflict, Constraint, Integer, Problem, Undecided, Value, solve
 from seoro.lang.solve.attempt import Engine
 from seoro.lang.solve.evaluation import holds
 from seoro.lang.solve.sets import members, natural
@@ -30,11 +30,11 @@ from seoro.lang.solve.terms import (
     Term,
     ToReal,
     cells_of,
+    subterms,
 )
 
 from .helpers import FLOAT, INT, cell, problem
 
-ENGINES: tuple[Engine, ...] = ("auto", "search", "z3")
 BOOLEANS = tuple(cell(f"b{index}", Boolean()) for index in range(3))
 NUMBERS = (
     cell("i0", Integer(0, 3)),
@@ -81,17 +81,18 @@ def opaque() -> st.SearchStrategy[Term]:
     )
 
 
-def conditions() -> st.SearchStrategy[Term]:
+def conditions(*more: st.SearchStrategy[Term]) -> st.SearchStrategy[Term]:
     relations = st.sampled_from(["==", "!=", "<", "<=", ">", ">="])
-    leaves = (
+    leaves: st.SearchStrategy[Term] = (
         st.sampled_from([CellRef(boolean) for boolean in BOOLEANS])
         | st.builds(Compare, relations, numbers(), numbers())
         | st.builds(Compare, relations, reals(), reals())
         | st.builds(Compare, st.sampled_from(["==", "!="]), colours(), colours())
         | st.builds(InRange, numbers(), numbers(), numbers())
         | st.builds(InSet, numbers(), st.lists(st.integers(-4, 6), min_size=1, max_size=4).map(tuple))
-        | opaque()
     )
+    for one in more:
+        leaves |= one
     return st.recursive(
         leaves,
         lambda inner: (
@@ -132,7 +133,7 @@ def check(asked: Problem, engine: Engine) -> None:
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.lists(conditions(), min_size=1, max_size=6))
+@given(st.lists(conditions(opaque()), min_size=1, max_size=6))
 def test_the_answer_is_that_of_trying_all_values(terms: list[Term]) -> None:
     check(problem(*terms), "search")
 
@@ -140,11 +141,17 @@ def test_the_answer_is_that_of_trying_all_values(terms: list[Term]) -> None:
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(), min_size=1, max_size=6))
 def test_z3_gives_the_answer_of_trying_all_values(terms: list[Term]) -> None:
-    check(problem(*terms), "z3")
+    try:
+        check(problem(*terms), "z3")
+    except Undecided:
+        # z3 knows nothing of infinities: models that divide reals by zero are excluded one by one, up to a limit.
+        assert any(
+            isinstance(part, Arithmetic) and part.number is FLOAT for term in terms for part in subterms(term)
+        )
 
 
 @pytest.mark.slow
 @settings(max_examples=2000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.lists(conditions(), min_size=1, max_size=8), st.sampled_from(ENGINES))
-def test_the_answer_is_that_of_trying_all_values_for_many_problems(terms: list[Term], engine: Engine) -> None:
-    check(problem(*terms), engine)
+@given(st.lists(conditions(opaque()), min_size=1, max_size=8))
+def test_the_answer_is_that_of_trying_all_values_for_many_problems(terms: list[Term]) -> None:
+    check(problem(*terms), "auto")
