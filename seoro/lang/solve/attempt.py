@@ -24,12 +24,14 @@ class Contradiction(Exception):
     Args:
         constraints: Numbers of constraints that cannot all hold; there may be more than needed.
         reason: Why one of them has no value, if that is what was found; may be empty.
+        by_z3: Whether it took z3 to find that.
     """
 
-    def __init__(self, constraints: frozenset[int], reason: str) -> None:
+    def __init__(self, constraints: frozenset[int], reason: str, by_z3: bool) -> None:
         super().__init__(len(constraints))
         self.constraints = constraints
         self.reason = reason
+        self.by_z3 = by_z3
 
 
 def attempt(
@@ -62,7 +64,7 @@ def attempt(
     except Clash as clash:
         raise _contradiction(store, frozenset(involved(store, clash.part))) from None
     except Exhausted as exhausted:
-        raise _contradiction(store, exhausted.parts) from None
+        raise _contradiction(store, exhausted.parts, exhausted.by_z3) from None
     return store.values(range(len(problem.cells)))
 
 
@@ -84,9 +86,9 @@ def _store(problem: Problem, wrapping: bool, relaxed: frozenset[Cell]) -> Store:
     return Store(problem.cells, parts_of(problem.constraints, numbers), sets, wrapping)
 
 
-def _contradiction(store: Store, parts: frozenset[int]) -> Contradiction:
+def _contradiction(store: Store, parts: frozenset[int], by_z3: bool = False) -> Contradiction:
     reason = next((store.remarks[part] for part in sorted(parts) if part in store.remarks), "")
-    return Contradiction(frozenset(store.parts[part].source for part in parts), reason)
+    return Contradiction(frozenset(store.parts[part].source for part in parts), reason, by_z3)
 
 
 def _decide(store: Store, group: list[int], streams: Streams, engine: Engine) -> None:

@@ -55,18 +55,20 @@ class _Refutation:
         found = refutation(constraints, self._engine, self._wrapping)
         if found is None:
             return None
-        return Contradiction(frozenset(numbers[index] for index in found.constraints), found.reason)
+        return Contradiction(frozenset(numbers[index] for index in found.constraints), found.reason, found.by_z3)
 
 
-def smallest_conflict(problem: Problem, found: Contradiction, engine: Engine, wrapping: bool) -> Conflict:
+def smallest_conflict(problem: Problem, found: Contradiction, wrapping: bool) -> Conflict:
     """The conflict to report: as small as bounded effort finds it, and never with a constraint to spare.
 
     Args:
         problem: The problem.
         found: Why it has no solution.
-        engine: Who may prove that constraints clash.
         wrapping: Whether integers may wrap.
     """
+    engine: Engine = (
+        "z3" if found.by_z3 else "search"
+    )  # what search could not prove of all, it need not try of some
     refute = _Refutation(problem, engine, wrapping)
     best = found
     try:

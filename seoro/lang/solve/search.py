@@ -34,15 +34,21 @@ TRIES: Final = 64
 TRIES_EFFORT: Final = 30_000
 # Dead ends of a search before it starts anew with other draws; those of the last one are limited by effort only.
 PATIENCE: Final = (10, 50, 200)
-EFFORT: Final = 150_000
+EFFORT: Final = 100_000
 
 
 class Exhausted(Exception):
-    """The search has been everywhere: there is no solution. `parts` are those that stood in its way."""
+    """There is no solution.
 
-    def __init__(self, parts: frozenset[int]) -> None:
+    Args:
+        parts: Numbers of the parts that stood in its way.
+        by_z3: Whether it took z3 to find that.
+    """
+
+    def __init__(self, parts: frozenset[int], by_z3: bool = False) -> None:
         super().__init__(len(parts))
         self.parts = parts
+        self.by_z3 = by_z3
 
 
 class GivenUp(Exception):

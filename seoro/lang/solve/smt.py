@@ -101,7 +101,7 @@ class _Question:
         """
         answer = self._solver.check()
         if answer == z3.unsat:
-            raise Exhausted(frozenset(self._core()))
+            raise Exhausted(frozenset(self._core()), by_z3=True)
         if answer != z3.sat:
             raise GivenUp
 
@@ -143,7 +143,7 @@ class _Question:
             self._solver.add(*self._excluded)
             answer = self._solver.check()
         if answer == z3.unsat and self._blamed is not None:
-            raise Exhausted(frozenset(self._blamed | self._core()))
+            raise Exhausted(frozenset(self._blamed | self._core()), by_z3=True)
         if answer != z3.sat:
             raise GivenUp
         found = self._solver.model()

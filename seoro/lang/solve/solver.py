@@ -36,13 +36,13 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
     except Contradiction as contradiction:
         found = contradiction
     if not has_whole_arithmetic(problem):
-        raise smallest_conflict(problem, found, engine, wrapping=False)
+        raise smallest_conflict(problem, found, wrapping=False)
     try:
         return Solution(attempt(problem, seed, "search", wrapping=True))
     except Contradiction as contradiction:
-        raise smallest_conflict(problem, contradiction, "search", wrapping=True) from None
+        raise smallest_conflict(problem, contradiction, wrapping=True) from None
     except Unsolved:
-        raise smallest_conflict(problem, found, engine, wrapping=False) from None
+        raise smallest_conflict(problem, found, wrapping=False) from None
 
 
 def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
