@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from seoro.runtime.contracts import Child, ModifierContext, Orientation3D, Pose3D, Position3D
     from seoro.runtime.method_context import MethodContext
     from seoro.runtime.modifiers import modifier
-    from seoro.runtime.values import Actor, Range, Struct
+    from seoro.runtime.values import Actor, Range, Struct, Variable
     from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
 __version__ = "0.1.0"
@@ -46,6 +46,7 @@ __all__ = [
     "Simulator",
     "Status",
     "Struct",
+    "Variable",
     "Verdict",
     "action",
     "load",
@@ -62,7 +63,7 @@ _MODULES = {
     "seoro.runtime.contracts": ("Child", "ModifierContext", "Orientation3D", "Pose3D", "Position3D"),
     "seoro.runtime.method_context": ("MethodContext",),
     "seoro.runtime.modifiers": ("modifier",),
-    "seoro.runtime.values": ("Actor", "Range", "Struct"),
+    "seoro.runtime.values": ("Actor", "Range", "Struct", "Variable"),
     "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }
 

@@ -22,7 +22,7 @@ from seoro.lang.traits import ParameterTrait
 from seoro.runtime.actions import ACTION_MARK, BoundAction, Mark, bind
 from seoro.runtime.fitting import Fitting
 from seoro.runtime.modifiers import MODIFIER_MARK, ModifierMark, check_modifier
-from seoro.runtime.signatures import Declaration, Misfit, takes_anything
+from seoro.runtime.signatures import Declaration, Misfit, traits
 
 
 @dataclass(frozen=True)
@@ -112,11 +112,11 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
 
 
 def traits_of(found: Implementations) -> dict[str, dict[str, ParameterTrait]]:
-    """The parameters of actions and modifiers that accept a value of any type."""
-    traits: dict[str, dict[str, ParameterTrait]] = {}
+    """How arguments for the parameters of actions and modifiers are checked and passed."""
+    by_name: dict[str, dict[str, ParameterTrait]] = {}
     for (_, name), made in found.items():
-        traits.setdefault(name, {}).update(dict.fromkeys(takes_anything(made.function), ParameterTrait.ANY))
-    return traits
+        by_name.setdefault(name, {}).update(traits(made.function))
+    return by_name
 
 
 # ---------------------------------------------------------------- matching them

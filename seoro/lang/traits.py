@@ -1,4 +1,4 @@
-"""What the Python implementation of an action takes for a parameter, where it is not just a value of its type."""
+"""What Python implementations of actions and modifiers take for parameters, other than values of their types."""
 
 from __future__ import annotations
 
@@ -10,4 +10,5 @@ class ParameterTrait(Enum):
 
     VALUE = "value"  # a value of the declared type
     ANY = "any"  # a value of any type
-    REFERENCE = "reference"  # the path of a variable
+    VARIABLE = "variable"  # the path of a variable
+    NUMBER = "number"  # the path of a variable that holds a number

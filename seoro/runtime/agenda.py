@@ -2,10 +2,10 @@
 
 Everything happens in instants, at one value of `now`. An instant is a sequence of rounds. In a round every
 flow that may go on takes one step, one flow at a time in the order of invocation paths; its effects are put
-down here and take hold between rounds, in this order: what ends behaviors (failures, `emit end`, a member
-of `one_of` that decides), then what wakes waiting flows. So no flow sees what another did in the same round,
-and the textual order of members changes nothing. When no flow can go on the instant has settled, and only
-then may time move.
+down here and take hold between rounds, in this order: changes of variables, then what ends behaviors (failures,
+`emit end`, a member of `one_of` that decides), then what wakes waiting flows. So no flow sees what another did in
+the same round, and the textual order of members changes nothing. When no flow can go on the instant has settled,
+and only then may time move.
 
 A flow is a member of a `parallel` or `one_of`, or the run itself, and is one task. It counts as busy from
 the moment it is freed until it parks here again; when the last busy flow parks, the next is freed in that very
@@ -132,6 +132,7 @@ class Agenda:
         self._flows: dict[Flow, None] = {}  # alive, in the order of starts
         self._ready: list[tuple[Any, Callable[[], None]]] = []
         self._current: deque[Callable[[], None]] = deque()
+        self._writes: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._ends: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._emissions: list[Callable[[], None]] = []
         self._fired: list[Waiter] = []
@@ -232,6 +233,11 @@ class Agenda:
     def fire_at(self, time: float, waiter: Waiter) -> None:
         """Fire a waiter in the first instant at or after a time."""
         heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), waiter))
+
+    def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
+        """Put down a change of a variable; it takes hold between rounds, before all else, in order of paths."""
+        self._writes.append((path, effect))
+        self._poke()
 
     def after_round(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down an effect that ends behaviors; it takes hold between rounds, in the order of paths."""
@@ -385,6 +391,9 @@ class Agenda:
 
     def _take_hold(self) -> None:
         """What happens between rounds."""
+        writes, self._writes = sorted(self._writes, key=_order), []
+        for _, write in writes:
+            write()
         while self._ends or self._emissions:
             ends, self._ends = sorted(self._ends, key=_order), []
             for _, effect in ends:
@@ -427,7 +436,7 @@ class Agenda:
                 await self._settled.wait()
 
     def _has_work(self) -> bool:
-        return bool(self._ready or self._fired or self._ends or self._emissions)
+        return bool(self._ready or self._fired or self._writes or self._ends or self._emissions)
 
     async def _pass_time(self) -> None:
         while self._timers and self._timers[0][2].over:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable
-from typing import TypeVar
+from collections.abc import Awaitable, Callable
+from typing import TypeVar, cast
 
 from seoro.errors import ActionFailed
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.contracts import Report
 from seoro.runtime.invocation import Place
-from seoro.runtime.values import Actor
+from seoro.runtime.values import Actor, Value, Variable, plain
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -56,6 +56,22 @@ class ActionContext:
     def log(self, message: str, level: str = "info") -> None:
         """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
         self._place.services.trace.record("log", level=level, message=message, source=str(self._invocation.span))
+
+    def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
+        """Change a variable, between this round and the next (section 1 of the semantics).
+
+        Args:
+            variable: The variable.
+            change: Gives the new value for the one that it holds then, which others may have changed meanwhile.
+        """
+        services = self._place.services
+
+        def take_hold() -> None:
+            value = change(variable.value)
+            variable.holder.fields[variable.name] = value  # type: ignore[index] # all holders have a dict
+            services.trace.record("variable", path=variable.path, value=plain(cast(Value, value)))
+
+        self._place.agenda.write(self._place.flow.path, take_hold)
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s] of the run's clock."""

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from seoro.lang import plan
 from seoro.lang.source import Span
 from seoro.runtime.buckets import bucket_of, number_of
-from seoro.runtime.environment import Environment, EvaluationError, HasFields
+from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Event
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.tally import ItemCoverage, Tally
 from seoro.runtime.trace import Trace
-from seoro.runtime.values import Actor, Struct, Value, plain
+from seoro.runtime.values import Actor, HasFields, Struct, Value, plain
 
 if TYPE_CHECKING:
     from seoro.runtime.invocation import Instance

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 from seoro.lang.plan import Expression
 from seoro.lang.source import Span
 from seoro.runtime.method_context import MethodContext
-from seoro.runtime.values import Value
+from seoro.runtime.values import HasFields, Value
 
 
 class EvaluationError(Exception):
@@ -41,15 +41,6 @@ class NoChoice(EvaluationError):
         self.code = code
         self.places = places
         self.help = help
-
-
-class HasFields(Protocol):
-    """Anything with fields by name: structs, actors, instances of scenarios, event objects."""
-
-    @property
-    def fields(self) -> Mapping[str, Value]:
-        """Values by name."""
-        ...
 
 
 @dataclass(frozen=True)

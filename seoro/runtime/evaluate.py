@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import assert_never, cast
+from typing import Any, assert_never, cast
 
 from seoro.lang.plan import (
     Arithmetic,
@@ -36,20 +36,22 @@ from seoro.lang.plan import (
     Not,
     Number,
     RangeOf,
+    Reference,
     Self,
     Side,
     Size,
     StringCall,
     TypeTest,
+    ValueType,
 )
 from seoro.lang.source import Span
 from seoro.runtime.choose import construct
 from seoro.runtime.conversions import cast as convert
 from seoro.runtime.conversions import is_of, to_float
-from seoro.runtime.environment import Environment, EvaluationError, HasFields
+from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
-from seoro.runtime.values import Actor, Range, Struct, Value, wrap_int, wrap_uint
+from seoro.runtime.values import Actor, HasFields, Range, Struct, Value, Variable, wrap_int, wrap_uint
 
 __all__ = ["Environment", "EvaluationError", "HasFields", "evaluate"]
 
@@ -91,6 +93,8 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return construct(expression, environment, evaluate)
         case Call():
             return call(expression, environment, evaluate)
+        case Reference(path, type_):
+            return _variable(path, type_, environment)
         case _:
             return _operate(expression, environment)
 
@@ -120,7 +124,7 @@ def _operate(expression: Expression, environment: Environment) -> Value:
             return convert(evaluate(operand, environment), type_, span)
         case (
             Literal() | Field() | Binding() | Self() | Global() | Member() | Conditional() | ListOf() | Join()
-            | RangeOf() | Index() | Convert() | Construct() | Call()
+            | RangeOf() | Index() | Convert() | Construct() | Call() | Reference()
         ):  # fmt: skip
             raise AssertionError("evaluated above")
         case _:
@@ -166,6 +170,15 @@ def _field(holder: HasFields, name: str, span: Span) -> Value:
         return holder.fields[name]
     except KeyError:
         raise EvaluationError(f"`{name.rpartition('::')[2]}` has no value yet", span) from None
+
+
+def _variable(path: Expression, type_: ValueType, environment: Environment) -> Variable[Any]:
+    """The variable at the end of a path."""
+    holder: HasFields = environment.instance
+    if isinstance(path, Member):
+        holder = cast(HasFields, evaluate(path.base, environment))
+    assert isinstance(path, Field | Member), "checked: it leads to a variable"
+    return Variable(holder, path.name, type_, path.span.text)
 
 
 def _range(first: float, second: float) -> Range:

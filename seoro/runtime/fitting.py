@@ -10,6 +10,7 @@
 | actors                   | `Actor`                                                                        |
 | `list of T`              | `list`, `tuple[..., ...]`, `Sequence` and its like, of what fits T             |
 | `range of T`             | `Range`                                                                        |
+| a variable itself        | `Variable[float]` for one with a number, else `Variable[object]`               |
 | anything                 | `object`, `Any`; `X | None` and other unions of which a part fits              |
 
 The results of functions become values by the same table, read from right to left.
@@ -35,7 +36,7 @@ from seoro.lang.plan import (
     StructType,
     ValueType,
 )
-from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value
+from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable
 
 Converter: TypeAlias = Callable[[Value], Any]
 Shapes: TypeAlias = Callable[[str], Mapping[str, ValueType]]
@@ -61,7 +62,7 @@ class Fitting:
     def converter(self, declared: ValueType, hint: Any) -> Converter | None:
         """How a value of the declared type becomes what the annotation asks for; None if it does not fit."""
         hint = _bare(hint)
-        if _takes_anything(hint):
+        if _takes_anything(hint) or (get_origin(hint) or hint) is Variable:
             return _same
         if get_origin(hint) in (Union, types.UnionType):
             parts = (self.converter(declared, part) for part in get_args(hint))

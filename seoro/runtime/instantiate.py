@@ -9,10 +9,10 @@ from hashlib import sha256
 from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
-from seoro.runtime.environment import Calls, Environment, HasFields
+from seoro.runtime.environment import Calls, Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
-from seoro.runtime.values import Actor, Value
+from seoro.runtime.values import Actor, HasFields, Value
 
 
 @dataclass(frozen=True, eq=False)

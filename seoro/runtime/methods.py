@@ -10,9 +10,9 @@ from dataclasses import replace
 
 from seoro.lang.plan import Call, EnumValue, External, Method, Undefined
 from seoro.lang.source import Span
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
+from seoro.runtime.environment import Environment, Evaluate, EvaluationError
 from seoro.runtime.functions import MethodFailed
-from seoro.runtime.values import Actor, Struct, Value
+from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 MAX_DEPTH = 64  # of methods that call each other; far below what the stack of Python bears
 

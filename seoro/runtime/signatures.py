@@ -6,10 +6,12 @@ import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from seoro.lang.plan import ValueType
+from seoro.lang.traits import ParameterTrait
 from seoro.runtime.fitting import Converter, Fitting, annotation_for
+from seoro.runtime.values import Variable
 
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
@@ -54,13 +56,25 @@ def signature_of(function: Callable[..., Any]) -> inspect.Signature:
         raise Misfit(f"its annotations cannot be evaluated: {type(error).__name__}: {error}") from error
 
 
-def takes_anything(function: Callable[..., Any]) -> tuple[str, ...]:
-    """Names of the parameters that accept a value of any type; none if the signature cannot be read."""
+def traits(function: Callable[..., Any]) -> dict[str, ParameterTrait]:
+    """How arguments for parameters are checked and passed, other than as values of the declared type.
+
+    Nothing is said of a signature that cannot be read.
+    """
     try:
         parameters = signature_of(function).parameters
     except Misfit:
-        return ()
-    return tuple(name for name, parameter in parameters.items() if parameter.annotation in (object, Any))
+        return {}
+    found = {name: _trait(parameter.annotation) for name, parameter in parameters.items()}
+    return {name: trait for name, trait in found.items() if trait is not ParameterTrait.VALUE}
+
+
+def _trait(annotation: Any) -> ParameterTrait:
+    if annotation in (object, Any):
+        return ParameterTrait.ANY
+    if (get_origin(annotation) or annotation) is not Variable:
+        return ParameterTrait.VALUE
+    return ParameterTrait.NUMBER if get_args(annotation) == (float,) else ParameterTrait.VARIABLE
 
 
 def match_coroutine(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from seoro.lang.plan import ActorType, EnumValue, StructType
+from seoro.lang.plan import ActorType, EnumValue, StructType, ValueType
 
-Value: TypeAlias = "bool | int | float | str | EnumValue | Struct | Actor | Range | tuple[Value, ...]"
+Value: TypeAlias = (
+    "bool | int | float | str | EnumValue | Struct | Actor | Range | Variable[Any] | tuple[Value, ...]"
+)
+Held = TypeVar("Held")
 
 INTEGER_LIMITS = {"int": (-(1 << 63), (1 << 63) - 1), "uint": (0, (1 << 64) - 1)}
 
@@ -54,6 +58,37 @@ class Actor:
         return (*self.latent, self.type.name, *self.type.bases)
 
 
+class HasFields(Protocol):
+    """Anything with fields by name: structs, actors, instances of scenarios, event objects."""
+
+    @property
+    def fields(self) -> Mapping[str, Value]:
+        """Values by name."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Variable(Generic[Held]):
+    """A variable itself, which an action can change; of the value that it holds, the annotation tells the type.
+
+    Args:
+        holder: What has it as a field.
+        name: The name of the field.
+        type: What it holds.
+        path: What people call it.
+    """
+
+    holder: HasFields
+    name: str
+    type: ValueType
+    path: str
+
+    @property
+    def value(self) -> Held:
+        """What it holds now."""
+        return self.holder.fields[self.name]  # type: ignore[return-value] # checked with the argument
+
+
 @dataclass(frozen=True, slots=True)
 class Range:
     """All values from low to high, both included."""
@@ -84,6 +119,8 @@ def plain(value: Value) -> object:
             return {name: plain(part) for name, part in value.fields.items()}
         case Actor():
             return value.name
+        case Variable():
+            return value.path
         case Range():
             return {"low": value.low, "high": value.high}
         case tuple():

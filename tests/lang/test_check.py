@@ -23,12 +23,18 @@ def test_parameters_of_any_type_take_any_argument(tmp_path: Path) -> None:
     assert strict.errors == ()
 
 
-def test_references_are_refused_for_now(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("argument", "code"),
+    [("n", None), ("c.trips", None), ("m", "E0444"), ("n + 1", "E0444"), ("s", "E0301"), ("gone", "E0216")],
+)
+def test_actions_that_change_variables_take_their_paths(argument: str, code: str | None, tmp_path: Path) -> None:
+    text = "import osc.helpers\nactor cart:\n    var trips: int\nscenario main:\n    var n: int\n    m: int = 1\n"
+    text += f"    var s: string\n    c: cart\n    do increment({argument})\n"
     path = tmp_path / "test.osc"
-    path.write_text("import osc.helpers\nscenario main:\n    n: int = 1\n    do increment(n)\n", encoding="utf-8")
-    traits = {"increment": {"target_variable": ParameterTrait.REFERENCE}}
-    (found,) = frontend.check(frontend.load(path), traits).diagnostics
-    assert found.code == "E0928"
+    path.write_text(text, encoding="utf-8")
+    traits = {"increment": {"target_variable": ParameterTrait.NUMBER}}
+    found = [diagnostic.code for diagnostic in frontend.check(frontend.load(path), traits).diagnostics]
+    assert found == ([code] if code else [])
 
 
 def test_strictness_warns_of_extensions(tmp_path: Path) -> None:

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
+from seoro.lang.check.paths import fields_on, leads_to_variable
+from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import constraints as constraint_messages
 from seoro.lang.diagnostics import types as type_messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Kind
 from seoro.lang.traits import ParameterTrait
@@ -102,9 +104,8 @@ class _Binding:
         match trait:
             case ParameterTrait.ANY:
                 self.given[parameter.name] = self._any_value(parameter, value)
-            case ParameterTrait.REFERENCE:
-                self.given[parameter.name] = plan.Literal(False, value.span)
-                self.expressions.bag.add(NotSupported(value.span, Construct.REFERENCE))
+            case ParameterTrait.VARIABLE | ParameterTrait.NUMBER:
+                self.given[parameter.name] = self._variable(value, trait is ParameterTrait.NUMBER)
             case ParameterTrait.VALUE:
                 self._give_value(parameter, value)
 
@@ -117,6 +118,21 @@ class _Binding:
             self.ranges[parameter.name] = expressions.converter.convert(found, RangeOf(type_), context)
         else:
             self.given[parameter.name] = expressions.converter.convert(found, type_, context)
+
+    def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
+        """The path of a variable, which is passed itself instead of its value."""
+        expressions = self.expressions
+        found = expressions.value(value, self.scope)
+        if not is_known(found.type):
+            return found.expression
+        fields = fields_on(found.expression, self.scope, expressions.program)
+        if not fields or not leads_to_variable(fields) or isinstance(found.expression, plan.Index):
+            parameter = fields[-1].span if fields else None
+            expressions.bag.add(constraint_messages.NoVariable(value.span, value.span.text, parameter))
+        elif is_a_number and not is_number(found.type):
+            described = expressions.converter.describe(found.type)
+            expressions.bag.add(type_messages.Mismatch(value.span, "a variable that holds a number", described))
+        return plan.Reference(found.expression, plan_type(found.type, expressions.program), value.span)
 
     def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
         """A value of any type but that of what runs."""

@@ -119,6 +119,8 @@ def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan
             return visit(replace(expression, low=go(low), high=go(high)))
         case plan.Index(items, position):
             return visit(replace(expression, items=go(items), position=go(position)))
+        case plan.Reference(path):
+            return visit(replace(expression, path=go(path)))
         case plan.Construct(arguments=given):
             return visit(replace(expression, arguments=go_named(given)))
         case plan.Call(receiver, arguments=given):

@@ -34,3 +34,19 @@ class NoParameter(Frozen):
         kind = "a variable" if others else "no path to a parameter"
         hint = "only the defaults of parameters can be removed"
         return error("E0441", self.span, f"`{self.path}` is {kind}", *others, help=hint)
+
+
+class NoVariable(Frozen):
+    """Something else where the path of a variable is asked for."""
+
+    span: Span
+    path: str
+    parameter: Span | None
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        if self.parameter is None:
+            return error("E0444", self.span, "expected the path of a variable", label="this is a value")
+        other = Label(self.parameter, "it is declared here")
+        hint = f"declare it as a variable: `var {self.parameter.text}: ...`"
+        return error("E0444", self.span, f"`{self.path}` is a parameter, which does not change", other, help=hint)

@@ -17,7 +17,6 @@ class Construct(Enum):
 
     CONSTRAINED_COMPOSITION = "03", "a constraint on a composition"
     COVERAGE = "17", "`cover` or `record` in an action or a modifier"
-    REFERENCE = "28", "an argument that is the path of a variable"
     IT_OF_COMPOSITION = "34", "`it` for a composition, or in a modifier without `of`"
     ITEM_EVENT = "40", "sampling at an event of a struct or an actor"
 

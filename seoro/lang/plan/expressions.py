@@ -23,6 +23,20 @@ class Number(Enum):
     FLOAT = "float"
 
 
+class Reference(Value):
+    """A variable itself, for an action that changes it.
+
+    Args:
+        path: The `Field` or `Member` that it is.
+        type: What it holds.
+        span: Its place in the text.
+    """
+
+    path: Expression
+    type: ValueType
+    span: Span
+
+
 class Literal(Value):
     """A constant: bool, int, float (SI), string or `EnumValue`."""
 
@@ -309,6 +323,7 @@ Expression: TypeAlias = (
     | Cast
     | Construct
     | Call
+    | Reference
 )
 
 

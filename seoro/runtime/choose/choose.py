@@ -37,8 +37,8 @@ from seoro.runtime.choose.fields import Compute, Fields
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import NotYet, Translation
-from seoro.runtime.environment import Environment, Evaluate, HasFields, NoChoice
-from seoro.runtime.values import Range, Value
+from seoro.runtime.environment import Environment, Evaluate, NoChoice
+from seoro.runtime.values import HasFields, Range, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do

@@ -32,8 +32,8 @@ from seoro.lang.plan import (
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
-from seoro.runtime.environment import Environment, EvaluationError, HasFields
-from seoro.runtime.values import Actor, Struct, Value
+from seoro.runtime.environment import Environment, EvaluationError
+from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 INVOCATION = 1  # the depths, negated, of what stands around the instance
 OVERRIDE = 2

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
 from seoro.runtime.choose.fields import Fields
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
-from seoro.runtime.values import Actor, Struct, Value
+from seoro.runtime.environment import Environment, Evaluate, EvaluationError
+from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 
 def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:

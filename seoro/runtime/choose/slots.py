@@ -21,8 +21,8 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.choose.fields import Fields
-from seoro.runtime.environment import Environment, HasFields
-from seoro.runtime.values import Actor, Struct
+from seoro.runtime.environment import Environment
+from seoro.runtime.values import Actor, HasFields, Struct
 
 if TYPE_CHECKING:
     from seoro.lang.solve import Cell

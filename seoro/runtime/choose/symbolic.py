@@ -46,9 +46,9 @@ from seoro.lang.plan import (
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import evaluate as evaluate_term
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError, HasFields
+from seoro.runtime.environment import Environment, Evaluate, EvaluationError
 from seoro.runtime.methods import MAX_DEPTH, implementation, inside
-from seoro.runtime.values import Actor, Range, Struct, Value
+from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
 
 
 @dataclass(frozen=True)

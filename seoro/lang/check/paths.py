@@ -1,0 +1,63 @@
+"""Paths: expressions that lead to a field, through the fields of what holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from seoro.lang import plan
+from seoro.lang.symbols import FieldSymbol, Program, all_fields
+from seoro.lang.types import ListOf, Structured, Type
+
+if TYPE_CHECKING:
+    from seoro.lang.check.expressions import Scope
+
+
+def paths_in(
+    expression: plan.Expression, scope: Scope, program: Program
+) -> Iterator[tuple[plan.Expression, tuple[FieldSymbol, ...]]]:
+    """The paths to fields in an expression, each with the fields on its way."""
+    pending = [expression]
+    while pending:
+        current = pending.pop()
+        fields = fields_on(current, scope, program)
+        if fields:
+            yield current, fields
+        if fields is None or isinstance(current, plan.Index):
+            pending += plan.parts(current)
+
+
+def fields_on(expression: plan.Expression, scope: Scope, program: Program) -> tuple[FieldSymbol, ...] | None:
+    """The fields on the way of a path; None if the expression is no path."""
+    match expression:
+        case plan.Field(name):
+            return (scope.fields[name],) if name in scope.fields else None
+        case plan.Global(name):
+            return tuple(field for field in program.globals.values() if field.name == name)
+        case plan.Self() | plan.Binding():
+            return ()
+        case plan.Index(items):
+            return fields_on(items, scope, program)
+        case plan.Member(base, name):
+            before = fields_on(base, scope, program)
+            if before is None:
+                return None
+            type_ = before[-1].type if before else _type_of_root(base, scope)
+            if isinstance(type_, ListOf):
+                type_ = type_.element
+            fields = all_fields(type_.symbol) if isinstance(type_, Structured) else {}
+            return (*before, fields[name]) if name in fields else None
+        case _:
+            return None
+
+
+def _type_of_root(base: plan.Expression, scope: Scope) -> Type | None:
+    """The type of what a path begins with, where that is no field."""
+    if isinstance(base, plan.Binding) and not (base.name == "it" and scope.is_it_bound):
+        return scope.bindings.get(base.name)
+    return scope.it
+
+
+def leads_to_variable(fields: tuple[FieldSymbol, ...]) -> bool:
+    """Whether a path leads to a variable; the fields of a variable are variables themselves (7.3.6.1.2)."""
+    return any(field.is_variable for field in fields)
