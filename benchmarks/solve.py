@@ -118,7 +118,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "sudoku, 30 given": lambda: sudoku(
         "53..7....6..195....98....6.8...6...34..8.3..17...2...6.6....28....419..5....8..79"
     ),
-    "sudoku, 17 given (z3)": lambda: sudoku(
+    "sudoku, 17 given": lambda: sudoku(
         "4.....8.5.3..........7......2.....6.....8.4......1.......6.3.7.5..2.....1.4......"
     ),
 }

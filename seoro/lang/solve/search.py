@@ -8,6 +8,7 @@ chosen one after the other, each uniformly from what the earlier choices leave, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Final, cast
 
@@ -35,6 +36,8 @@ TRIES_EFFORT: Final = 30_000
 # Dead ends of a search before it starts anew with other draws; those of the last one are limited by effort only.
 PATIENCE: Final = (10, 50, 200)
 EFFORT: Final = 100_000
+# A group with at most so many combinations of values is searched to the end.
+ALWAYS: Final = 20_000
 
 
 class Exhausted(Exception):
@@ -99,12 +102,30 @@ def choose(store: Store, group: list[int], streams: Streams) -> None:
             break
     if circle := impossible_order(store):
         raise Exhausted(circle)
-    for patience in (*PATIENCE, EFFORT):
+    for patience in PATIENCE:
         try:
             return _complete(store, group, streams, patience, start + EFFORT)
         except GivenUp:
             store.undo(mark)
-    raise GivenUp
+    most = math.inf if _has_few_combinations(store, group) else start + EFFORT
+    try:
+        return _complete(store, group, streams, math.inf, most)
+    except GivenUp:
+        store.undo(mark)
+        raise
+
+
+def _has_few_combinations(store: Store, group: list[int]) -> bool:
+    """Whether the values of a group can all be tried."""
+    combinations = 1
+    for cell in group:
+        listed = members(store.sets[cell])
+        if listed is None:
+            return False
+        combinations *= len(listed)
+        if combinations > ALWAYS:
+            return False
+    return True
 
 
 def _independent(store: Store, group: list[int]) -> list[int]:
@@ -143,7 +164,7 @@ def any_of(values: ValueSet, store: Store, cell: int, streams: Streams) -> Value
             raise Unbounded(store.cells[cell])
 
 
-def _complete(store: Store, group: list[int], streams: Streams, patience: int, effort: int) -> None:
+def _complete(store: Store, group: list[int], streams: Streams, patience: float, effort: float) -> None:
     """Choose for the open cells of a group one after the other, and go back where that fails.
 
     Raises:
