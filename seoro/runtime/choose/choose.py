@@ -34,9 +34,10 @@ from seoro.lang.solve import terms
 from seoro.lang.solve.cells import UINT_LIMITS
 from seoro.lang.source import Span
 from seoro.runtime.choose.fields import Compute, Fields
+from seoro.runtime.choose.forms import NotYet
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.slots import Rule, Slot
-from seoro.runtime.choose.symbolic import NotYet, Translation
+from seoro.runtime.choose.symbolic import Translation
 from seoro.runtime.environment import Environment, Evaluate, NoChoice
 from seoro.runtime.values import HasFields, Range, Value
 

@@ -1,0 +1,188 @@
+"""Symbolic values: what depends on values that are not chosen yet, taken apart until only scalars are terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias, cast, get_args
+
+from seoro.lang import solve
+from seoro.lang.plan import Expression, Literal, Number
+from seoro.lang.solve import terms
+from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
+
+
+@dataclass(frozen=True)
+class SymbolicList:
+    """A list of which some members are not known."""
+
+    items: tuple[Symbolic, ...]
+
+
+@dataclass(frozen=True)
+class SymbolicRange:
+    """A range of which a bound is not known; the lower one comes first."""
+
+    low: Symbolic
+    high: Symbolic
+
+
+Symbolic: TypeAlias = "Value | HasFields | SymbolicList | SymbolicRange | terms.Term"
+TERMS = get_args(terms.Term)
+UNKNOWN = (*TERMS, SymbolicList, SymbolicRange)
+NUMBERS: Mapping[Number, terms.Number] = {number: terms.Number(number.value) for number in Number}
+
+
+class NotSymbolic(Exception):
+    """An expression has no form as a term."""
+
+
+class NotYet(Exception):
+    """An expression names a field that a value has only if it turns out to be of a conditional subtype."""
+
+
+def as_term(value: Symbolic) -> terms.Term:
+    """A scalar as a term.
+
+    Raises:
+        NotSymbolic: It is none.
+    """
+    if isinstance(value, TERMS):
+        return cast(terms.Term, value)
+    if isinstance(value, SymbolicList | SymbolicRange):
+        raise NotSymbolic
+    return terms.Const(cast(solve.Value, value))
+
+
+def listed(items: tuple[Symbolic, ...]) -> Symbolic:
+    """A list, symbolic if one of its members is."""
+    if any(isinstance(item, UNKNOWN) for item in items):
+        return SymbolicList(items)
+    return cast("tuple[Value, ...]", items)
+
+
+def items_of(value: Symbolic) -> tuple[Symbolic, ...]:
+    """The members of a list.
+
+    Raises:
+        NotSymbolic: They are not known one by one.
+    """
+    if isinstance(value, SymbolicList):
+        return value.items
+    if isinstance(value, tuple):
+        return value
+    raise NotSymbolic
+
+
+def ordered_range(first: terms.Term, second: terms.Term) -> SymbolicRange:
+    """A range between two bounds, which may come in any order (7.4.2.8.1)."""
+    is_ascending = terms.Compare("<=", first, second)
+    low = terms.IfThenElse(is_ascending, first, second)
+    return SymbolicRange(low, terms.IfThenElse(is_ascending, second, first))
+
+
+def to_real(value: Symbolic) -> Symbolic:
+    """A whole number as a real; of a list or a range, each part."""
+    match value:
+        case SymbolicList(items):
+            return SymbolicList(tuple(to_real(item) for item in items))
+        case SymbolicRange(low, high):
+            return SymbolicRange(to_real(low), to_real(high))
+        case int():
+            return float(value)
+        case _ if isinstance(value, TERMS):
+            return terms.ToReal(value)
+        case _:
+            return value
+
+
+def any_of(conditions: list[terms.Term]) -> Symbolic:
+    """Whether one of some conditions is true."""
+    return terms.Or(tuple(conditions)) if conditions else False
+
+
+def all_of(conditions: list[terms.Term]) -> terms.Term:
+    """Whether all of some conditions are true."""
+    return terms.And(tuple(conditions)) if len(conditions) != 1 else conditions[0]
+
+
+def count_of(conditions: list[terms.Term]) -> terms.Term:
+    """How many of some conditions are true."""
+    total: terms.Term = terms.Const(0)
+    for condition in conditions:
+        one = terms.IfThenElse(condition, terms.Const(1), terms.Const(0))
+        total = terms.Arithmetic("+", total, one, terms.Number.INT)
+    return total
+
+
+def bounds_of(value: Symbolic) -> tuple[Symbolic, Symbolic] | None:
+    """The bounds of a range; None if it is none."""
+    match value:
+        case SymbolicRange(low, high):
+            return low, high
+        case Range(lower, upper):
+            return lower, upper
+        case _:
+            return None
+
+
+def same(left: Symbolic, right: Symbolic) -> terms.Term:
+    """That two values are equal: structs and actors if they are the same one (7.4.2.4.2), others part by part."""
+    ranges = bounds_of(left), bounds_of(right)
+    if ranges[0] is not None and ranges[1] is not None:
+        (low, high), (lower, upper) = ranges[0], ranges[1]
+        return all_of([same(low, lower), same(high, upper)])
+    if isinstance(left, SymbolicList) or isinstance(right, SymbolicList):
+        one, other = items_of(left), items_of(right)
+        if len(one) != len(other):
+            return terms.Const(False)
+        return all_of([same(first, second) for first, second in zip(one, other, strict=True)])
+    if isinstance(left, Struct | Actor) and isinstance(right, Struct | Actor):
+        return terms.Const(left is right)
+    return terms.Compare("==", as_term(left), as_term(right))
+
+
+def compare(operator: str, left: Symbolic, right: Symbolic) -> terms.Term:
+    """A comparison of two values."""
+    if operator in {"==", "!="}:
+        equal = same(left, right)
+        return equal if operator == "==" else terms.Not(equal)
+    return terms.Compare(cast(terms.Relation, operator), as_term(left), as_term(right))
+
+
+def contains(item: Symbolic, container: Symbolic) -> Symbolic:
+    """Whether a range or a list contains a value, or all of a range or a list (7.4.2.4.1)."""
+    bounds = bounds_of(container)
+    if bounds is not None:
+        low, high = as_term(bounds[0]), as_term(bounds[1])
+        inner = bounds_of(item)
+        items = list(inner) if inner is not None else [item]
+        return all_of([terms.InRange(as_term(each), low, high) for each in items])
+    members = items_of(container)
+    if isinstance(item, SymbolicList | tuple):
+        return all_of([as_term(contains(each, container)) for each in items_of(item)])
+    if any(isinstance(member, UNKNOWN) for member in members) or isinstance(item, Struct | Actor):
+        return any_of([same(item, member) for member in members])
+    return terms.InSet(as_term(item), cast("tuple[solve.Value, ...]", members))
+
+
+def with_operands(expression: Expression, found: list[Symbolic]) -> Expression:
+    """An operation on values in the place of its operands."""
+    values = iter(found)
+    changes: dict[str, object] = {}
+    for name in expression.__match_args__:
+        value = getattr(expression, name)
+        if isinstance(value, Expression):
+            changes[name] = _literal(next(values), value)
+        elif isinstance(value, tuple):
+            changes[name] = tuple(
+                _literal(next(values), item)
+                if isinstance(item, Expression)
+                else (item[0], _literal(next(values), item[1]))
+                for item in value
+            )
+    return replace(expression, **changes)  # type: ignore[arg-type]
+
+
+def _literal(value: Symbolic, operand: Expression) -> Literal:
+    return Literal(cast(bool, value), operand.span)
