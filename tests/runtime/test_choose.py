@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from seoro.embed import load
 from seoro.errors import InvalidUse
+from seoro.lang import frontend
 from seoro.runtime.environment import NoChoice
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.values import Actor, Range, Struct, Value, plain
@@ -130,6 +132,60 @@ scenario main:
     team = found["t"]
     assert isinstance(team, Struct)
     assert team.fields["leader"] is found["b"] and team.fields["helper"] is found["a"]
+
+
+PARTNERS = """
+actor cart:
+    load: int = 1
+    partner: cart
+"""
+
+
+def test_actors_may_refer_to_each_other(tmp_path: Path) -> None:
+    text = (
+        PARTNERS + "scenario main:\n    a: cart\n    b: cart\n    keep(a.partner == b)\n    keep(b.partner == a)\n"
+    )
+    text += "    keep(a.partner.load == 3)\n"
+    found = chosen(tmp_path, text)
+    a, b = found["a"], found["b"]
+    assert isinstance(a, Actor) and isinstance(b, Actor)
+    assert a.fields["partner"] is b and b.fields["partner"] is a
+    assert (a.fields["load"], b.fields["load"]) == (1, 3)
+
+
+def test_actors_that_hold_others_without_end_are_told(tmp_path: Path) -> None:
+    with pytest.raises(NoChoice, match="would hold instances of `cart` without end"):
+        chosen(tmp_path, PARTNERS + "scenario main:\n    a: cart\n")
+
+
+def test_a_default_may_choose_between_instances(tmp_path: Path) -> None:
+    text = """
+actor cart:
+    load: int
+scenario main:
+    flag: bool
+    keep(flag)
+    a: cart with:
+        keep(it.load == 1)
+    b: cart with:
+        keep(it.load == 2)
+    c: cart = flag ? b : a
+    n: int = c.load
+    all: list of cart = [a, b, c]
+    keep(all[2].load == n)
+"""
+    found = chosen(tmp_path, text)
+    assert found["c"] is found["b"] and found["n"] == 2
+
+
+def test_external_methods_may_stand_in_constraints(tmp_path: Path) -> None:
+    members = ("def larger(a: int, b: int) -> int is external builtins.max()",)
+    path = tmp_path / "test.osc"
+    path.write_text("scenario main:\n    " + "\n    ".join((*members, "x: int", "keep(x in [1, 7])",
+                    "keep(larger(x, 5) == 7)", "do emit end", "")))  # fmt: skip
+    scenario = load(path)
+    values = entry_parameters(frontend.lower(scenario.checked), 0)
+    assert values["x"] == 7
 
 
 def test_the_fields_of_a_constructed_default_are_overridden_one_by_one(tmp_path: Path) -> None:

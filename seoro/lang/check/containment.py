@@ -1,4 +1,7 @@
-"""Types whose values would contain themselves without end: by their fields, or by what defaults construct."""
+"""Types whose values would contain themselves without end: by their fields, or by what defaults construct.
+
+Fields that hold actors are another matter: constraints may say that one is an actor that is there already.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ def _contained(structure: plan.Structure, structures: plan.Structures) -> Iterat
             if isinstance(current, plan.Construct):
                 yield structures.of(current.type)
             pending += plan.parts(current)
-        if field.default is None and isinstance(field.type, plan.StructType | plan.ActorType):
+        if field.default is None and isinstance(field.type, plan.StructType):
             inner = structures.find(field.type)
             if inner is not None:
                 yield inner

@@ -32,9 +32,10 @@ from seoro.lang.plan import (
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
-from seoro.runtime.environment import Environment, EvaluationError
+from seoro.runtime.environment import Environment, EvaluationError, NoChoice
 from seoro.runtime.values import Actor, HasFields, Struct, Value
 
+NESTED = 8  # instances of one type, each inside of the one before
 INVOCATION = 1  # the depths, negated, of what stands around the instance
 OVERRIDE = 2
 
@@ -62,6 +63,7 @@ class Gathering:
         self._structures = structures
         self._removals: list[Removal] = []
         self._queue: deque[Slot] = deque()
+        self._within: dict[int, tuple[str, ...]] = {}  # by the identity of what is made here
 
     # ------------------------------------------------------------ the instance itself
 
@@ -116,6 +118,7 @@ class Gathering:
         name = declared.span.text
         full = f"{environment.path}.{name}" if environment.path else name
         slot = Slot(full, declared.type, environment, holder, declared.name, depth + 1, declared.span)
+        slot.within = self._within.get(id(holder), ())
         self._add_slot(slot)
         if declared.name in given:
             slot.is_given = True
@@ -167,8 +170,13 @@ class Gathering:
             assert isinstance(definition.value, Construct)
             definition.is_done = True
             type_, arguments = definition.value.type, definition.value.arguments
+        if slot.within.count(type_.name) >= NESTED:
+            what = f"`{slot.path}` would hold instances of `{type_.name}` without end"
+            hint = "say which one it is, such as `keep(a.other == b)`"
+            raise NoChoice(what, "E0443", ((slot.span, "nothing says which one it is"),), hint)
         structure = slot.structure = self._structures.of(type_)
         made = slot.made = empty(structure, slot.path, Fields())
+        self._within[id(made)] = (*slot.within, type_.name)
         slot.holder.fields[slot.key] = made  # type: ignore[index] # all holders have a dict
         self._add_made(slot, structure, {})
         for name, value in arguments:
@@ -197,6 +205,7 @@ class Gathering:
         for key in keys:
             path = f"{slot.path}[{key}]" if isinstance(type_, ListType) else f"{slot.path}.{key}()"
             part = Slot(path, type_.element, slot.environment, holder, key, slot.depth + 1, slot.span)
+            part.within = slot.within
             slot.parts[key] = part
             self._add_slot(part)
 

@@ -75,6 +75,7 @@ class Slot:
         depth: How many instances it is inside of.
         span: Its declaration.
         structure: What it is made of, for structs and actors.
+        within: Names of the types of the values that it is inside of.
         is_given: Whether it has its value from the start.
         parts: What it consists of, if it is made here: the members of a list, or the bounds of a range.
         made: The struct or actor, if it is made here.
@@ -95,6 +96,7 @@ class Slot:
     parts: dict[str, Slot] = field(default_factory=dict)
     made: Struct | Actor | None = None
     structure: Structure | None = None
+    within: tuple[str, ...] = ()
     definition: Rule | None = None
     cell: Cell | None = None
     size: Cell | None = None
