@@ -1,6 +1,6 @@
 """Conformance cases that lie outside of this repository, where there are some.
 
-`SEORO_CONFORMANCE` names a folder with a runner `run.py` and its cases; by default it is `shared/conformance` beside
+`SEORO_CONFORMANCE` names a folder with a runner `run.py` and cases; by default it is `shared/conformance` beside
 the repository. A case is a scenario whose first lines say what is expected of it; those of which `seoro check`
 decides are run here in this process. `python run.py --seoro seoro` in that folder runs them all.
 """
