@@ -8,6 +8,7 @@ from typing import NamedTuple
 from seoro.lang import plan
 from seoro.lang.check.plan_types import type_name
 from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import Program, TypeSymbol, lineage
@@ -108,8 +109,16 @@ class Converter:
         hint = ""
         if isinstance(target, Quantity) and is_plain_number(value.type):
             hint = f"multiply it by a unit, such as `1{self._unit(target)}`" if self._unit(target) else ""
+        elif isinstance(target, Quantity) and isinstance(value.expression, plan.Literal):
+            hint = self._units(target)
         found, needed = self.describe(value.type), self.describe(target)
         self._bag.add(messages.Mismatch(value.expression.span, needed, found, context, hint))
+
+    def _units(self, type_: Quantity) -> str:
+        """Which units a type has, the base unit first."""
+        units = [unit for unit in self._program.units.values() if unit.dimension == type_.dimension]
+        units.sort(key=lambda unit: (unit.factor != 1 or bool(unit.offset), len(unit.name)))
+        return f"{self.describe(type_)} has the units {listing(unit.name for unit in units[:4])}" if units else ""
 
     def _unit(self, type_: Quantity) -> str:
         """The name of a unit that is the base unit of a type."""
