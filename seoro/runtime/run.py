@@ -99,9 +99,10 @@ class Execution:
 
     @property
     def parameters(self) -> dict[str, object]:
-        """The chosen value of every parameter of the entry scenario."""
+        """The chosen value of every global parameter, and of every parameter of the entry scenario."""
         fields = self._entry.fields
-        return {name: plain(fields[name]) for name in self._entry.scenario.structure.fields}
+        names = (*self._plan.globals.fields, *self._entry.scenario.structure.fields)
+        return {name: plain(fields[name]) for name in names}
 
     @property
     def fault(self) -> Exception | None:

@@ -215,6 +215,12 @@ def test_global_parameters_are_chosen_with_the_scenario(tmp_path: Path) -> None:
     assert chosen(tmp_path, "global n: int\nscenario main:\n    x: int = n\n", {"n": "7"})["x"] == 7
 
 
+async def test_every_chosen_value_stands_in_the_trace(run_text: RunText) -> None:
+    text = "global n: int with:\n    keep(it in [4..4])\nscenario main:\n    b: bool = true\n    do emit end\n"
+    start = (await run_text(text)).records[0]
+    assert start["kind"] == "run.start" and start["parameters"] == {"global null::n": 4, "b": True}
+
+
 # ---------------------------------------------------------------- overrides
 
 
