@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from seoro.lang import ast, plan
+from seoro.lang.members import MemberTable
 from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
 from seoro.lang.types import Type
@@ -128,7 +129,7 @@ class EventSymbol:
     specification: ast.EventSpecification | None = None
     text: str = ""
     namespace: str = GLOBAL_NAMESPACE
-    parameters: dict[str, FieldSymbol] = field(default_factory=dict)
+    parameters: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
 
 
 @dataclass(eq=False)
@@ -143,7 +144,7 @@ class MethodSymbol:
     namespace: str
     owner: TypeSymbol | None
     receiver: Type
-    parameters: dict[str, FieldSymbol]
+    parameters: MemberTable[FieldSymbol]
     result: Type | None
     implementation: MethodImplementation
     home: Home
@@ -177,13 +178,26 @@ class Condition:
 
 
 @dataclass(eq=False)
+class Inventory:
+    """The members of a type, inherited ones first."""
+
+    fields: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
+    events: MemberTable[EventSymbol] = field(default_factory=MemberTable)
+    methods: MemberTable[MethodSymbol] = field(default_factory=MemberTable)
+
+    def inherited(self) -> Inventory:
+        """What a subtype begins with."""
+        return Inventory(MemberTable(self.fields), MemberTable(self.events), MemberTable(self.methods))
+
+
+@dataclass(eq=False)
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
-    `is_open` says that it may have members that are not known, as a part of it is not supported;
-    `is_constrained`, that its fields may have values that are not known, for the same reason. `of` is the scenario
-    or action that a modifier is for. `plan_name` is unique among types, among scenarios and actions, or among
-    modifiers.
+    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too. `is_open` says that it may
+    have members that are not known, as a part of it is not supported; `is_constrained`, that its fields may have
+    values that are not known, for the same reason. `of` is the scenario or action that a modifier is for.
+    `plan_name` is unique among types, among scenarios and actions, or among modifiers.
     """
 
     kind: Kind
@@ -200,6 +214,7 @@ class TypeSymbol:
     fields: dict[str, FieldSymbol] = field(default_factory=dict)
     events: dict[str, EventSymbol] = field(default_factory=dict)
     methods: dict[str, MethodSymbol] = field(default_factory=dict)
+    inventory: Inventory = field(default_factory=Inventory)
     is_open: bool = False
     is_constrained: bool = False
     plan_name: str = ""
@@ -221,28 +236,19 @@ def lineage(symbol: TypeSymbol) -> Iterator[TypeSymbol]:
         current = current.base
 
 
-def all_fields(symbol: TypeSymbol) -> dict[str, FieldSymbol]:
+def all_fields(symbol: TypeSymbol) -> MemberTable[FieldSymbol]:
     """The fields of a type, inherited ones first."""
-    found: dict[str, FieldSymbol] = {}
-    for type_ in reversed(list(lineage(symbol))):
-        found.update(type_.fields)
-    return found
+    return symbol.inventory.fields
 
 
-def all_events(symbol: TypeSymbol) -> dict[str, EventSymbol]:
+def all_events(symbol: TypeSymbol) -> MemberTable[EventSymbol]:
     """The events of a type, inherited ones first."""
-    found: dict[str, EventSymbol] = {}
-    for type_ in reversed(list(lineage(symbol))):
-        found.update(type_.events)
-    return found
+    return symbol.inventory.events
 
 
-def all_methods(symbol: TypeSymbol) -> dict[str, MethodSymbol]:
+def all_methods(symbol: TypeSymbol) -> MemberTable[MethodSymbol]:
     """The methods of a type with the implementations that it has, inherited ones first."""
-    found: dict[str, MethodSymbol] = {}
-    for type_ in reversed(list(lineage(symbol))):
-        found.update(type_.methods)
-    return found
+    return symbol.inventory.methods
 
 
 def has_phases(symbol: TypeSymbol) -> bool:
@@ -301,7 +307,7 @@ class Program:
     modifiers: TypeTable = field(default_factory=dict)
     units: dict[str, UnitSymbol] = field(default_factory=dict)
     globals: dict[tuple[str, str], FieldSymbol] = field(default_factory=dict)
-    primitives: dict[str, dict[str, MethodSymbol]] = field(default_factory=dict)  # methods by primitive type
+    primitives: dict[str, MemberTable[MethodSymbol]] = field(default_factory=dict)  # methods by primitive type
     conditionals: list[TypeSymbol] = field(default_factory=list)  # conditional subtypes, bases first
     holders: dict[str, list[EnumSymbol]] = field(
         default_factory=dict

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import assert_never
 
 from seoro.lang.check.plan_types import type_name
@@ -73,7 +74,7 @@ def signature(meaning: TypeSymbol | MethodSymbol | EventSymbol, program: Program
             return f"{meaning.qualified_name}({text})"
 
 
-def parameters_of(meaning: TypeSymbol | MethodSymbol | EventSymbol) -> dict[str, FieldSymbol]:
+def parameters_of(meaning: TypeSymbol | MethodSymbol | EventSymbol) -> Mapping[str, FieldSymbol]:
     """What can be given as arguments."""
     return all_fields(meaning) if isinstance(meaning, TypeSymbol) else meaning.parameters
 

@@ -119,8 +119,9 @@ class Surroundings:
     def find_method(self, text: str, owner: TypeSymbol | None) -> MethodSymbol | None:
         """The method of a type that a name means."""
         name = name_in(text)
-        methods = all_methods(owner) if owner is not None else {}
-        return self._expressions.lookup.member(self.space, methods, name) if name is not None else None
+        if name is None or owner is None:
+            return None
+        return self._expressions.lookup.member(self.space, all_methods(owner), name)
 
     def shown(self, symbol: Declaration | TypeSymbol, found: Declaration | None) -> str:
         """How to name a symbol here, given what its bare name means."""

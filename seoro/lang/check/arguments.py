@@ -12,6 +12,7 @@ from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import constraints as constraint_messages
 from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Kind
 from seoro.lang.traits import ParameterTrait
@@ -26,7 +27,7 @@ _NO_TRAITS: Mapping[str, ParameterTrait] = {}
 def bind(
     expressions: Expressions,
     owner: str,
-    parameters: Mapping[str, FieldSymbol],
+    parameters: MemberTable[FieldSymbol],
     arguments: ast.ArgumentList | None,
     scope: Scope,
     is_open: bool = False,
@@ -62,7 +63,7 @@ class _Binding:
 
     expressions: Expressions
     owner: str
-    parameters: Mapping[str, FieldSymbol]
+    parameters: MemberTable[FieldSymbol]
     scope: Scope
     is_open: bool
     traits: Mapping[str, ParameterTrait]

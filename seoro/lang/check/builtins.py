@@ -12,6 +12,7 @@ from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import methods as messages
 from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Home, Space
 from seoro.lang.types import BOOL, INT, STRING, UINT, UNKNOWN, ListOf, RangeOf, Type, is_known
@@ -113,7 +114,9 @@ class Builtins:
         self, base: Typed, method: plan.StringMethod, node: ast.FunctionApplication, scope: Scope
     ) -> Typed:
         declared, result = _STRING_METHODS[method]
-        parameters = {name: _parameter(name, type_, node.span) for name, type_ in declared}
+        parameters: MemberTable[FieldSymbol] = MemberTable()
+        for name, type_ in declared:
+            parameters.add(_parameter(name, type_, node.span))
         given = bind(self._expressions, method.value, parameters, node.arguments, scope, is_method=True)
         for name in parameters:
             if name not in given and name != _OPTIONAL:

@@ -9,6 +9,7 @@ from seoro.lang.check.expressions import Expressions, Scope
 from seoro.lang.check.heads import head
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import events as messages
+from seoro.lang.members import MemberTable
 from seoro.lang.symbols import EventSymbol
 from seoro.lang.types import is_known
 
@@ -60,7 +61,7 @@ class Directives:
     ) -> tuple[tuple[str, plan.Expression], ...]:
         """A value for each parameter of an event; defaults are evaluated with each emission (7.3.10.2)."""
         name = node.event.text
-        parameters = symbol.parameters if symbol is not None else {}
+        parameters = symbol.parameters if symbol is not None else MemberTable()
         values = bind(self._expressions, name, parameters, node.arguments, scope, is_method=True)
         for parameter in parameters.values():
             if parameter.name in values:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple, assert_never
 
@@ -11,6 +11,7 @@ from seoro.lang.check.expressions import Expressions, Scope, scope_of
 from seoro.lang.check.labels import Labels, names_of, path_of
 from seoro.lang.check.times import TIME, check_sign
 from seoro.lang.diagnostics import events as messages
+from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, has_phases, is_open
 from seoro.lang.types import BOOL, UNKNOWN, EventObject, RangeOf, Structured, Type, is_known
@@ -227,7 +228,7 @@ class Events:
         return None
 
     def _member_of(
-        self, symbol: TypeSymbol, declared: Mapping[str, EventSymbol], name: ast.Name
+        self, symbol: TypeSymbol, declared: MemberTable[EventSymbol], name: ast.Name
     ) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
         event = self._expressions.lookup.member(self._scope.space, declared, name)
         if event is not None:
@@ -237,5 +238,5 @@ class Events:
         return None
 
     @staticmethod
-    def _known(symbol: TypeSymbol, declared: Mapping[str, EventSymbol]) -> tuple[str, ...]:
+    def _known(symbol: TypeSymbol, declared: MemberTable[EventSymbol]) -> tuple[str, ...]:
         return (*(event.text for event in declared.values()), *(PHASES if has_phases(symbol) else ()))

@@ -28,6 +28,7 @@ from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.diagnostics.unsupported import Construct, NotSupported
+from seoro.lang.members import MemberTable
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
@@ -82,7 +83,7 @@ class Scope:
     owner: TypeSymbol | None
     space: Space
     bindings: Mapping[str, Type] = field(default_factory=dict)
-    fields: Mapping[str, FieldSymbol] = field(default_factory=dict)
+    fields: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
     it: Type | None = None
     is_it_bound: bool = False
     it_value: plan.Expression | None = None
@@ -331,7 +332,7 @@ class Expressions:
         return nothing(node.span)
 
     def _member_field(
-        self, type_: Type, fields: Mapping[str, FieldSymbol], name: ast.Name, scope: Scope
+        self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope
     ) -> FieldSymbol | None:
         """The field that a name means; parameters of events need no prefix."""
         find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member

@@ -7,24 +7,16 @@ error. Only declarations of the kind that is asked for count.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Protocol, TypeVar, cast
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar, cast
 
 from seoro.lang import ast
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names
+from seoro.lang.members import M, Member, MemberTable
 from seoro.lang.symbols import Declaration, EnumSymbol, FieldSymbol, Program, Space, TypeSymbol, TypeTable, lineage
 
-
-class Member(Protocol):
-    """A member of a type."""
-
-    text: str
-    namespace: str
-
-
 T = TypeVar("T")
-M = TypeVar("M", bound=Member)
 
 
 class Lookup:
@@ -56,18 +48,16 @@ class Lookup:
         """The global parameter that a name means."""
         return self._pick(space, name, lambda namespace: self._program.globals.get((namespace, name.text)))
 
-    def member(self, space: Space, members: Mapping[str, M], name: ast.Name) -> M | None:
+    def member(self, space: Space, members: MemberTable[M], name: ast.Name) -> M | None:
         """The one of some members of a type that a name means."""
-        found = [member for member in members.values() if member.text == name.text]
-        if not found:
-            return None
-        return self._pick(space, name, lambda namespace: _in_namespace(found, namespace))
+        found = members.called(name.text)
+        return self._pick(space, name, found.get) if found else None
 
-    def parameter(self, space: Space, members: Mapping[str, M], name: ast.Name) -> M | None:
+    def parameter(self, space: Space, members: MemberTable[M], name: ast.Name) -> M | None:
         """The parameter that the name of an argument means, which needs no prefix if it is the only one."""
-        found = [member for member in members.values() if member.text == name.text]
+        found = members.called(name.text)
         if name.namespace is None and len(found) == 1:
-            return self._note(name, found[0])
+            return self._note(name, next(iter(found.values())))
         return self.member(space, members, name)
 
     def enumerations(self, space: Space, name: ast.Name) -> list[EnumSymbol]:
@@ -142,7 +132,3 @@ def candidates(members: Iterable[Member], name: ast.Name) -> tuple[str, ...]:
     return tuple(
         f"{member.namespace}::{member.text}" if member.text == name.text else member.text for member in members
     )
-
-
-def _in_namespace(members: Iterable[M], namespace: str) -> M | None:
-    return next((member for member in members if member.namespace == namespace), None)

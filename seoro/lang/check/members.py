@@ -6,6 +6,8 @@ except for methods that override with `only` (7.3.7.2) and events, which subtype
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.heads import head
@@ -17,6 +19,7 @@ from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.diagnostics import names
+from seoro.lang.members import MemberTable
 from seoro.lang.symbols import (
     PHASES,
     EventSymbol,
@@ -61,11 +64,12 @@ class Members:
         for extension, home in declared.extensions:
             if isinstance(extension, ast.PrimitiveTypeExtension):
                 receiver = PRIMITIVES[extension.type.text]
-                methods = self._program.primitives.setdefault(extension.type.text, {})
+                methods = self._program.primitives.setdefault(extension.type.text, MemberTable())
                 for member in extension.members:
                     if isinstance(member, ast.MethodDeclaration):
                         method = self._method(member, None, receiver, home, methods)
-                        self._take(method, methods, methods.get(method.name), member.only)
+                        if self._is_taken(method, methods, member.only):
+                            methods.add(method)
 
     def _declare(self, symbol: TypeSymbol) -> None:
         """Declare the members of a type, after those of its bases; chains of bases may be long."""
@@ -78,6 +82,8 @@ class Members:
             pending.pop()
             if current not in self._done:
                 self._done.add(current)
+                if current.base is not None:
+                    current.inventory = current.base.inventory.inherited()
                 for part in current.parts:
                     self._declare_part(current, part)
                 self._check_do(current)
@@ -138,6 +144,7 @@ class Members:
             field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space, is_variable)
             if self._is_new(symbol, field):
                 symbol.fields[unique] = field
+                symbol.inventory.fields.add(field)
 
     def _add_event(self, symbol: TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
         name, space = node.name, home.namespace_of(node.name)
@@ -147,40 +154,46 @@ class Members:
         if node.parameters and node.specification is not None:
             self._bag.add(event_messages.SpecificationWithParameters(node.specification.span, name.text))
         unique = self._unique(name.text, space, all_events(symbol))
-        event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space)
-        event.parameters.update(self._parameters(node.parameters, symbol, home))
+        parameters = self._parameters(node.parameters, symbol, home)
+        event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space, parameters)
         if self._is_new(symbol, event):
             symbol.events[unique] = event
+            symbol.inventory.events.add(event)
 
     def _parameters(
         self, parameters: tuple[ast.ArgumentSpecification, ...], owner: TypeSymbol | None, home: Home
-    ) -> dict[str, FieldSymbol]:
+    ) -> MemberTable[FieldSymbol]:
         """The parameters of an event or a method."""
-        found: dict[str, FieldSymbol] = {}
+        found: MemberTable[FieldSymbol] = MemberTable()
         for parameter in parameters:
             name, space = parameter.name, home.namespace_of(parameter.name)
             type_ = self._resolver.type_of(parameter.type, home.space)
             if name.text in found:
                 self._bag.add(names.Duplicate(name.span, "parameter", name.text, found[name.text].span))
                 continue
-            found[name.text] = FieldSymbol(
-                name.text, type_, parameter.default, owner, name.span, home, name.text, space
-            )
+            found.add(FieldSymbol(name.text, type_, parameter.default, owner, name.span, home, name.text, space))
         return found
 
     def _is_new(self, symbol: TypeSymbol, member: _Member) -> bool:
         """Whether a type and its bases have no such member yet; a second one is reported."""
-        members: list[_Member] = [*all_fields(symbol).values(), *all_methods(symbol).values()]
-        members += (symbol.events if isinstance(member, EventSymbol) else all_events(symbol)).values()
-        for other in members:
-            if (other.text, other.namespace) == (member.text, member.namespace):
+        for other in self._namesakes(symbol, member):
+            if other is not None:
                 if not self._program.is_lenient:
                     self._bag.add(names.Duplicate(member.span, "member", member.text, other.span))
                 return False
         return True
 
     @staticmethod
-    def _unique(text: str, namespace: str, others: dict[str, FieldSymbol] | dict[str, EventSymbol]) -> str:
+    def _namesakes(symbol: TypeSymbol, member: _Member) -> Iterator[_Member | None]:
+        """The members that have the identifier of a member in its namespace, but events that it declares again."""
+        yield all_fields(symbol).called(member.text).get(member.namespace)
+        yield all_methods(symbol).called(member.text).get(member.namespace)
+        event = all_events(symbol).called(member.text).get(member.namespace)
+        if event is not None and not (isinstance(member, EventSymbol) and event.owner is not symbol):
+            yield event
+
+    @staticmethod
+    def _unique(text: str, namespace: str, others: MemberTable[FieldSymbol] | MemberTable[EventSymbol]) -> str:
         """The name of a field or an event, apart from those of other namespaces with the same identifier."""
         other = others.get(text)
         return text if other is None or other.namespace == namespace else f"{namespace}::{text}"
@@ -193,7 +206,7 @@ class Members:
         owner: TypeSymbol | None,
         receiver: Type,
         home: Home,
-        others: dict[str, MethodSymbol],
+        others: MemberTable[MethodSymbol],
     ) -> MethodSymbol:
         """A method; with `only` its name may be that of a method of a used namespace, which it overrides."""
         name, namespace = node.name, home.namespace_of(node.name)
@@ -211,28 +224,29 @@ class Members:
         )
 
     def _add_method(self, symbol: TypeSymbol, method: MethodSymbol, only: bool) -> None:
-        overridden = all_methods(symbol).get(method.name)
-        if overridden is not None or self._is_new(symbol, method):
-            self._take(method, symbol.methods, overridden, only)
+        methods = all_methods(symbol)
+        is_new = method.name not in methods and self._is_new(symbol, method)
+        if (is_new or method.name in methods) and self._is_taken(method, methods, only):
+            symbol.methods[method.name] = method
+            methods.add(method)
 
-    def _take(
-        self, method: MethodSymbol, methods: dict[str, MethodSymbol], overridden: MethodSymbol | None, only: bool
-    ) -> None:
-        """Add a method, unless it overrides another wrongly."""
-        if overridden is not None:
-            if not only:
-                self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
-                return
-            difference = _difference(method, overridden)
-            if difference:
-                message = method_messages.OtherSignature(method.span, method.text, difference, overridden.span)
-                self._bag.add(message)
-                return
-            for name, parameter in method.parameters.items():
-                if parameter.default is None:
-                    inherited = overridden.parameters[name]
-                    parameter.default, parameter.home = inherited.default, inherited.home
-        methods[method.name] = method
+    def _is_taken(self, method: MethodSymbol, methods: MemberTable[MethodSymbol], only: bool) -> bool:
+        """Whether a method can be added, and does not override another wrongly, which is reported."""
+        overridden = methods.get(method.name)
+        if overridden is None:
+            return True
+        if not only:
+            self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
+            return False
+        difference = _difference(method, overridden)
+        if difference:
+            self._bag.add(method_messages.OtherSignature(method.span, method.text, difference, overridden.span))
+            return False
+        for name, parameter in method.parameters.items():
+            if parameter.default is None:
+                inherited = overridden.parameters[name]
+                parameter.default, parameter.home = inherited.default, inherited.home
+        return True
 
 
 def _difference(method: MethodSymbol, overridden: MethodSymbol) -> str:

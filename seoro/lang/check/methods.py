@@ -72,8 +72,8 @@ class Methods:
         """The method of a primitive type that a name means."""
         if not isinstance(type_, Primitive):
             return None
-        methods = self._expressions.program.primitives.get(type_.name, {})
-        return self._expressions.lookup.member(scope.space, methods, name)
+        methods = self._expressions.program.primitives.get(type_.name)
+        return self._expressions.lookup.member(scope.space, methods, name) if methods is not None else None
 
     def call(
         self,

@@ -11,6 +11,7 @@ from seoro.lang.check.expressions import Expressions, Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as argument_messages
 from seoro.lang.diagnostics import times as messages
+from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol
 from seoro.lang.types import Quantity, RangeOf
@@ -96,7 +97,7 @@ class Timing:
         return Times(times.get(DURATION), overlap or default, starts, ends)
 
     def of_invocation(
-        self, arguments: ast.ArgumentList, parameters: Mapping[str, FieldSymbol]
+        self, arguments: ast.ArgumentList, parameters: MemberTable[FieldSymbol]
     ) -> tuple[plan.Expression | None, ast.ArgumentList]:
         """The `duration` of an invocation, if there is no parameter of that name, and the other arguments."""
         own: list[ast.NamedArgument] = []
