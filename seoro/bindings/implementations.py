@@ -10,6 +10,7 @@ from typing import Any
 
 from seoro.bindings.modules import ImportFailed, function_name, library_module
 from seoro.lang import ast
+from seoro.lang.check.arguments import Traits
 from seoro.lang.check.checker import Checked
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostic import Bag
@@ -18,7 +19,6 @@ from seoro.lang.diagnostics import listing
 from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
 from seoro.lang.symbols import Kind, TypeSymbol, all_fields, do_directive
-from seoro.lang.traits import ParameterTrait
 from seoro.runtime.actions import ACTION_MARK, BoundAction, Mark, bind
 from seoro.runtime.fitting import Fitting
 from seoro.runtime.modifiers import MODIFIER_MARK, ModifierMark, check_modifier
@@ -111,12 +111,9 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
             yield Implementation(mark, value, library if is_own else None)
 
 
-def traits_of(found: Implementations) -> dict[str, dict[str, ParameterTrait]]:
+def traits_of(found: Implementations) -> Traits:
     """How arguments for the parameters of actions and modifiers are checked and passed."""
-    by_name: dict[str, dict[str, ParameterTrait]] = {}
-    for (_, name), made in found.items():
-        by_name.setdefault(name, {}).update(traits(made.function))
-    return by_name
+    return {key: traits(made.function) for key, made in found.items()}
 
 
 # ---------------------------------------------------------------- matching them

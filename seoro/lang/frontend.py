@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from seoro.lang import loader
+from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.checker import Checked, run_checks
 from seoro.lang.loader import Reader, Sources, read_file
 from seoro.lang.lower.lower import lower_scenario
@@ -15,7 +16,6 @@ from seoro.lang.traits import ParameterTrait
 
 __all__ = ["Checked", "ParameterTrait", "Sources", "check", "load", "lower"]
 
-_NOTHING: Mapping[str, Mapping[str, ParameterTrait]] = {}
 _NO_OVERRIDES: Mapping[str, str] = {}
 
 
@@ -34,7 +34,7 @@ def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sourc
 
 def check(
     sources: Sources,
-    traits: Mapping[str, Mapping[str, ParameterTrait]] = _NOTHING,
+    traits: Traits = NO_TRAITS,
     strict: bool = False,
     recorder: Recorder | None = None,
 ) -> Checked:
@@ -42,8 +42,8 @@ def check(
 
     Args:
         sources: What `load` gave.
-        traits: What the Python implementations of actions take, by qualified action name and parameter, where
-            it is not a value of the declared type.
+        traits: What the Python implementations of actions and modifiers take, where it is not a value of the
+            declared type.
         strict: Whether to warn of extensions to the standard.
         recorder: Is told what names mean and of what types values are.
     """

@@ -77,6 +77,38 @@ def test_the_message_is_at_the_declaration_and_shows_what_fits(check_files: Chec
     assert found.help == f"what fits is `{expected}`"
 
 
+def test_arguments_are_what_the_function_of_the_modifier_takes(check_files: Check) -> None:
+    """`note` is an action and a modifier: each takes what its own function says."""
+    files = {
+        "main.osc": """import osc.notes
+scenario main:
+    var n: int = 0
+    do serial:
+        note("once") with:
+            note(3)
+            counted(n)
+        note(3)
+""",
+        "seoro.libraries/notes.osc": """action note:
+    text: string
+modifier note:
+    text: string
+modifier counted:
+    how_often: string
+""",
+        "seoro.libraries/notes.py": """from seoro import *
+@action("note")
+async def note(ctx: ActionContext, text: str) -> None: ...
+@modifier("note")
+async def noted(ctx: ModifierContext, child: Child, text: object) -> Outcome: ...
+@modifier("counted")
+async def counted(ctx: ModifierContext, child: Child, how_often: Variable[float]) -> Outcome: ...
+""",
+    }
+    [found] = check_files(files).checked.diagnostics
+    assert (found.code, found.primary.span.line) == ("E0301", 8)
+
+
 def test_a_module_that_raises_is_one_message_with_the_line(check_garden: CheckGarden) -> None:
     [(code, text)] = check_garden("def f():\n    raise KeyError('a')\nf()")
     assert code == "E0601"

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from seoro.lang import frontend
+from seoro.lang.symbols import Kind
 from seoro.lang.traits import ParameterTrait
 from tests.lang.helpers import check, messages
 
@@ -16,7 +17,7 @@ def test_parameters_of_any_type_take_any_argument(tmp_path: Path) -> None:
     path.write_text("import osc.helpers\nscenario main:\n    do log(3m)\n", encoding="utf-8")
     sources = frontend.load(path)
     assert [found.code for found in frontend.check(sources).diagnostics] == ["E0301"]
-    traits = {"log": {"msg": ParameterTrait.ANY}}
+    traits = {(Kind.ACTION, "log"): {"msg": ParameterTrait.ANY}}
     assert frontend.check(sources, traits).diagnostics == ()
     strict = frontend.check(sources, traits, strict=True)
     assert [found.code for found in strict.diagnostics] == ["E0392", "E0393"]
@@ -32,7 +33,7 @@ def test_actions_that_change_variables_take_their_paths(argument: str, code: str
     text += f"    var s: string\n    c: cart\n    do increment({argument})\n"
     path = tmp_path / "test.osc"
     path.write_text(text, encoding="utf-8")
-    traits = {"increment": {"target_variable": ParameterTrait.NUMBER}}
+    traits = {(Kind.ACTION, "increment"): {"target_variable": ParameterTrait.NUMBER}}
     found = [diagnostic.code for diagnostic in frontend.check(frontend.load(path), traits).diagnostics]
     assert found == ([code] if code else [])
 

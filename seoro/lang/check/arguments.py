@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from seoro.lang import ast, plan
 from seoro.lang.check.paths import fields_on, leads_to_variable
@@ -21,7 +21,10 @@ from seoro.lang.types import RangeOf, Structured, is_known, is_number
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
 
-_NO_TRAITS: Mapping[str, ParameterTrait] = {}
+Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, ParameterTrait]]
+"""What Python takes for the parameters of actions and modifiers, by their names; of the rest, it takes values."""
+NO_TRAITS: Final[Traits] = {}
+_VALUES: Final[Mapping[str, ParameterTrait]] = {}
 
 
 def bind(
@@ -31,7 +34,7 @@ def bind(
     arguments: ast.ArgumentList | None,
     scope: Scope,
     is_open: bool = False,
-    traits: Mapping[str, ParameterTrait] = _NO_TRAITS,
+    traits: Mapping[str, ParameterTrait] = _VALUES,
     is_method: bool = False,
     ranges: dict[str, plan.Expression] | None = None,
 ) -> dict[str, plan.Expression]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import assert_never
 
 from seoro.lang import ast, plan
@@ -24,11 +23,9 @@ from seoro.lang.symbols import (
     do_directive,
     is_open,
 )
-from seoro.lang.traits import ParameterTrait
 
 MAX_DEPTH = 150  # of nested compositions
 Arguments = tuple[tuple[str, plan.Expression], ...]
-Traits = Mapping[str, Mapping[str, ParameterTrait]]
 
 
 class Behaviors:
@@ -37,14 +34,12 @@ class Behaviors:
     Args:
         found: Its `do`.
         expressions: For expressions.
-        traits: What the Python implementations of actions take, by qualified name and parameter.
     """
 
-    def __init__(self, found: DoFound, expressions: Expressions, traits: Traits) -> None:
+    def __init__(self, found: DoFound, expressions: Expressions) -> None:
         self._directive = found.directive
         self._expressions = expressions
         self._bag = expressions.bag
-        self._traits = traits
         self._scope = scope_of(found.owner, found.home)
         self._targets = Targets(expressions, found.owner, found.home)
         self._events = Events(expressions, self._scope)
@@ -113,7 +108,7 @@ class Behaviors:
         name, parameters, values = symbol.plan_name, all_fields(symbol), self._expressions.values
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
         ranges: dict[str, plan.Expression] = {}
-        traits = self._traits.get(name, {})
+        traits = self._expressions.traits_of(symbol)
         given = bind(
             self._expressions, name, parameters, rest, self._scope, is_open(symbol), traits, ranges=ranges
         )

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from seoro.lang import ast, plan
-from seoro.lang.check.behaviors import Behaviors, Traits
+from seoro.lang.check.arguments import Traits
+from seoro.lang.check.behaviors import Behaviors
 from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
@@ -62,7 +63,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
     """Check a loaded scenario; where texts could not be read whole, names that are missing are not reported."""
     bag = Bag()
     program = Program(Span(sources.entry.file, 0, 0), bool(sources.diagnostics), recorder)
-    expressions = Expressions(program, bag, strict)
+    expressions = Expressions(program, bag, strict, traits)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     reactions = Reactions(expressions)
     if strict:
@@ -75,7 +76,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
     for symbol in program.behaviors.values():
         found = do_directive(symbol)
         if found is not None and found.owner is symbol:
-            behavior = Behaviors(found, expressions, traits).elaborate()
+            behavior = Behaviors(found, expressions).elaborate()
             if behavior is not None:
                 behaviors[symbol] = behavior
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))

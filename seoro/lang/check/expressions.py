@@ -13,6 +13,7 @@ from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.aggregates import Aggregates
+from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.calls import Calls
 from seoro.lang.check.casts import Casts
 from seoro.lang.check.constraints import Constraints
@@ -43,6 +44,7 @@ from seoro.lang.symbols import (
     all_fields,
     is_open,
 )
+from seoro.lang.traits import ParameterTrait
 from seoro.lang.types import (
     BOOL,
     FLOAT,
@@ -113,9 +115,10 @@ class Expressions:
         program: The program.
         bag: Where messages go.
         strict: Whether to report extensions to the standard.
+        traits: What the Python implementations of actions and modifiers take.
     """
 
-    def __init__(self, program: Program, bag: Bag, strict: bool) -> None:
+    def __init__(self, program: Program, bag: Bag, strict: bool, traits: Traits = NO_TRAITS) -> None:
         self.program = program
         self.bag = bag
         self.lookup = Lookup(program, bag)
@@ -129,6 +132,7 @@ class Expressions:
         self.calls = Calls(self)
         self.casts = Casts(self)
         self.strict = strict
+        self._traits = traits
         self._depth = 0
 
     def converted(self, node: ast.Expression, target: Type, scope: Scope, context: str = "") -> plan.Expression:
@@ -200,6 +204,10 @@ class Expressions:
     def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
         """The type that a declarator means."""
         return self._resolver.type_of(declarator, space)
+
+    def traits_of(self, symbol: TypeSymbol) -> Mapping[str, ParameterTrait]:
+        """What the Python implementation of an action or a modifier takes for parameters."""
+        return self._traits.get((symbol.kind, symbol.plan_name), {})
 
     # ------------------------------------------------------------ literals and names
 

@@ -86,8 +86,16 @@ class Modifiers:
         """The values of parameters that are given, and the ranges for those that hold one number."""
         parameters, owner = all_fields(symbol), symbol.qualified_name
         ranges: dict[str, plan.Expression] = {}
+        traits = self._expressions.traits_of(symbol)
         given = bind(
-            self._expressions, owner, parameters, call.arguments, self._scope, is_open(symbol), ranges=ranges
+            self._expressions,
+            owner,
+            parameters,
+            call.arguments,
+            self._scope,
+            is_open(symbol),
+            traits,
+            ranges=ranges,
         )
         missing = self._expressions.values.lacking_of(symbol, {**given, **ranges})
         if missing:
