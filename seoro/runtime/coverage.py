@@ -3,7 +3,7 @@
 It only looks on: a sample is taken between rounds, when the occurrence takes hold; it starts and ends nothing.
 Where 7.5 is silent:
 
-- A struct or an actor is sampled when the scenario ends that first held it, wherever else it is passed.
+- A struct or an actor is sampled when the scenario or action ends that first held it, wherever else it is passed.
 - A value that cannot be computed, or is not a number, is an error value, which 7.5.5 ignores; the log warns of it.
 - What is ignored leaves no record; what is illegal leaves one that says so, and is in no bucket.
 - A combination is sampled when all its items were, and none was ignored or illegal.
@@ -37,12 +37,12 @@ _DIGITS = 12  # of values in their unit, so that 50kph are 50 again
 
 @dataclass(frozen=True)
 class _Holder:
-    """Something with items: a scenario, or a struct or an actor that it holds.
+    """Something with items: a scenario or an action, or a struct or an actor that it holds.
 
     Args:
-        instance: The scenario.
+        instance: The scenario or action.
         value: What has the items.
-        path: Where the scenario has it; empty for the scenario itself.
+        path: Where the instance has it; empty for the instance itself.
         seed: What is drawn for values that its items construct is drawn from it.
         run: For external methods that ask for it.
     """
@@ -96,7 +96,7 @@ class Coverage:
         return tuple(tally.result() for tally in self._tallies.values())
 
     def watch(self, instance: Instance) -> None:
-        """Sample the items of a scenario, and of what it holds, from now on."""
+        """Sample the items of a scenario or an action, and of what it holds, from now on."""
         if not self.items:
             return
         for holder in self._holders(instance):
@@ -113,7 +113,7 @@ class Coverage:
             yield from self.items.get(type_, ())
 
     def _holders(self, instance: Instance) -> Iterator[_Holder]:
-        """A scenario and what it holds that no other scenario has held before."""
+        """An instance and what it holds that no other has held before."""
         seed = derived_seed(self.run.seed, f"{instance.path} coverage")
         yield _Holder(instance, instance, "", seed, self.run)
         pending: list[tuple[str, Value]] = list(instance.fields.items())

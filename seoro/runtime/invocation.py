@@ -10,6 +10,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from seoro.lang.plan import (
+    Action,
     Behavior,
     CallMethod,
     Emit,
@@ -116,7 +117,7 @@ class Services:
 
 @dataclass(eq=False)
 class Instance:
-    """A running scenario.
+    """A running scenario, or action.
 
     Args:
         scenario: What runs.
@@ -125,7 +126,7 @@ class Instance:
         actor: The actor it was invoked on, if it belongs to one.
     """
 
-    scenario: Scenario
+    scenario: Scenario | Action
     path: str
     fields: Mapping[str, Value]
     actor: Actor | None
@@ -145,13 +146,13 @@ class Instance:
         return {}
 
     def event(self, reference: OwnEvent) -> Event:
-        """The channel of an event of this scenario."""
+        """The channel of an event of this scenario or action."""
         if isinstance(reference, PhaseEvent):
             return self.phase(reference.label, reference.phase)
         return self._declared[reference.name]
 
     def phase(self, label: str | None, phase: Phase) -> Event:
-        """The channel of a predefined event: of a labelled member, or of the scenario itself."""
+        """The channel of a predefined event: of a labelled member, or of the instance itself."""
         holder = f"{self.path}.{label}" if label else self.path
         return self._phases.setdefault((label, phase), Event(f"{holder}.{phase.value}"))
 

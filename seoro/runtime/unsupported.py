@@ -39,6 +39,7 @@ from seoro.lang.plan import (
     Serial,
     Until,
     Wait,
+    modifier_type,
 )
 from seoro.lang.source import Span
 
@@ -75,6 +76,12 @@ def _of_plan(plan: Plan) -> Iterator[_Refused]:
     for type_ in plan.objects.values():
         yield from _of_members((), (), type_.samples)
         yield from _of_modifications(type_.modifiers)
+        for item in plan.coverage.get(type_.name, ()):
+            if isinstance(item.event, DeclaredEvent):
+                yield _Refused("sampling at an event of a struct or an actor", item.span)
+    for name in plan.modifiers:
+        for item in plan.coverage.get(modifier_type(name), ()):
+            yield _Refused("`cover` or `record` in a modifier", item.span)
 
 
 def _of_members(

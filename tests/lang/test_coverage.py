@@ -196,3 +196,42 @@ def test_whatever_is_written_is_reported_or_sampled(
     if not messages(folder, text):
         found = [item.name for item in lower(folder, text).coverage.get("main()", ())]
         assert len(found) == len(set(found)) <= len(written)
+
+
+def test_actions_modifiers_and_actors_have_items_with_events_of_their_own(tmp_path: Path) -> None:
+    text = """
+actor robot:
+    event bumped
+    cover(bumps, expression: 3, event: bumped)
+
+action robot.lift:
+    height: length = 1m
+    event swayed
+    cover(height, unit: m, event: start)
+    record(sway, expression: 2 * height, unit: m, event: swayed)
+
+modifier gently of robot.lift:
+    cover(gentle, expression: it.height, unit: cm)
+
+scenario main:
+    r: robot
+    do r.lift() with:
+        gently()
+"""
+    found = lower(tmp_path, HEADER + text).coverage
+    events = {key: [item.event for item in items] for key, items in found.items()}
+    assert [type(event) for each in events.values() for event in each] == [
+        plan.DeclaredEvent,
+        plan.PhaseEvent,
+        plan.DeclaredEvent,
+        plan.PhaseEvent,
+    ]
+    assert list(events) == ["robot", "robot.lift()", "modifier gently"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "event"), [("struct a", "end"), ("action a", "ends"), ("modifier a", "gone")]
+)
+def test_events_of_items_are_those_of_their_type(declared: str, event: str, tmp_path: Path) -> None:
+    text = f"{declared}:\n    cover(n, expression: 3, event: {event})\n"
+    assert messages(tmp_path, text) == [(2, "E0408")]

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from seoro import ActionContext, ActionFailed, Struct, action
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import RunStatus
 
@@ -206,3 +207,56 @@ async def test_sampling_does_not_change_a_run(run_text: RunText) -> None:
     with_coverage, without = await run_text(head + cover + body), await run_text(head + body)
     assert rest(with_coverage) == rest(without)
     assert len(samples(with_coverage)) == 2
+
+
+async def test_actions_are_sampled_at_their_start_end_and_failure(run_text: RunText) -> None:
+    @action("lift")
+    async def lift(ctx: ActionContext, box: Struct, height: float) -> None:
+        await ctx.sleep(height)
+        if height > 1:
+            raise ActionFailed("too high")
+
+    text = """
+struct crate:
+    weight: mass = 1kg
+    cover(weight, unit: kg, range: [0..10], every: 5)
+
+action lift:
+    box: crate
+    height: length
+    record(height, unit: m, event: start)
+    cover(done, expression: height, unit: cm)
+    cover(dropped, expression: box.weight, unit: kg, event: fail)
+
+scenario main:
+    do serial:
+        lift(height: 1m)
+        lift(crate(weight: 2kg), 2m)
+"""
+    ran = await run_text(text, actions=[lift])
+    assert not ran.verdict.passed
+    assert samples(ran) == [
+        (0, "record", "height", 1, "m"),
+        (1, "cover", "done", 100, "cm"),
+        (1, "cover", "box.weight", 1, "kg"),
+        (1, "record", "height", 2, "m"),
+        (3, "cover", "dropped", 2, "kg"),
+    ]
+    assert result(ran, "lift.done").grade is not None
+
+
+async def test_an_action_with_a_do_is_sampled_as_scenarios_are(run_text: RunText) -> None:
+    text = "action lift:\n    n: int\n    cover(n)\n    do wait elapsed(1s)\nscenario main:\n    do lift(3)\n"
+    assert samples(await run_text(text)) == [(1, "cover", "n", 3, "")]
+
+
+async def test_events_of_actions_without_items_leave_no_record(run_text: RunText) -> None:
+    ran = await run_text("""
+struct crate:
+    weight: mass = 1kg
+    cover(weight, unit: kg)
+
+scenario main:
+    do log("done")
+""")
+    assert [r["name"] for r in ran.records if r["kind"] == "event"] == ["main.start", "main.end"]

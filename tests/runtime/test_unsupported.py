@@ -32,3 +32,25 @@ async def test_a_plan_is_refused_with_all_that_cannot_be_carried_out(prepare_tex
     assert str(caught.value).endswith(": " + ", ".join(named))
     places = [(span.line, text.removesuffix(" is not carried out yet")) for span, text in caught.value.places]
     assert places == list(zip((10, 11, 15, 16), named, strict=True)), "what is not reached does not matter"
+
+
+async def test_items_that_nothing_would_sample_are_refused(prepare_text: Prepare) -> None:
+    text = """
+actor robot:
+    event bumped
+    cover(bumps, expression: 3, event: bumped)
+
+modifier gently:
+    record(gentle, expression: true)
+
+scenario main:
+    r: robot
+    do log("x") with:
+        gently()
+"""
+    with pytest.raises(InvalidUse) as caught:
+        async with prepare_text(text):
+            raise AssertionError("it must not start")
+    found = {(span.line, text.removesuffix(" is not carried out yet")) for span, text in caught.value.places}
+    assert (7, "sampling at an event of a struct or an actor") in found
+    assert (10, "`cover` or `record` in a modifier") in found

@@ -1,5 +1,8 @@
 """`cover` and `record` (7.5): the items of all types, each with its overrides in the order of the text.
 
+The text of 7.5 speaks of structs, actors and scenarios; actions and modifiers have the same members as scenarios
+(7.3.5.1.4, 7.3.5.1.5, and the grammar), so they have items, too.
+
 An item has a name of its own in its type and what that inherits. An override changes an item of the same type,
 above it or in an extension (7.5.6); it says `cover` of what is a cover item, and `record` of a record. An item
 that is disabled is not sampled, and neither are the crosses that combine it with others.
@@ -19,13 +22,12 @@ from seoro.lang.check.coverage_arguments import Argument, collect
 from seoro.lang.check.coverage_items import Draft, Item, Items
 from seoro.lang.check.expressions import Expressions, Scope, scope_of
 from seoro.lang.check.heads import head
+from seoro.lang.check.plan_types import name_in_plan
 from seoro.lang.diagnostics import coverage as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Home, Kind, TypeSymbol, lineage
+from seoro.lang.symbols import FieldSymbol, Home, TypeSymbol, lineage
 
 _FIXED = ("name", "expression", "event", "unit")  # what an override cannot change
-_HOLDERS = (Kind.STRUCT, Kind.ACTOR, Kind.SCENARIO)
 
 
 class Coverage:
@@ -48,7 +50,7 @@ class Coverage:
             for type_ in reversed(list(lineage(symbol))):
                 if type_ not in self._of:
                     self._declare(type_)
-        found = {_key(symbol): tuple(self._active(symbol)) for symbol in symbols}
+        found = {name_in_plan(symbol): tuple(self._active(symbol)) for symbol in symbols}
         return {key: items for key, items in found.items() if items}
 
     def _active(self, symbol: TypeSymbol) -> Iterator[plan.AnyCoverageItem]:
@@ -72,10 +74,6 @@ class Coverage:
     def _declare(self, symbol: TypeSymbol) -> None:
         own = self._of[symbol] = {}
         written = list(_declarations(symbol))
-        if symbol.kind not in _HOLDERS:
-            for node, _, _ in written:
-                self._bag.add(NotSupported(head(node.span, node.kind), Construct.COVERAGE))
-            return
         inherited = self._inherited(symbol)
         read = [(node, self._read(symbol, node, home, field)) for node, home, field in written]
         named = [_identifier(arguments.get("name")) for _, (_, arguments, _) in read]
@@ -198,8 +196,3 @@ def _identifier(argument: Argument | None) -> ast.Name | None:
     if argument is None or not isinstance(argument.value, ast.NameExpression):
         return None
     return argument.value.name
-
-
-def _key(symbol: TypeSymbol) -> str:
-    """What the plan calls a type, apart from scenarios of the same name."""
-    return plan.behavior_type(symbol.plan_name) if symbol.kind is Kind.SCENARIO else symbol.plan_name

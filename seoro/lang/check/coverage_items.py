@@ -1,8 +1,8 @@
 """One item of `cover` or `record`: its arguments with all that overrides changed become an item of the plan.
 
-Where 7.5 is silent: an item of a struct or an actor has as its default event the end of the scenario that holds
-the value; it cannot have an event of its own type yet, since nothing but a scenario emits events. An item that
-combines others takes only the arguments that mean something for it: `items`, `event`, `text`, `target` and
+Where 7.5 is silent: an item of a struct or an actor has as its default event the end of the scenario or action
+that holds the value; one of an action, the end of that; one of a modifier, the end of what it modifies. An item
+that combines others takes only the arguments that mean something for it: `items`, `event`, `text`, `target` and
 `disable`.
 """
 
@@ -20,9 +20,8 @@ from seoro.lang.check.rewrite import rewrite
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.source import Span
-from seoro.lang.symbols import PHASES, FieldSymbol, Kind, TypeSymbol, UnitSymbol, all_events, is_open
+from seoro.lang.symbols import PHASES, FieldSymbol, TypeSymbol, UnitSymbol, all_events, has_phases, is_open
 from seoro.lang.types import (
     BOOL,
     Enumeration,
@@ -111,14 +110,12 @@ class Items:
         name, owner = argument.value.name, draft.owner
         events = all_events(owner)
         declared = self._expressions.lookup.member(argument.scope.space, events, name)
-        if owner.kind is not Kind.SCENARIO and declared is not None:
-            self._bag.add(NotSupported(name.span, Construct.ITEM_EVENT, name.text))
-        elif declared is not None:
+        if declared is not None:
             return plan.DeclaredEvent(declared.name, name.span)
-        elif owner.kind is Kind.SCENARIO and name.namespace is None and name.text in PHASES:
+        phases = tuple(PHASES) if has_phases(owner) else ()
+        if name.namespace is None and name.text in phases:
             return plan.PhaseEvent(None, PHASES[name.text], name.span)
-        elif not is_open(owner) and not self._expressions.program.is_lenient:
-            phases = tuple(PHASES) if owner.kind is Kind.SCENARIO else ()
+        if not is_open(owner) and not self._expressions.program.is_lenient:
             known = (*(event.text for event in events.values()), *phases)
             self._bag.add(event_messages.UnknownEvent(name.span, name.text, known))
         return None

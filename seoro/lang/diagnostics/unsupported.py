@@ -16,9 +16,7 @@ class Construct(Enum):
     """What is refused: the code's last two digits, and how the message calls it."""
 
     CONSTRAINED_COMPOSITION = "03", "a constraint on a composition"
-    COVERAGE = "17", "`cover` or `record` in an action or a modifier"
     IT_OF_COMPOSITION = "34", "`it` for a composition, or in a modifier without `of`"
-    ITEM_EVENT = "40", "sampling at an event of a struct or an actor"
 
 
 class NotSupported(Frozen):

@@ -70,7 +70,8 @@ class CoverageItem(Value):
         expression: The value, in the scope of the instance.
         it: The field for which `it` stands in the expression; None where it stands for the instance.
         unit: Of what is counted and recorded; None if the type is not physical.
-        event: When it is sampled: of the scenario that declares it, or that holds the value that does.
+        event: When it is sampled: an event of the type that declares it; in a struct or an actor, a phase is that
+            of the scenario or action that holds the value; in a modifier, of what it modifies.
         buckets: How values are counted.
         ignore: Which values are left out; the binding of the item's name is the value, in SI units.
         illegal: Which values show a malfunction, likewise.
@@ -112,4 +113,5 @@ class CrossItem(Value):
 
 AnyCoverageItem: TypeAlias = CoverageItem | CrossItem
 Coverage: TypeAlias = Mapping[str, tuple[AnyCoverageItem, ...]]
-"""The items of types by the names of these; of scenarios, by `behavior_type`. Inherited ones are with the base."""
+"""The items of types by the names of these; of scenarios and actions, by `behavior_type`; of modifiers, by
+`modifier_type`. Inherited ones are with the base."""

@@ -2,7 +2,7 @@
 
 Its arguments are evaluated when the invocation starts. It succeeds when its function returns and fails when that
 raises `ActionFailed` or its backend refuses a request. Any other exception is a fault of the test and ends the run
-as an error, as does a backend that is lost.
+as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from __future__ import annotations
 import asyncio
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused
-from seoro.lang.plan import InvokeAction
+from seoro.lang.plan import InvokeAction, Phase
 from seoro.runtime.behaviors.scenario import invoked, shared
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
 from seoro.runtime.instantiate import parameters
-from seoro.runtime.invocation import Place
+from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
@@ -25,6 +25,9 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
     invocation, action = invoked(plan, place), services.plan.actions[plan.action]
     fields = parameters(services.plan, action, invocation, shared(place))
     arguments = {name: fields[name] for name in action.structure.fields}
+    instance = Instance(action, place.path, fields, invocation.actor)
+    services.coverage.watch(instance)
+    _announce(Phase.START, instance, place)
     coroutine = services.actions[plan.action].call(ActionContext(place, plan), invocation.actor, arguments)
 
     def overrun() -> None:
@@ -42,7 +45,15 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
         raise asyncio.CancelledError
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
+    _announce(Phase.FAIL if outcome.failed else Phase.END, instance, place)
     return outcome
+
+
+def _announce(phase: Phase, instance: Instance, place: Place) -> None:
+    """Let an event of an action occur, if there is someone to see it."""
+    event = instance.phase(None, phase)
+    if event.listeners:
+        place.services.events.emit(event, {}, place.flow)
 
 
 def _cause(error: Exception) -> Exception:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import replace
 
-from seoro.lang.plan import InvokeAction, InvokeScenario, Phase
+from seoro.lang.plan import InvokeAction, InvokeScenario, Phase, Scenario
 from seoro.runtime.behaviors.members import Perform
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.instantiate import Invocation, parameters
@@ -33,6 +33,7 @@ async def run_scenario(plan: InvokeScenario, place: Place, perform: Perform) -> 
 async def run_instance(instance: Instance, place: Place, perform: Perform) -> Outcome:
     """Carry out a scenario that has been instantiated."""
     agenda, flow = place.agenda, place.flow
+    assert isinstance(instance.scenario, Scenario)
     body = instance.scenario.body
     inside = replace(place, instance=instance)
     with agenda.scope(flow) as scope:
