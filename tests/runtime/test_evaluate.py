@@ -330,4 +330,4 @@ scenario main:
 """)
     assert [text for _, text in ran.logs] == ["hello you from anna", "hello you from anna", "two"]
     assert ran.verdict.passed
-    assert list(ran.records[0]["parameters"]) == ["c"]
+    assert list(ran.records[0]["parameters"]) == ["global null::greeting", "global null::driver", "c"]
