@@ -18,6 +18,7 @@ from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, Status
 
 Perform: TypeAlias = Callable[[Behavior, Place], Coroutine[Any, Any, Outcome]]
+Carry: TypeAlias = Callable[[Place], Awaitable[Outcome]]  # a behavior that is known, at a place
 
 _CANCELLED = Outcome(Status.CANCELLED)
 

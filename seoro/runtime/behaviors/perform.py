@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from functools import partial
-from typing import TypeAlias, assert_never
+from typing import assert_never
 
 from seoro.lang.plan import (
     Behavior,
@@ -14,14 +13,19 @@ from seoro.lang.plan import (
     Emit,
     InvokeAction,
     InvokeScenario,
+    Modification,
+    ModifierApplication,
     OneOf,
+    Override,
     Parallel,
     Phase,
     Serial,
+    Until,
     Wait,
 )
 from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.emit import run_emit
+from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.one_of import run_one_of
 from seoro.runtime.behaviors.parallel import run_parallel
 from seoro.runtime.behaviors.scenario import run_scenario
@@ -31,8 +35,6 @@ from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.invocation import Place, name_of, type_of
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
-Carry: TypeAlias = Callable[[Place], Awaitable[Outcome]]
-
 
 async def perform(behavior: Behavior, place: Place) -> Outcome:
     """Carry out a behavior, from its start, which is a step, to its end.
@@ -40,7 +42,7 @@ async def perform(behavior: Behavior, place: Place) -> Outcome:
     Raises:
         asyncio.CancelledError: Something around it was ended.
     """
-    return await recorded(behavior, place, partial(_carry_out, behavior))
+    return await recorded(behavior, place, _modified(behavior))
 
 
 async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
@@ -87,6 +89,24 @@ def _record_start(behavior: Behavior, place: Place) -> int:
     if behavior.label is not None:
         services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow)
     return number
+
+
+def _modified(behavior: Behavior) -> Carry:
+    """How a behavior is carried out within what modifies it: what is written last is closest to it."""
+    carry: Carry = partial(_carry_out, behavior)
+    if not isinstance(behavior, Wait | Emit | CallMethod):
+        for modification in reversed(behavior.modifications):
+            carry = partial(_modify, modification, inner=carry)
+    return carry
+
+
+async def _modify(modification: Modification, place: Place, inner: Carry) -> Outcome:
+    """Carry out what is modified, by what modifies it."""
+    match modification:
+        case Until() | ModifierApplication() | Override():
+            raise AssertionError("refused before the run")
+        case _:
+            assert_never(modification)
 
 
 async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
