@@ -26,10 +26,11 @@ class Mark:
     name: str
     home: type[Any] | None
     anywhere: type[Any] | None
+    open_ended: bool
 
 
 def action(
-    name: str, *, home: type[Any] | None = None, anywhere: type[Any] | None = None
+    name: str, *, home: type[Any] | None = None, anywhere: type[Any] | None = None, open_ended: bool = False
 ) -> Callable[[ActionFunction], ActionFunction]:
     """Say that a function carries out an action.
 
@@ -40,10 +41,12 @@ def action(
         name: Qualified by the actor type as in the declaration: `differential_drive_robot.nav_to_pose`.
         home: Contract that the backend in which the actor lives has to serve.
         anywhere: Contract that some backend of the run has to serve.
+        open_ended: Whether it has no end of its own and goes on until something ends it, such as driving at a
+            speed; what ends it then, a `duration` or the primary member of `parallel`, does not find it late.
     """
 
     def mark(function: ActionFunction) -> ActionFunction:
-        setattr(function, ACTION_MARK, Mark(name, home, anywhere))
+        setattr(function, ACTION_MARK, Mark(name, home, anywhere, open_ended))
         return function
 
     return mark

@@ -5,7 +5,7 @@ flow that may go on takes one step, one flow at a time in the order of invocatio
 down here and take hold between rounds, in this order: changes of variables, then what ends behaviors (failures,
 `emit end`, a member of `one_of` that decides), then what wakes waiting flows. So no flow sees what another did in
 the same round, and the textual order of members changes nothing. When no flow can go on the instant has settled,
-and only then may time move.
+and only then may time move. Before that, limits act that are due: what ends by itself in that instant is in time.
 
 A flow is a member of a `parallel` or `one_of`, or the run itself, and is one task. It counts as busy from
 the moment it is freed until it parks here again; when the last busy flow parks, the next is freed in that very
@@ -24,7 +24,7 @@ from __future__ import annotations
 import asyncio
 import heapq
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -47,6 +47,17 @@ class Scope:
     flow: Flow
     depth: int
     outcome: Outcome | None = None  # set when it is ended
+    has_end: bool = False  # whether it has an end of its own, whatever runs in it
+
+    @property
+    def around(self) -> Iterator[Scope]:
+        """The scopes that it lies in, from the nearest."""
+        scope: Scope | None = self
+        while scope is not None:
+            yield from reversed(scope.flow.scopes[: scope.depth])
+            scope = scope.flow.parent
+            if scope is not None:
+                yield scope
 
 
 @dataclass(eq=False)
@@ -76,6 +87,7 @@ class Flow:
     parked: asyncio.Future[Any] | None = None  # what it waits on here
     foreign: asyncio.Future[Any] | None = None  # what it waits on outside
     outside: bool = False
+    open_ended: bool = False  # whether what it carries out has no end of its own
     past: set[int] = field(default_factory=set)  # occurrences of this instant it must not see (again)
     past_instant: int = -1
 
@@ -103,6 +115,20 @@ class Waiter:
     fired: bool = False
     value: Any = None
     over: bool = False  # whether its flow waits no more
+
+
+@dataclass(eq=False)
+class Limit:
+    """What a scope comes to at a time, unless it is over before; it acts when that instant has otherwise settled.
+
+    Args:
+        scope: Of what it limits.
+        act: Called between rounds.
+    """
+
+    scope: Scope
+    act: Callable[[], None]
+    over: bool = False
 
 
 class Agenda:
@@ -136,7 +162,8 @@ class Agenda:
         self._ends: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._emissions: list[Callable[[], None]] = []
         self._fired: list[Waiter] = []
-        self._timers: list[tuple[float, int, Waiter]] = []
+        self._timers: list[tuple[float, int, Waiter | Limit]] = []
+        self._due_limits: list[Limit] = []
         self._numbers = count()
         self._settled = anyio.Event()
         self._interrupt = anyio.Event()
@@ -234,6 +261,10 @@ class Agenda:
         """Fire a waiter in the first instant at or after a time."""
         heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), waiter))
 
+    def limit_at(self, time: float, limit: Limit) -> None:
+        """Let a limit act in the first instant at or after a time."""
+        heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), limit))
+
     def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down a change of a variable; it takes hold between rounds, before all else, in order of paths."""
         self._writes.append((path, effect))
@@ -269,6 +300,10 @@ class Agenda:
         finally:
             flow.scopes.pop()
 
+    def flows_in(self, scope: Scope) -> list[Flow]:
+        """The flows that were forked in a scope and have not ended, in the order of their starts."""
+        return [flow for flow in self._flows if flow.within(scope)]
+
     def left(self, scope: Scope) -> bool:
         """Whether a cancellation that arrives here was meant for this scope; if so, the flow goes on."""
         flow = scope.flow
@@ -278,10 +313,12 @@ class Agenda:
         return True
 
     def end(self, scope: Scope, outcome: Outcome) -> None:
-        """End a scope. To be called between rounds, as an effect."""
+        """End a scope, unless it has been left. To be called between rounds, as an effect."""
+        if scope not in scope.flow.scopes:
+            return
         if scope.outcome is None:
             scope.outcome = outcome
-        flows = [flow for flow in self._flows if flow.within(scope)]
+        flows = self.flows_in(scope)
         for flow in flows:
             self._doom(flow, flow.scopes[0])
         self._doom(scope.flow, scope)
@@ -381,6 +418,8 @@ class Agenda:
                 return
             else:
                 self._take_hold()
+                if not self._ready and (self._fire_due() or self._reach_limits()):
+                    continue
                 if not self._ready:
                     self._open = False
                     self._settled.set()
@@ -419,11 +458,35 @@ class Agenda:
         if now > self.now:
             self.now = now
             self.instant += 1
-        while self._timers and self._timers[0][0] <= self.now:
-            self.fire(heapq.heappop(self._timers)[2])
+        self._fire_due()
         self._open = True
         self._settled = anyio.Event()
         self._advance()
+
+    def _fire_due(self) -> bool:
+        """Fire what is due by now; returns whether there was anything that counts at once."""
+        has_fired = False
+        while self._timers and self._timers[0][0] <= self.now:
+            due = heapq.heappop(self._timers)[2]
+            if isinstance(due, Limit):
+                self._due_limits.append(due)
+            else:
+                has_fired = has_fired or not due.over
+                self.fire(due)
+        return has_fired
+
+    def _reach_limits(self) -> bool:
+        """Let limits act that are due and have none that is due within them; returns whether there were any."""
+        if self._outside and self._clock.deterministic:
+            return False  # what is at work there may end in this instant
+        due = [limit for limit in self._due_limits if not limit.over]
+        around = {scope for limit in due for scope in limit.scope.around}
+        self._due_limits = [limit for limit in due if limit.scope in around]
+        reached = [limit for limit in due if limit.scope not in around]
+        for limit in reached:
+            limit.over = True
+            self._ends.append((limit.scope.flow.path, limit.act))
+        return bool(reached)
 
     async def drive(self) -> None:
         """Let instants follow each other until `finish`; the one task that moves time."""

@@ -29,7 +29,6 @@ from seoro.lang.plan import (
     On,
     OneOf,
     OnEvent,
-    Overlap,
     Override,
     Parallel,
     PhaseEvent,
@@ -102,11 +101,9 @@ def _of_behavior(first: Behavior) -> Iterator[_Refused]:
         behavior = stack.pop()
         match behavior:
             case Serial() | Parallel() | OneOf():
-                yield from _of_times(behavior)
                 yield from _of_modifications(behavior.modifications)
                 stack += reversed(behavior.members)
             case InvokeAction() | InvokeScenario():
-                yield from _of_times(behavior)
                 yield from _of_modifications(behavior.modifications)
             case Wait(event=event):
                 yield from _of_specification(event)
@@ -116,17 +113,6 @@ def _of_behavior(first: Behavior) -> Iterator[_Refused]:
                 pass
             case _:
                 assert_never(behavior)
-
-
-def _of_times(behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario) -> Iterator[_Refused]:
-    if behavior.duration is not None:
-        yield _Refused("`duration`", behavior.duration.span)
-    if isinstance(behavior, Parallel):
-        if behavior.overlap not in {Overlap.START, Overlap.ANY}:
-            yield _Refused(f"`overlap: {behavior.overlap.value}`", behavior.span)
-        for name, offset in (("start_to_start", behavior.start_to_start), ("end_to_end", behavior.end_to_end)):
-            if offset is not None:
-                yield _Refused(f"`{name}`", offset.span)
 
 
 def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refused]:

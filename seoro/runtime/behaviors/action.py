@@ -2,7 +2,8 @@
 
 Its arguments are evaluated when the invocation starts. It succeeds when its function returns and fails when that
 raises `ActionFailed` or its backend refuses a request. Any other exception is a fault of the test and ends the run
-as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it.
+as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it; until
+it returns, its flow is as open-ended as its function says.
 """
 
 from __future__ import annotations
@@ -35,10 +36,13 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
         services.decide(RunStatus.ERROR, reason, plan.span)
 
     outcome = SUCCEEDED
+    place.flow.open_ended = services.actions[plan.action].mark.open_ended
     try:
         await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
     except Exception as error:
         outcome = _judge(_cause(error), plan, place)
+    finally:
+        place.flow.open_ended = False
     if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
         if outcome.failed:
             services.trace.record("log", level="warning", message=outcome.reason, source=str(plan.span))

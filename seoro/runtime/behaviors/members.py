@@ -81,14 +81,25 @@ class Members:
         if not self.alive:
             self.wake()
 
+    def end(self, flow: Flow, outcome: Outcome) -> None:
+        """End a member with an outcome that is its own. To be called between rounds."""
+        member = flow.scopes[1] if len(flow.scopes) > 1 else flow.scopes[0]
+        self.place.agenda.end(member, outcome)
+
     def wake(self) -> None:
         """Let the composition go on from `wait`."""
         if self._waiter is not None:
             self.place.agenda.fire(self._waiter)
 
-    async def wait(self) -> None:
-        """Wait until the composition is woken, as it is when the last member has ended."""
+    async def wait(self, until: float | None = None) -> None:
+        """Wait until the composition is woken, as it is when the last member has ended.
+
+        Args:
+            until: When to wait no longer [s].
+        """
         self._waiter = Waiter(self.place.flow)
+        if until is not None:
+            self.place.agenda.fire_at(until, self._waiter)
         await self.place.agenda.wait(self._waiter)
 
     async def gather(self) -> None:

@@ -24,6 +24,7 @@ from seoro.lang.plan import (
     Wait,
 )
 from seoro.runtime.behaviors.action import run_action
+from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.one_of import run_one_of
@@ -50,12 +51,16 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     services = place.services
     await services.agenda.step(place.flow)
     number = _record_start(behavior, place)
-    try:
-        outcome = await _evaluating(behavior, replace(place, parent=number), carry)
-    except asyncio.CancelledError:
-        services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
-        services.cancelled.append(place.path)
-        raise
+    with services.agenda.scope(place.flow) as scope:
+        try:
+            outcome = await _evaluating(behavior, replace(place, parent=number), carry)
+        except asyncio.CancelledError:
+            if not services.agenda.left(scope):
+                services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+                services.cancelled.append(place.path)
+                raise
+            assert scope.outcome is not None, "it was ended"
+            outcome = scope.outcome
     services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
     if behavior.label is not None:
         phase = Phase.FAIL if outcome.failed else Phase.END
@@ -95,6 +100,8 @@ def _modified(behavior: Behavior) -> Carry:
     """How a behavior is carried out within what modifies it: what is written last is closest to it."""
     carry: Carry = partial(_carry_out, behavior)
     if not isinstance(behavior, Wait | Emit | CallMethod):
+        if behavior.duration is not None:
+            carry = partial(run_duration, behavior.duration, inner=carry)
         for modification in reversed(behavior.modifications):
             carry = partial(_modify, modification, inner=carry)
     return carry

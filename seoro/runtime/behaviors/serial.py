@@ -13,10 +13,11 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 async def run_serial(plan: Serial, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
-    outcome = SUCCEEDED
     for index, member in enumerate(plan.members):
         outcome = await perform(member, place.member(index, member))
         if outcome.failed:
             break
+    else:
+        outcome = SUCCEEDED
     await place.agenda.step(place.flow)
     return outcome
