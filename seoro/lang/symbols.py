@@ -195,9 +195,9 @@ class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
     `fields`, `events` and `methods` are its own, `inventory` has those of its bases too. `is_open` says that it may
-    have members that are not known, as a part of it is not supported; `is_constrained`, that its fields may have
-    values that are not known, for the same reason. `of` is the scenario or action that a modifier is for.
-    `plan_name` is unique among types, among scenarios and actions, or among modifiers.
+    have members that are not known, as its base is not; `is_constrained`, that constraints may give its fields
+    values. `of` is the scenario or action that a modifier is for. `plan_name` is unique among types, among
+    scenarios and actions, or among modifiers.
     """
 
     kind: Kind

@@ -2,8 +2,8 @@
 
 Its arguments are evaluated when the invocation starts. It succeeds when its function returns and fails when that
 raises `ActionFailed` or its backend refuses a request. Any other exception is a fault of the test and ends the run
-as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it; until
-it returns, its flow is as open-ended as its function says.
+as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it.
+Until it returns, its flow is as open-ended as its function says.
 """
 
 from __future__ import annotations
