@@ -8,6 +8,7 @@ import pytest
 
 from seoro.errors import InvalidScenario
 from seoro.lang import plan
+from seoro.runtime.instantiate import entry_parameters
 from tests.lang.helpers import check, lower, messages
 
 EXPORTS = """
@@ -52,6 +53,18 @@ def test_a_member_of_another_namespace_is_named_with_its_prefix(tmp_path: Path) 
     text = f"{EXPORTS}\nnamespace null\nstruct s:\n    c: depot::crate\n    d: int = c.width\n    e: crate\n"
     helps = {found.help for found in check(tmp_path, text).diagnostics}
     assert helps == {"did you mean `depot::width`?", "did you mean `depot::crate`?"}
+
+
+def test_a_namespace_that_a_file_has_can_be_used_while_it_is_empty(tmp_path: Path) -> None:
+    text = "namespace depot\nnamespace shop use depot\nnamespace yard use dept\nstruct crate\n"
+    assert messages(tmp_path, text) == [(3, "E0222")]
+
+
+def test_a_global_parameter_goes_before_the_struct_of_its_name(tmp_path: Path) -> None:
+    declarations = "struct scale:\n    base: int = 1\n    def weight() -> int is expression base\n"
+    uses = "global scale: scale with:\n    keep(it.base == 5)\nscenario main:\n    n: int = scale.weight()\n"
+    assert messages(tmp_path, declarations + uses, strict=True) == []
+    assert entry_parameters(lower(tmp_path, declarations + uses), 0)["n"] == 5
 
 
 def test_names_in_the_plan_are_unique(tmp_path: Path) -> None:

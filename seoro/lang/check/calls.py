@@ -88,11 +88,15 @@ class Calls:
         """The default value of a struct whose name stands in the place of a value: an extension."""
         if not isinstance(base, ast.NameExpression):
             return None
-        name = base.name
+        name, lookup = base.name, self._expressions.lookup
         is_bound = name.namespace is None and name.text in scope.bindings
-        if is_bound or self._expressions.lookup.member(scope.space, scope.fields, name) is not None:
+        if (
+            is_bound
+            or lookup.member(scope.space, scope.fields, name)
+            or lookup.global_parameter(scope.space, name)
+        ):
             return None
-        symbol = self._expressions.lookup.type(scope.space, name)
+        symbol = lookup.type(scope.space, name)
         if not isinstance(symbol, TypeSymbol) or symbol.kind is not Kind.STRUCT:
             return None
         if self._expressions.strict:

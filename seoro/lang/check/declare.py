@@ -64,9 +64,10 @@ def declare(sources: Sources, program: Program, bag: Bag) -> Declared:
 
 
 def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
-    """Report namespaces and exported names that nothing is defined in or as."""
+    """Report namespaces that no file has, and exported names that nothing is defined as."""
     lookup = Lookup(program, bag)
     known = {GLOBAL_NAMESPACE, *(namespace for namespace, _ in program.defined), *program.exports}
+    known |= {statement.name for statement, _ in declared.spaces}
     for statement, _ in declared.spaces:
         for used in statement.uses:
             if used not in known:
