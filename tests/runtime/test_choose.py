@@ -10,7 +10,7 @@ import pytest
 from seoro.embed import load
 from seoro.errors import InvalidUse
 from seoro.lang import frontend
-from seoro.runtime.environment import NoChoice
+from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.values import Actor, Range, Struct, Value, plain
 from seoro.runtime.verdict import RunStatus
@@ -313,6 +313,27 @@ def test_the_type_of_a_value_can_be_asked_for_in_constraints(tmp_path: Path) -> 
         chosen(tmp_path, text, seed=seed)["v"].types[0] == "tanker"  # type: ignore[union-attr]
         for seed in range(5)
     )
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "v.as(tanker).tanks == 9",
+        "v.cargo == liquid => v.as(tanker).tanks == 9",
+        "v.as(tanker).is(tanker) and v.as(tanker).crew == 3",
+    ],
+)
+def test_a_value_can_be_constrained_as_one_of_its_subtype(condition: str, tmp_path: Path) -> None:
+    text = VESSELS + f"scenario main:\n    v: vessel\n    keep(v.cargo == liquid)\n    keep({condition})\n"
+    v = chosen(tmp_path, text + "    keep(v.crew in [2..3])\n")["v"]
+    assert isinstance(v, Actor) and v.fields["tanks"] == 9
+
+
+def test_a_value_is_not_constrained_as_one_of_a_subtype_that_it_is_not_of(tmp_path: Path) -> None:
+    text = VESSELS + "scenario main:\n    v: vessel\n    keep(v.cargo == people)\n"
+    assert chosen(tmp_path, text + "    keep(v.cargo == liquid => v.as(tanker).tanks == 9)\n")
+    with pytest.raises(EvaluationError, match="this is `vessel`, not `tanker`"):
+        chosen(tmp_path, text + "    keep(v.as(tanker).tanks == 9)\n")
 
 
 # ---------------------------------------------------------------- the seed

@@ -12,11 +12,13 @@ from typing import cast
 
 from seoro.lang import solve
 from seoro.lang.plan import (
+    ActorType,
     Arithmetic,
     Binding,
     Bound,
     Bulk,
     Call,
+    Cast,
     Compare,
     Conditional,
     Contains,
@@ -38,8 +40,10 @@ from seoro.lang.plan import (
     Self,
     Side,
     Size,
+    StructType,
     TypeTest,
     Undefined,
+    ValueType,
     parts,
 )
 from seoro.lang.solve import terms
@@ -178,6 +182,8 @@ class Translation:
         if isinstance(expression, Size) and (size := self._size(expression, environment)) is not None:
             return size
         found = [self._symbolic(part, environment) for part in parts(expression)]
+        if isinstance(expression, Cast) and self._deciding(found[0], expression.type):
+            raise NotYet(expression.span.text)
         if not any(isinstance(value, UNKNOWN) for value in found):
             return self._evaluate(with_operands(expression, found), environment)
         match expression, found:
@@ -305,22 +311,26 @@ class Translation:
 
     def _type_test(self, expression: TypeTest, operand: Symbolic, environment: Environment) -> Symbolic:
         """A value that is made here is of a conditional subtype if the fields that decide say so."""
-        name = getattr(expression.type, "name", None)
-        if isinstance(operand, Struct | Actor):
-            slots = self._slots.of(operand)
-            slot = self._slots.holding(operand)
-            if slots and slot is not None and name not in operand.types and slot.structure is not None:
-                latents = {latent.type: latent for latent in slot.structure.latents}
-                conditions: list[terms.Term] = []
-                while name in latents and name not in operand.types:
-                    latent = latents[name]
-                    conditions.append(same(self._field(operand, latent.field), latent.value))
-                    name = latent.base
-                if conditions and name in operand.types:
-                    return terms.And(tuple(conditions))
+        if conditions := self._deciding(operand, expression.type):
+            return terms.And(conditions)
         if isinstance(operand, UNKNOWN):
             raise NotSymbolic
         return self._evaluate(with_operands(expression, [operand]), environment)
+
+    def _deciding(self, value: Symbolic, type_: ValueType) -> tuple[terms.Term, ...]:
+        """On what it depends whether a value turns out to be of a type; empty if that is known."""
+        if not isinstance(value, Struct | Actor) or not isinstance(type_, StructType | ActorType):
+            return ()
+        slot, name = self._slots.holding(value), type_.name
+        if slot is None or slot.structure is None:
+            return ()
+        latents = {latent.type: latent for latent in slot.structure.latents}
+        conditions: list[terms.Term] = []
+        while name in latents and name not in value.types:
+            latent = latents[name]
+            conditions.append(same(self._field(value, latent.field), latent.value))
+            name = latent.base
+        return tuple(conditions) if name in value.types else ()
 
     # ------------------------------------------------------------ what is opaque
 
