@@ -1,7 +1,7 @@
 """What the standard shows, in programs of our own: `tests/data/standard` has a folder for each of its chapters.
 
-A file `name.osc` is right by the standard. In `name.invalid.osc` the lines that end with `# error` are wrong, and no
-others.
+A file `name.osc` is right by the standard. In `name.invalid.osc` the lines that end with `# error` are wrong, and
+no others.
 """
 
 from __future__ import annotations
