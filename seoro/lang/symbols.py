@@ -194,8 +194,8 @@ class Inventory:
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
-    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too. `is_open` says that it may
-    have members that are not known, as its base is not; `is_constrained`, that constraints may give its fields
+    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too. `is_open` says that it
+    may have members that are not known, as its base is not; `is_constrained`, that constraints may give its fields
     values. `of` is the scenario or action that a modifier is for. `plan_name` is unique among types, among
     scenarios and actions, or among modifiers.
     """

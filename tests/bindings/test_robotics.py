@@ -1,4 +1,4 @@
-"""Scenarios as the robotics community writes them, with libraries for ROS and simulators: `tests/data/robotics`."""
+"""Scenarios as the robotics community writes them, with libraries for ROS and simulators: `data/robotics`."""
 
 from __future__ import annotations
 

@@ -48,6 +48,7 @@ def conflict(folder: Path, *members: str) -> list[str]:
         (("x: int with:\n    keep(it == 3)",), 3),
         (("x: int", "y: int = 7", "keep(x + y == 10)", "keep(x in [0..9])"), 3),
         (("x: float", "keep(2.0 * x == 3.0)"), 1.5),
+        (("var x: int = 4", "y: int", "keep(y == x)"), 4),
         (("x: length", "y: speed = 2mps", "keep(x == y * 3s)"), 6.0),
         (("x: string", "keep(x in ['only'])"), "only"),
         (("x: range of int", "keep(x == [3..4])"), Range(3, 4)),

@@ -141,7 +141,7 @@ class _Choice:
             if isinstance(slot.holder.fields, Fields):
                 slot.holder.fields.compute = self._computing(slot.holder)
             domain = _domain(slot.type)
-            if slot.cell is None and not slot.is_given and domain is not None:
+            if slot.cell is None and not slot.is_given and slot.definition is None and domain is not None:
                 slot.cell = solve.Cell(self._unique(slot.path), slot.span, domain)
 
     def _unique(self, path: str) -> str:

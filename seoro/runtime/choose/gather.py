@@ -22,6 +22,7 @@ from seoro.lang.plan import (
     FieldDeclaration,
     Latent,
     ListType,
+    Literal,
     RangeType,
     RemoveDefault,
     StructType,
@@ -118,7 +119,7 @@ class Gathering:
         name = declared.span.text
         full = f"{environment.path}.{name}" if environment.path else name
         slot = Slot(full, declared.type, environment, holder, declared.name, depth + 1, declared.span)
-        slot.within = self._within.get(id(holder), ())
+        slot.within, slot.is_variable = self._within.get(id(holder), ()), declared.is_variable
         self._add_slot(slot)
         if declared.name in given:
             slot.is_given = True
@@ -158,7 +159,9 @@ class Gathering:
                     if slot.definition is None and isinstance(slot.type, RangeType):
                         self._expand_range(slot, slot.type)
                 case _:
-                    pass
+                    definition = self._definition(slot)
+                    if slot.is_variable or (definition is not None and _is_no_number(definition.value)):
+                        slot.definition = definition
 
     def _expand_instance(self, slot: Slot, type_: StructType | ActorType) -> None:
         definition = self._definition(slot)
@@ -277,3 +280,8 @@ class Gathering:
                 if rule.subject is None and rule.condition is not None:
                     concerned = slots_named(rule.condition, rule.environment, self.slots)
                 rule.is_void = any(overriding.get(id(slot), rule.order) > rule.order for slot in concerned)
+
+
+def _is_no_number(value: Expression | None) -> bool:
+    """Whether a value is `nan`, to which nothing is equal."""
+    return isinstance(value, Literal) and value.value != value.value

@@ -76,6 +76,7 @@ class Slot:
         span: Its declaration.
         structure: What it is made of, for structs and actors.
         within: Names of the types of the values that it is inside of.
+        is_variable: Whether it is that of a variable, which takes its first value and is not constrained.
         is_given: Whether it has its value from the start.
         parts: What it consists of, if it is made here: the members of a list, or the bounds of a range.
         made: The struct or actor, if it is made here.
@@ -97,6 +98,7 @@ class Slot:
     made: Struct | Actor | None = None
     structure: Structure | None = None
     within: tuple[str, ...] = ()
+    is_variable: bool = False
     definition: Rule | None = None
     cell: Cell | None = None
     size: Cell | None = None
