@@ -79,8 +79,6 @@ def _to_json(item: Explanation) -> dict[str, object]:
         "title": item.title,
         "meaning": item.meaning,
     }
-    if item.example is None:
-        return fields
     example = item.example
     fields |= {"wrong": example.wrong, "message": example.message, "right": example.right}
     return fields if not example.files else {**fields, "files": example.files, "right_files": example.right_files}

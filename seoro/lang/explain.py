@@ -1,7 +1,7 @@
 """What the codes of messages mean, for `seoro explain` and the documentation.
 
 Each code has a file in `explanations/`: its title, what it means, a wrong example with the message that it gives,
-and a right one. The codes of what is not supported yet share one text, as they disappear one after another.
+and a right one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Final
 
 from seoro.lang.diagnostics import listing, near
-from seoro.lang.diagnostics.unsupported import Construct
 from seoro.lang.frozen import Frozen
 
 FOLDER: Final = Path(__file__).with_name("explanations")
@@ -24,9 +23,7 @@ PHASES: Final = {
     "E04": "Behaviors, and what a run is made from",
     "E05": "Coverage and runs",
     "E06": "Python",
-    "E09": "Not supported yet",
 }
-_UNSUPPORTED: Final = "E09"
 _CODE: Final = re.compile(r"E\d{4}")
 _TEXT: Final = re.compile(
     r"# (?P<code>E\d{4}): (?P<title>[^\n]+)\n\n(?P<meaning>.+?)\n\n"
@@ -68,14 +65,14 @@ class Explanation(Frozen):
         title: One line, without a full stop.
         meaning: What is wrong, and why; Markdown.
         text: All of it in Markdown, with the examples.
-        example: The examples; None for what is not supported yet.
+        example: The examples.
     """
 
     code: str
     title: str
     meaning: str
     text: str
-    example: Example | None
+    example: Example
 
     @property
     def phase(self) -> str:
@@ -85,17 +82,12 @@ class Explanation(Frozen):
 
 def codes() -> tuple[str, ...]:
     """All codes that there are, in order."""
-    own = [path.stem for path in FOLDER.glob("E????.md")]
-    return tuple(sorted([*own, *_unsupported()]))
+    return tuple(sorted(path.stem for path in FOLDER.glob("E????.md")))
 
 
 def explanation(code: str) -> Explanation | None:
     """The explanation of a code, in upper or lower case; None if there is no such code."""
     code = code.upper()
-    if (what := _unsupported().get(code)) is not None:
-        meaning = (FOLDER / f"{_UNSUPPORTED}.md").read_text(encoding="utf-8").strip()
-        title = f"{what[0].upper()}{what[1:]} is not supported yet"
-        return Explanation(code, title, meaning, f"# {code}: {title}\n\n{meaning}\n", None)
     path = FOLDER / f"{code}.md"
     if not _CODE.fullmatch(code) or not path.exists():
         return None
@@ -141,8 +133,3 @@ def parse(text: str) -> Explanation:
 def _files(text: str) -> dict[str, str]:
     """Files of an example: each has its path before it."""
     return dict(re.findall(r"^`([^`\n]+)`:\n\n```\w+\n(.*?)```$", text, re.DOTALL | re.MULTILINE))
-
-
-def _unsupported() -> dict[str, str]:
-    """The codes of what is not supported yet, with what it is called."""
-    return {f"{_UNSUPPORTED}{construct.value[0]}": construct.value[1] for construct in Construct}

@@ -151,6 +151,14 @@ class MethodSymbol:
     span: Span
 
 
+@dataclass(eq=False)
+class CompositionSymbol:
+    """A composition operator with its parameters (7.3.13); or any behavior, with those that one may have."""
+
+    name: str
+    parameters: MemberTable[FieldSymbol]
+
+
 class Kind(Enum):
     """What a structured type is."""
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from seoro.lang.units import DIMENSIONLESS, Dimension
 
 if TYPE_CHECKING:
-    from seoro.lang.symbols import EnumSymbol, EventSymbol, TypeSymbol
+    from seoro.lang.symbols import CompositionSymbol, EnumSymbol, EventSymbol, TypeSymbol
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +67,20 @@ class EventObject:
 
 
 @dataclass(frozen=True, slots=True)
+class CompositionObject:
+    """What `it` is for a composition: the parameters of the composition are its fields."""
+
+    symbol: CompositionSymbol
+
+
+@dataclass(frozen=True, slots=True)
 class Unknown:
     """The type of what is wrong, and has been reported: it goes with everything."""
 
 
-Type: TypeAlias = Primitive | Quantity | Enumeration | Structured | ListOf | RangeOf | EventObject | Unknown
+Type: TypeAlias = (
+    Primitive | Quantity | Enumeration | Structured | ListOf | RangeOf | EventObject | CompositionObject | Unknown
+)
 
 BOOL: Final = Primitive("bool")
 INT: Final = Primitive("int")

@@ -29,6 +29,7 @@ from seoro.lang.symbols import (
 from seoro.lang.types import (
     BOOL,
     PRIMITIVES,
+    CompositionObject,
     Enumeration,
     EventObject,
     Primitive,
@@ -182,6 +183,9 @@ def members(type_: Type, program: Program) -> Iterator[Item]:
             yield from (method(found, program) for found in all_methods(symbol).values())
         case EventObject(symbol):
             yield from (field(found, program, FIRST) for found in symbol.parameters.values())
+        case CompositionObject(symbol):
+            for found in symbol.parameters.values():
+                yield Item(found.text, Sort.Field, type_text(found.type, program), rank=FIRST)
         case Primitive(name):
             yield from (method(found, program) for found in program.primitives.get(name, {}).values())
         case _:

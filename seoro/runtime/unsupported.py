@@ -11,7 +11,9 @@ from typing import NamedTuple, assert_never
 from seoro.errors import InvalidUse
 from seoro.lang.plan import (
     Behavior,
+    Binding,
     CallMethod,
+    Constraint,
     DeclaredEvent,
     Elapsed,
     Emit,
@@ -23,6 +25,7 @@ from seoro.lang.plan import (
     InvokeAction,
     InvokeScenario,
     LabelEvent,
+    Member,
     MemberEvent,
     Modification,
     ModifierApplication,
@@ -39,6 +42,7 @@ from seoro.lang.plan import (
     Until,
     Wait,
     modifier_type,
+    parts,
 )
 from seoro.lang.source import Span
 
@@ -68,7 +72,7 @@ def _of_plan(plan: Plan) -> Iterator[_Refused]:
         yield from _of_members(scenario.events, scenario.on, scenario.samples)
         yield from _of_modifications(scenario.modifiers)
         if scenario.body is not None:
-            yield from _of_behavior(scenario.body)
+            yield from _of_behavior(scenario.body, plan)
     for action in plan.actions.values():
         yield from _of_members(action.events, action.on, action.samples)
         yield from _of_modifications(action.modifiers)
@@ -95,15 +99,17 @@ def _of_members(
         yield _Refused("`sample`", sample.span)
 
 
-def _of_behavior(first: Behavior) -> Iterator[_Refused]:
+def _of_behavior(first: Behavior, plan: Plan) -> Iterator[_Refused]:
     stack = [first]
     while stack:
         behavior = stack.pop()
         match behavior:
             case Serial() | Parallel() | OneOf():
+                yield from (_Refused("a constraint on a composition", each.span) for each in behavior.constraints)
                 yield from _of_modifications(behavior.modifications)
                 stack += reversed(behavior.members)
             case InvokeAction() | InvokeScenario():
+                yield from _of_constraints(behavior, plan)
                 yield from _of_modifications(behavior.modifications)
             case Wait(event=event):
                 yield from _of_specification(event)
@@ -113,6 +119,21 @@ def _of_behavior(first: Behavior) -> Iterator[_Refused]:
                 pass
             case _:
                 assert_never(behavior)
+
+
+def _of_constraints(behavior: InvokeAction | InvokeScenario, plan: Plan) -> Iterator[_Refused]:
+    """Constraints on the `duration` that every invocation has, and that is no field."""
+    if isinstance(behavior, InvokeAction):
+        fields = plan.actions[behavior.action].structure.fields
+    else:
+        fields = plan.scenarios[behavior.scenario].structure.fields
+    for constraint in behavior.constraints if "duration" not in fields else ():
+        pending = [constraint.condition if isinstance(constraint, Constraint) else constraint.parameter]
+        while pending:
+            part = pending.pop()
+            if isinstance(part, Member) and part.name == "duration" and isinstance(part.base, Binding):
+                yield _Refused("a constraint on `duration`", part.span)
+            pending += parts(part)
 
 
 def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refused]:

@@ -1,4 +1,4 @@
-"""Checking beyond the golden messages: traits, strictness, and what is refused causes nothing else."""
+"""Checking beyond the golden messages: traits, strictness, and limits."""
 
 from __future__ import annotations
 
@@ -48,17 +48,6 @@ def test_scenarios_of_the_entry_file_are_listed(tmp_path: Path) -> None:
     (tmp_path / "a.osc").write_text("scenario a\n", encoding="utf-8")
     text = 'import "a.osc"\nactor c\nscenario b\nscenario c.d\n'
     assert check(tmp_path, text).scenarios == ("b", "c.d")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "scenario main:\n    do serial:\n        emit end\n    with:\n        keep(it.n == 3)\n",
-    ],
-)
-def test_what_is_refused_causes_no_other_message(text: str, tmp_path: Path) -> None:
-    codes = {code[:3] for _, code in messages(tmp_path, text)}
-    assert codes == {"E09"}
 
 
 def test_long_chains_and_deep_blocks_are_checked(tmp_path: Path) -> None:

@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import pytest
 
 from seoro.lang import ast
-from seoro.lang.diagnostics import behaviors, imports, methods, names, syntax, types, unsupported
+from seoro.lang.diagnostics import behaviors, imports, methods, names, syntax, types
 from seoro.lang.frozen import Frozen, Value
 
-MODULES = (ast, behaviors, imports, methods, names, syntax, types, unsupported)
+MODULES = (ast, behaviors, imports, methods, names, syntax, types)
 
 
 class Point(Value):

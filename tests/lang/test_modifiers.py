@@ -253,3 +253,18 @@ scenario main:
     first = size.methods.find([plan.modifier_type("calm")], size.method)
     second = size.methods.find([plan.behavior_type("calm")], size.method)
     assert first is not None and second is not None and first is not second
+
+
+def test_it_in_a_modifier_without_of_has_the_parameters_of_its_application(tmp_path: Path) -> None:
+    modifier = "modifier paced:\n    longest: time = it.duration.upper()\n    on @it.fail:\n        emit end\n"
+    modifier += "modifier joint:\n    paced()\n    keep(it.overlap == equal)\n\nscenario main:"
+    text = TEXT.replace("scenario main:", modifier)
+    used = "parallel:\n        k.nap() with:\n            paced()\n    with:\n        joint()"
+    (field,) = lower(tmp_path, text.replace("WHAT", used), scenario="main").modifiers["paced"].structure.members
+    assert isinstance(field, plan.FieldDeclaration) and isinstance(field.default, plan.Bound)
+    assert messages(tmp_path, text.replace("WHAT", used.replace("parallel", "serial"))) == [(42, "E0471")]
+
+
+def test_a_circle_of_modifiers_that_use_it_ends(tmp_path: Path) -> None:
+    text = "modifier one:\n    two()\n    keep(it.overlap == any)\nmodifier two:\n    one()\nactor a:\n    two()\n"
+    assert [code for _, code in messages(tmp_path, text)] == ["E0219", "E0471"]

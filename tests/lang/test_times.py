@@ -105,3 +105,67 @@ def test_only_what_takes_time_has_a_duration(tmp_path: Path) -> None:
     text = "import osc.types\nscenario main:\n    p: pose_3d = pose_3d(duration: 3s)\n    event go\n"
     text += "    do emit go(duration: 3s)\n"
     assert messages(tmp_path, text) == [(3, "E0403"), (5, "E0403")]
+
+
+def constraints(folder: Path, operator: str, *lines: str) -> list[plan.Expression]:
+    """The conditions in the `with:` block of a composition."""
+    block = "".join(f"        {line}\n" for line in lines)
+    text = f"{TEXT.replace('PARALLEL', operator)}    with:\n{block}"
+    body = lower(folder, text, scenario="main").scenarios["main"].body
+    assert isinstance(body, plan.Serial | plan.Parallel | plan.OneOf)
+    return [each.condition if isinstance(each, plan.Constraint) else each.parameter for each in body.constraints]
+
+
+@pytest.mark.parametrize("operator", ["serial", "parallel", "one_of"])
+def test_constraints_on_a_composition_concern_its_parameters(operator: str, tmp_path: Path) -> None:
+    found = constraints(tmp_path, operator, "keep(default it.duration == 2s)", "remove_default(it.duration)")
+    equal, removed = found
+    assert isinstance(equal, plan.Compare) and isinstance(equal.right, plan.RangeOf), "a time is a range, too"
+    assert isinstance(removed, plan.Member) and removed.name == "duration"
+    assert isinstance(removed.base, plan.Binding) and removed.base.name == "it"
+
+
+@pytest.mark.parametrize(
+    ("condition", "operator", "side"),
+    [
+        ("it.duration < 5s", "<", plan.Side.UPPER),
+        ("it.duration >= 5s", ">=", plan.Side.LOWER),
+        ("5s > it.duration", ">", plan.Side.UPPER),
+        ("5s <= it.duration", "<=", plan.Side.LOWER),
+    ],
+)
+def test_an_order_of_a_range_and_a_number_is_one_of_all_of_the_range(
+    condition: str, operator: str, side: plan.Side, tmp_path: Path
+) -> None:
+    (found,) = constraints(tmp_path, "serial", f"keep({condition})")
+    assert isinstance(found, plan.Compare) and found.operator == operator
+    (bound,) = (each for each in (found.left, found.right) if isinstance(each, plan.Bound))
+    assert bound.side is side
+
+
+def test_kinds_of_overlap_have_their_names_whatever_else_has_them(tmp_path: Path) -> None:
+    found = constraints(tmp_path, "parallel", "keep(it.overlap == equal)", "keep(it.overlap in [start, any])")
+    values = [each for condition in found for each in literals(condition)]
+    assert [each.member for each in values if isinstance(each, plan.EnumValue)] == ["equal", "start", "any"]
+
+
+def literals(expression: plan.Expression) -> list[object]:
+    if isinstance(expression, plan.Literal):
+        return [expression.value]
+    return [value for part in plan.parts(expression) for value in literals(part)]
+
+
+def test_an_invocation_has_a_duration_unless_it_declares_one(tmp_path: Path) -> None:
+    text = TEXT.replace(
+        "n: 2)", "n: 2) with:\n            keep(it.duration < 3s)\n            keep(it.DURATION > 1s)"
+    )
+    assert messages(tmp_path, text.replace("PARALLEL", "serial")) == [(15, "E0215")]
+    text = text.replace("n: int = 3", "duration: int = 3").replace(", n: 2", "").replace("[1s..2s]", "2")
+    assert messages(tmp_path, text.replace("PARALLEL", "serial")) == [(14, "E0313"), (15, "E0215")]
+
+
+def test_parameters_of_compositions_belong_to_no_namespace(tmp_path: Path) -> None:
+    text = "import osc.standard.types\nnamespace own\nscenario main:\n    do serial:\n"
+    block = "    with:\n        keep(it.duration == [1s..2s])\n"
+    inner = "        call_it() with:\n            keep(it.duration == [1s..2s])\n"
+    assert messages(tmp_path, f"{text}{inner}{block}scenario call_it\n") == []

@@ -54,3 +54,24 @@ scenario main:
     found = {(span.line, text.removesuffix(" is not carried out yet")) for span, text in caught.value.places}
     assert (7, "sampling at an event of a struct or an actor") in found
     assert (10, "`cover` or `record` in a modifier") in found
+
+
+async def test_constraints_on_compositions_and_durations_are_refused(prepare_text: Prepare) -> None:
+    text = """
+scenario nap:
+    duration: int = 3
+
+scenario main:
+    do serial:
+        log("x") with:
+            keep(it.duration < 3s)
+        nap() with:
+            keep(it.duration < 4)
+    with:
+        keep(it.duration < 3s)
+"""
+    with pytest.raises(InvalidUse) as caught:
+        async with prepare_text(text, Options(name="main", clock="virtual")):
+            raise AssertionError("it must not start")
+    assert [span.line for span, _ in caught.value.places] == [15, 11]
+    assert str(caught.value).endswith(": a constraint on a composition, a constraint on `duration`")

@@ -16,7 +16,7 @@ from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Kind
 from seoro.lang.traits import ParameterTrait
-from seoro.lang.types import RangeOf, Structured, is_known, is_number
+from seoro.lang.types import CompositionObject, EventObject, RangeOf, Structured, is_known, is_number
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions, Scope
@@ -144,6 +144,9 @@ class _Binding:
         found = expressions.value(value, self.scope)
         if isinstance(found.type, Structured) and found.type.symbol.kind not in {Kind.STRUCT, Kind.ACTOR}:
             kind = f"a running {found.type.symbol.kind.value}"
+            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
+        elif isinstance(found.type, CompositionObject | EventObject):
+            kind = "an occurrence" if isinstance(found.type, EventObject) else "a running behavior"
             expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)

@@ -6,6 +6,7 @@ from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
+from seoro.lang.check.compositions import COMPOSITIONS
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, scope_of
@@ -23,6 +24,7 @@ from seoro.lang.symbols import (
     do_directive,
     is_open,
 )
+from seoro.lang.types import Structured
 
 MAX_DEPTH = 150  # of nested compositions
 Arguments = tuple[tuple[str, plan.Expression], ...]
@@ -80,18 +82,18 @@ class Behaviors:
             self._bag.add(syntax.TooDeep(head(node.span, node.operator), MAX_DEPTH))
             return None
         times = self._timing.of_composition(node)
+        constraints = tuple(self._with_blocks.constraints(node, COMPOSITIONS[node.operator]))
         modifications = self._with_blocks.of_composition(node)
         elaborated = [self._member(member, depth + 1) for member in node.members]
         members = tuple(member for member in elaborated if member is not None)
         span = head(node.span, node.operator)
         match node.operator:
             case "serial":
-                return plan.Serial(label, members, times.duration, modifications, span)
+                return plan.Serial(label, members, times.duration, constraints, modifications, span)
             case "parallel":
-                kind, starts, ends = times.overlap, times.start_to_start, times.end_to_end
-                return plan.Parallel(label, members, times.duration, kind, starts, ends, modifications, span)
+                return plan.Parallel(label, members, *times, constraints, modifications, span)
             case _:
-                return plan.OneOf(label, members, times.duration, modifications, span)
+                return plan.OneOf(label, members, times.duration, constraints, modifications, span)
 
     # ------------------------------------------------------------ invocations
 
@@ -114,7 +116,7 @@ class Behaviors:
         )
         values.check_conditions(symbol, given)
         constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
-        constraints += self._with_blocks.constraints(node, symbol)
+        constraints += self._with_blocks.constraints(node, Structured(symbol))
         may_be_given = self._with_blocks.may_constrain(node, modifications)
         missing = () if may_be_given else values.lacking_of(symbol, {**given, **ranges})
         if missing:

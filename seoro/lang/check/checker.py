@@ -79,6 +79,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
             behavior = Behaviors(found, expressions).elaborate()
             if behavior is not None:
                 behaviors[symbol] = behavior
+    expressions.applications.check(bag)
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
     return Checked(sources, diagnostics, _scenarios(sources, program), program, behaviors, reactions, coverage)
 

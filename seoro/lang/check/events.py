@@ -7,14 +7,25 @@ from dataclasses import replace
 from typing import NamedTuple, assert_never
 
 from seoro.lang import ast, plan
+from seoro.lang.check.compositions import TIME
+from seoro.lang.check.convert import Typed
 from seoro.lang.check.expressions import Expressions, Scope, scope_of
 from seoro.lang.check.labels import Labels, names_of, path_of
-from seoro.lang.check.times import TIME, check_sign
+from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, has_phases, is_open
-from seoro.lang.types import BOOL, UNKNOWN, EventObject, RangeOf, Structured, Type, is_known
+from seoro.lang.types import (
+    BOOL,
+    UNKNOWN,
+    CompositionObject,
+    EventObject,
+    RangeOf,
+    Structured,
+    Type,
+    is_known,
+)
 
 
 class Specified(NamedTuple):
@@ -191,6 +202,8 @@ class Events:
         found = self._expressions.value(base, self._scope)
         if not is_known(found.type):
             return None
+        if isinstance(found.type, CompositionObject):
+            return self._of_composition(found, name, span)
         if not isinstance(found.type, Structured):
             self._bag.add(messages.NoEvents(base.span, self._expressions.converter.describe(found.type)))
             return None
@@ -200,6 +213,15 @@ class Events:
         reference = event.reference
         assert isinstance(reference, plan.DeclaredEvent | plan.PhaseEvent)
         return Referred(plan.MemberEvent(found.expression, reference, span), event.symbol)
+
+    def _of_composition(self, base: Typed, name: ast.Name, span: Span) -> Referred | None:
+        """A predefined event of a composition, or of what a modifier modifies."""
+        if name.namespace is None and name.text in PHASES:
+            phase = plan.PhaseEvent(None, PHASES[name.text], name.span)
+            return Referred(plan.MemberEvent(base.expression, phase, span), None)
+        owner = self._expressions.converter.describe(base.type).strip("`")
+        self._bag.add(messages.UnknownEvent(name.span, name.text, tuple(PHASES), owner))
+        return None
 
     def _is_object(self, name: ast.Name) -> bool:
         """Whether a name stands for a value."""

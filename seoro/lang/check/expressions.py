@@ -13,9 +13,11 @@ from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.aggregates import Aggregates
+from seoro.lang.check.applications import Applications
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.calls import Calls
 from seoro.lang.check.casts import Casts
+from seoro.lang.check.compositions import ANY_BEHAVIOR, DURATION, OVERLAP_KIND, duration_of
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Converter, Typed, nothing
 from seoro.lang.check.lookup import Lookup, candidates
@@ -28,7 +30,6 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
 from seoro.lang.members import MemberTable
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
@@ -52,6 +53,7 @@ from seoro.lang.types import (
     STRING,
     UINT,
     UNKNOWN,
+    CompositionObject,
     Enumeration,
     EventObject,
     ListOf,
@@ -101,11 +103,11 @@ def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
     return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner))
 
 
-def _modified(modifier: TypeSymbol) -> Type | None:
-    """The type of `it` in a modifier: of what it modifies (7.4.1.3), None if that is not said."""
+def _modified(modifier: TypeSymbol) -> Type:
+    """The type of `it` in a modifier: of what it modifies (7.4.1.3)."""
     if modifier.of is not None:
         return Structured(modifier.of)
-    return UNKNOWN if is_open(modifier) else None
+    return UNKNOWN if is_open(modifier) else ANY_BEHAVIOR
 
 
 class Expressions:
@@ -124,13 +126,14 @@ class Expressions:
         self.lookup = Lookup(program, bag)
         self._resolver = Resolver(program, bag)
         self.converter = Converter(program, bag, strict)
-        self.operators = Operators(program, self.converter, bag)
+        self.operators = Operators(program, self.converter, bag, strict)
         self.values = Values(self)
         self.constraints = Constraints(self)
         self.aggregates = Aggregates(self)
         self.methods = Methods(self)
         self.calls = Calls(self)
         self.casts = Casts(self)
+        self.applications = Applications()
         self.strict = strict
         self._traits = traits
         self._depth = 0
@@ -248,6 +251,8 @@ class Expressions:
     def _name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         if name.namespace is None and name.text in scope.bindings:
             return Typed(plan.Binding(name.text, name.span), scope.bindings[name.text])
+        if expected == OVERLAP_KIND and name.namespace is None and name.text in OVERLAP_KIND.symbol.members:
+            return Typed(plan.Literal(enum_value(OVERLAP_KIND.symbol, name.text), name.span), OVERLAP_KIND)
         found = self.lookup.member(scope.space, scope.fields, name)
         enums = self.lookup.enumerations(scope.space, name)
         is_expected = isinstance(expected, Enumeration) and expected.symbol in enums
@@ -279,9 +284,7 @@ class Expressions:
 
     def _it(self, span: Span, scope: Scope) -> Typed:
         if scope.it is None:
-            is_modified = scope.owner is not None  # in a modifier, or below a composition
-            unsupported = NotSupported(span, Construct.IT_OF_COMPOSITION)
-            self.bag.add(unsupported if is_modified else method_messages.NoIt(span))
+            self.bag.add(method_messages.NoIt(span))
             return nothing(span)
         if scope.is_it_bound:
             return Typed(plan.Binding("it", span), scope.it)
@@ -323,11 +326,14 @@ class Expressions:
             case EventObject(event):
                 fields = event.parameters
                 owner = f"event `{event.name}`"
+            case CompositionObject(composition):
+                fields = composition.parameters
+                owner = f"`{composition.name}`"
             case _:
                 if is_known(base.type):
                     self.bag.add(messages.NoFields(node.base.span, self.converter.describe(base.type)))
                 return nothing(node.span)
-        found = self._member_field(base.type, fields, name, scope)
+        found = self._member_field(base.type, fields, name, scope) or _duration(base, name)
         if found is not None:
             if isinstance(base.expression, plan.Self):
                 return Typed(plan.Field(found.name, node.span), found.type)
@@ -335,16 +341,23 @@ class Expressions:
         if isinstance(base.type, Structured) and is_open(base.type.symbol):
             return nothing(node.span)
         if not self.program.is_lenient:
-            known = candidates(fields.values(), name)
-            self.bag.add(names.UnknownField(name.span, owner, name.text, known))
+            is_composition = isinstance(base.type, CompositionObject)
+            known = tuple(fields) if is_composition else candidates(fields.values(), name)
+            hint = "to use those of a scenario or an action, say so by `of`" if base.type == ANY_BEHAVIOR else ""
+            self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
         return nothing(node.span)
 
     def _member_field(
         self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope
     ) -> FieldSymbol | None:
-        """The field that a name means; parameters of events need no prefix."""
-        find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member
-        return find(scope.space, fields, name)
+        """The field that a name means; parameters of events need no prefix, those of compositions have none."""
+        if not isinstance(type_, CompositionObject):
+            find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member
+            return find(scope.space, fields, name)
+        found = fields.get(name.text) if name.namespace is None else None
+        if found is not None and type_ == ANY_BEHAVIOR and scope.owner is not None:
+            self.applications.use(scope.owner, found.name, name.span)
+        return found
 
     def _element(self, node: ast.ElementAccess, scope: Scope) -> Typed:
         base = self.value(node.base, scope)
@@ -403,7 +416,8 @@ class Expressions:
         if left is None:
             left = self.value(node.left, scope)
         wanted = ListOf(left.type) if is_in and isinstance(node.right, ast.ListConstructor) else left.type
-        return left, self.value(node.right, scope, wanted if is_right_open else None)
+        is_hinted = is_right_open or left.type == OVERLAP_KIND
+        return left, self.value(node.right, scope, wanted if is_hinted else None)
 
     def _logic(self, node: ast.Logic, scope: Scope) -> Typed:
         chain: list[ast.Logic] = [node]
@@ -418,6 +432,14 @@ class Expressions:
             right = self.operators.truth(self.value(step.right, scope, BOOL), step.operator, step.right.span)
             result = Typed(plan.Logic(step.operator, left, right, step.span), BOOL)
         return result
+
+
+def _duration(base: Typed, name: ast.Name) -> FieldSymbol | None:
+    """The `duration` of an invocation that is `it`, where no such field is declared (7.6.2.4.1)."""
+    is_it = isinstance(base.expression, plan.Binding) and base.expression.name == "it"
+    if not is_it or not isinstance(base.type, Structured) or name.namespace is not None or name.text != DURATION:
+        return None
+    return duration_of(base.type.symbol)
 
 
 def _integer_type(value: int, expected: Type | None) -> Type:

@@ -6,21 +6,19 @@ from dataclasses import replace
 from typing import assert_never
 
 from seoro.lang import ast, plan
+from seoro.lang.check.compositions import COMPOSITIONS, parameters_of_invocation
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, Scope
-from seoro.lang.check.heads import head
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
 from seoro.lang.check.targets import Target
-from seoro.lang.diagnostics.unsupported import Construct, NotSupported
-from seoro.lang.symbols import TypeSymbol
 from seoro.lang.types import UNKNOWN, Structured, Type
 
 Modifications = tuple[plan.Modification, ...]
 
 
 class WithBlocks:
-    """Elaborates the `with:` blocks of one scenario; in those of invocations, `it` is what is invoked (7.3.5.1.3).
+    """Elaborates the `with:` blocks of one scenario; in them, `it` is what is invoked (7.3.5.1.3) or composed.
 
     Args:
         expressions: For expressions.
@@ -38,26 +36,24 @@ class WithBlocks:
 
     def of_composition(self, node: ast.Composition) -> Modifications:
         """What the block of a composition does to it."""
-        for member in node.modifications.members if node.modifications is not None else ():
-            if isinstance(member, ast.KeepConstraint | ast.RemoveDefault):
-                word = "keep" if isinstance(member, ast.KeepConstraint) else "remove_default"
-                self._bag.add(NotSupported(head(member.span, word), Construct.CONSTRAINED_COMPOSITION))
-        return self._elaborate(node.modifications, None, Modified(None, f"a `{node.operator}`", self._own))
+        it = COMPOSITIONS[node.operator]
+        modified = Modified(None, f"a `{node.operator}`", self._own, frozenset(it.symbol.parameters))
+        return self._elaborate(node.modifications, it, modified)
 
     def of_invocation(self, node: ast.BehaviorInvocation, target: Target | None) -> Modifications:
         """What the block of an invocation does to it; the target is None if it is wrong, which is reported."""
         if target is None:
-            return self._elaborate(node.modifications, UNKNOWN, Modified(None, None, self._own))
+            return self._elaborate(node.modifications, UNKNOWN, Modified(None, None, self._own, frozenset()))
         symbol, actor = target
         actors = self._own
         if symbol.actor is not None and actor is not None:
             actors = (Actor(symbol.actor, actor), *actors)
-        modified = Modified(symbol, f"`{symbol.qualified_name}`", actors)
+        modified = Modified(symbol, f"`{symbol.qualified_name}`", actors, parameters_of_invocation(symbol))
         return self._elaborate(node.modifications, Structured(symbol), modified)
 
-    def constraints(self, node: ast.BehaviorInvocation, symbol: TypeSymbol) -> list[plan.ConstraintMember]:
-        """The constraints in the block of an invocation."""
-        scope = replace(self._scope, it=Structured(symbol), is_it_bound=True)
+    def constraints(self, node: ast.BehaviorInvocation | ast.Composition, it: Type) -> list[plan.ConstraintMember]:
+        """The constraints in the block of a behavior, which `it` stands for."""
+        scope = replace(self._scope, it=it, is_it_bound=True)
         members = node.modifications.members if node.modifications is not None else ()
         found = [
             self._expressions.constraints.member(member, scope)
@@ -76,7 +72,7 @@ class WithBlocks:
         declared = self._expressions.program.modifiers.values() if applied else ()
         return any(modifier.plan_name in applied and modifier.of is not None for modifier in declared)
 
-    def _elaborate(self, block: ast.WithBlock | None, it: Type | None, modified: Modified) -> Modifications:
+    def _elaborate(self, block: ast.WithBlock | None, it: Type, modified: Modified) -> Modifications:
         if block is None:
             return ()
         scope = replace(self._scope, it=it, is_it_bound=True)

@@ -32,11 +32,13 @@ class Modified(NamedTuple):
         symbol: The scenario or action; None if it is none.
         what: What it is, for messages; None if it is wrong, which is reported.
         actors: Actors that need not be named, the one that comes first in front.
+        parameters: What `it` has there in modifiers without `of`.
     """
 
     symbol: TypeSymbol | None
     what: str | None
     actors: tuple[Actor, ...]
+    parameters: frozenset[str]
 
 
 def own_actor(symbol: TypeSymbol) -> tuple[Actor, ...]:
@@ -104,7 +106,12 @@ class Modifiers:
 
     def _check_target(self, symbol: TypeSymbol, name: ast.Name, modified: Modified) -> None:
         """A modifier of a scenario modifies that one, and what inherits it (7.3.12.2)."""
-        if symbol.of is None or modified.what is None:
+        if modified.what is None:
+            return
+        if symbol.of is None:
+            self._expressions.applications.apply(
+                symbol, self._scope.owner, name.span, modified.what, modified.parameters
+            )
             return
         if modified.symbol is None or symbol.of not in lineage(modified.symbol):
             needed = symbol.of.qualified_name

@@ -35,12 +35,14 @@ class Operators:
         program: The program.
         converter: For conversions of operands.
         bag: Where messages go.
+        strict: Whether to report extensions to the standard.
     """
 
-    def __init__(self, program: Program, converter: Converter, bag: Bag) -> None:
+    def __init__(self, program: Program, converter: Converter, bag: Bag, strict: bool) -> None:
         self._program = program
         self._converter = converter
         self._bag = bag
+        self._strict = strict
 
     # ------------------------------------------------------------ arithmetic (7.4.2.3)
 
@@ -128,6 +130,7 @@ class Operators:
             return Typed(plan.Literal(False, span), BOOL)
         if node.operator == "in":
             return self._membership(node, left, right)
+        left, right = self._with_range(node, left, right)
         shared = common_type(left.type, right.type)
         if shared is None:
             self._uncomparable(node, left, right)
@@ -137,6 +140,26 @@ class Operators:
             a, b = (_as_float(left), _as_float(right)) if shared == FLOAT else (left.expression, right.expression)
             return Typed(plan.Compare(node.operator, a, b, span), BOOL)
         return Typed(plan.Literal(False, span), BOOL)
+
+    def _with_range(self, node: ast.Relation, left: Typed, right: Typed) -> tuple[Typed, Typed]:
+        """The operands of a comparison; of a range with a number, what is compared instead.
+
+        For `==` and `!=`, the number is a range from and to itself (7.4.2.8.2). An order of the two, which the
+        standard does not define, holds if it holds for all of the range, so that one of its bounds decides.
+        """
+        if isinstance(left.type, RangeOf) == isinstance(right.type, RangeOf):
+            return left, right
+        number = right if isinstance(left.type, RangeOf) else left
+        if not is_number(number.type):
+            return left, right
+        if node.operator in {"==", "!="}:
+            return _as_range(left), _as_range(right)
+        if self._strict:
+            self._bag.add(messages.OrderOfRange(node.span, node.operator))
+        of_left, of_right = plan.Side.UPPER, plan.Side.LOWER
+        if node.operator in {">", ">="}:
+            of_left, of_right = of_right, of_left
+        return _bound(left, of_left), _bound(right, of_right)
 
     def _membership(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
         result = Typed(plan.Contains(left.expression, right.expression, node.span), BOOL)
@@ -174,6 +197,21 @@ def _arithmetic(type_: Type) -> plan.Number:
 def _as_float(side: Typed) -> plan.Expression:
     """The operand, as float if it is an integer."""
     return to_float(side.expression) if side.type in _NUMBERS else side.expression
+
+
+def _as_range(side: Typed) -> Typed:
+    """A number as the range from and to itself."""
+    if isinstance(side.type, RangeOf):
+        return side
+    number = side.expression
+    return Typed(plan.RangeOf(number, number, number.span), RangeOf(side.type))
+
+
+def _bound(side: Typed, which: plan.Side) -> Typed:
+    """A bound of a range; a number as it is."""
+    if not isinstance(side.type, RangeOf):
+        return side
+    return Typed(plan.Bound(which, side.expression, side.expression.span), side.type.element)
 
 
 def _article(name: str) -> str:

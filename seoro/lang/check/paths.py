@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from seoro.lang import plan
+from seoro.lang.check.compositions import duration_of
 from seoro.lang.symbols import FieldSymbol, Program, all_fields
-from seoro.lang.types import ListOf, Structured, Type
+from seoro.lang.types import CompositionObject, ListOf, Structured, Type
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Scope
@@ -45,10 +46,21 @@ def fields_on(expression: plan.Expression, scope: Scope, program: Program) -> tu
             type_ = before[-1].type if before else _type_of_root(base, scope)
             if isinstance(type_, ListOf):
                 type_ = type_.element
-            fields = all_fields(type_.symbol) if isinstance(type_, Structured) else {}
+            fields = _fields_of(type_)
             return (*before, fields[name]) if name in fields else None
         case _:
             return None
+
+
+def _fields_of(type_: Type | None) -> Mapping[str, FieldSymbol]:
+    match type_:
+        case Structured(symbol):
+            duration = duration_of(symbol)
+            return all_fields(symbol) if duration is None else {**all_fields(symbol), duration.name: duration}
+        case CompositionObject(composition):
+            return composition.parameters
+        case _:
+            return {}
 
 
 def _type_of_root(base: plan.Expression, scope: Scope) -> Type | None:

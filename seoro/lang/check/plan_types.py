@@ -8,6 +8,7 @@ from seoro.lang import plan
 from seoro.lang.symbols import EnumSymbol, Kind, Program, TypeSymbol, all_fields, lineage
 from seoro.lang.types import (
     STRING,
+    CompositionObject,
     Enumeration,
     EventObject,
     ListOf,
@@ -60,7 +61,7 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
             return plan.ListType(plan_type(element, program))
         case RangeOf(element):
             return plan.RangeType(plan_type(element, program))
-        case EventObject() | Unknown():
+        case EventObject() | CompositionObject() | Unknown():
             return plan_type(STRING, program)  # only where checking failed, and no plan is made
         case _:
             assert_never(type_)
@@ -93,6 +94,8 @@ def _bare_name(type_: Type, program: Program) -> str:
             return f"range of {_bare_name(element, program)}"
         case EventObject(event):
             return event.name
+        case CompositionObject(composition):
+            return composition.name
         case Unknown():
             return "unknown"
         case _:

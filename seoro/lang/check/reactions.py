@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from seoro.lang import ast, plan
+from seoro.lang.check.compositions import parameters_of_invocation
 from seoro.lang.check.declare import describe_kind
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
@@ -130,16 +131,17 @@ def _modified(symbol: TypeSymbol) -> Modified:
     actors = own_actor(symbol)
     match symbol.kind:
         case Kind.SCENARIO | Kind.ACTION:
-            return Modified(symbol, f"`{symbol.qualified_name}`", actors)
+            return Modified(symbol, f"`{symbol.qualified_name}`", actors, parameters_of_invocation(symbol))
         case Kind.STRUCT | Kind.ACTOR:
-            return Modified(None, describe_kind(symbol), actors)
+            return Modified(None, describe_kind(symbol), actors, frozenset())
         case Kind.MODIFIER:
             what = (
                 f"a modifier of `{symbol.of.qualified_name}`"
                 if symbol.of is not None
                 else "a modifier of anything"
             )
-            return Modified(symbol.of, None if symbol.is_open else what, actors)
+            parameters = parameters_of_invocation(symbol.of) if symbol.of is not None else frozenset()
+            return Modified(symbol.of, None if symbol.is_open else what, actors, parameters)
 
 
 def _circles(edges: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, ...]]:

@@ -7,6 +7,7 @@ from math import inf
 from typing import Final, NamedTuple
 
 from seoro.lang import ast, plan
+from seoro.lang.check.compositions import DURATION, END_TO_END, OVERLAP, START_TO_START, TIME
 from seoro.lang.check.expressions import Expressions, Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as argument_messages
@@ -14,11 +15,8 @@ from seoro.lang.diagnostics import times as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol
-from seoro.lang.types import Quantity, RangeOf
-from seoro.lang.units import dimension
+from seoro.lang.types import RangeOf
 
-TIME: Final = Quantity(dimension({"s": 1}))
-OVERLAP, START_TO_START, END_TO_END, DURATION = "overlap", "start_to_start", "end_to_end", "duration"
 _PARALLEL_ONLY: Final = (OVERLAP, START_TO_START, END_TO_END)
 _Overlap = plan.Overlap
 _STARTS: Final = {

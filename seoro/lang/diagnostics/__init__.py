@@ -3,7 +3,7 @@
 A message is a frozen dataclass that turns itself into a `Diagnostic`.
 
 The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events`,
-`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06), `unsupported` (E09).
+`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06).
 """
 
 from __future__ import annotations

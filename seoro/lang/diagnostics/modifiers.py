@@ -1,4 +1,4 @@
-"""Messages of modifiers and their application (E0460 to E0470)."""
+"""Messages of modifiers and their application (E0460 to E0471)."""
 
 from __future__ import annotations
 
@@ -152,6 +152,24 @@ class MisplacedMember(Frozen):
         """The message."""
         text = f"`{self.word}` belongs to scenarios and actions, and `{self.name}` is {self.kind}"
         return error("E0469", self.span, text)
+
+
+class LacksParameter(Frozen):
+    """A modifier without `of`, applied to what lacks a parameter that the modifier uses (7.3.12.1.2)."""
+
+    span: Span
+    name: str
+    parameter: str
+    found: str
+    used: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.name}` uses `it.{self.parameter}`, which {self.found} does not have"
+        hint = f"`{self.parameter}` is a parameter of `parallel`"
+        if self.parameter == "duration":
+            hint = "compositions have it, and invocations of what declares no other parameter of that name"
+        return error("E0471", self.span, text, Label(self.used, "used here"), help=hint)
 
 
 _HELPERS = frozenset(

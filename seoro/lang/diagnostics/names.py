@@ -89,10 +89,11 @@ class UnknownField(Frozen):
     owner: str
     name: str
     candidates: tuple[str, ...]
+    help: str = ""
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        hint = near(self.name, self.candidates)
+        hint = near(self.name, self.candidates) or self.help
         if not hint and self.candidates:
             hint = f"it has {listing(self.candidates)}"
         return error("E0215", self.span, f"{self.owner} has no field `{self.name}`", help=hint)

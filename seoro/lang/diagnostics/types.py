@@ -316,3 +316,16 @@ class AnyArgument(Frozen):
         """The message."""
         text = f"`{self.parameter}` is declared as {self.declared}, and takes any type here"
         return warning("E0393", self.span, text)
+
+
+class OrderOfRange(Frozen):
+    """An order of a range and a number, which holds if it holds for all of the range: an extension."""
+
+    span: Span
+    operator: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.operator}` of a range and a number is an extension to the standard"
+        hint = "compare a bound: `.lower()` or `.upper()`"
+        return warning("E0394", self.span, text, help=hint)

@@ -3,6 +3,10 @@
 `modifications` are what stands in the `with:` block of a behavior and does something to it as a whole, in the
 order of the text: the one written last is closest to the behavior. A `duration` is a range in seconds for the time
 from the start of the behavior to its end.
+
+In the `constraints` of a composition, the fields of the binding `it` are its parameters: `duration`, a range; of
+`parallel` also `overlap`, an enumeration, and `start_to_start` and `end_to_end`, times. In those of an invocation,
+`it` has `duration` besides the fields of what is invoked, unless one of these has that name.
 """
 
 from __future__ import annotations
@@ -24,6 +28,7 @@ class Serial(Value):
     label: str | None
     members: tuple[Behavior, ...]
     duration: Expression | None
+    constraints: tuple[ConstraintMember, ...]
     modifications: tuple[Modification, ...]
     span: Span
 
@@ -51,6 +56,7 @@ class Parallel(Value):
         overlap: How the others lie to the primary one.
         start_to_start: How long after the primary one the others start: a range in seconds.
         end_to_end: How long after the primary one the others end: a range in seconds.
+        constraints: What else holds for its parameters.
         modifications: Of all of it.
     """
 
@@ -60,6 +66,7 @@ class Parallel(Value):
     overlap: Overlap
     start_to_start: Expression | None
     end_to_end: Expression | None
+    constraints: tuple[ConstraintMember, ...]
     modifications: tuple[Modification, ...]
     span: Span
 
@@ -70,6 +77,7 @@ class OneOf(Value):
     label: str | None
     members: tuple[Behavior, ...]
     duration: Expression | None
+    constraints: tuple[ConstraintMember, ...]
     modifications: tuple[Modification, ...]
     span: Span
 

@@ -38,8 +38,8 @@ class Constraint(Value):
     """`keep(<condition>)`, or what an argument or a condition of inheritance stands for.
 
     Args:
-        condition: What has to be true, in the scope of the instance; in the `with` block of an invocation, in the
-            scope around it, with the binding `it` for the instance that is invoked.
+        condition: What has to be true, in the scope of the instance; in the `with` block of a behavior, in the
+            scope around it, with the binding `it` for the instance that is invoked, or for the composition.
         is_default: Whether later constraints override it (7.3.11.3.2).
         span: Its place in the text.
     """
