@@ -33,6 +33,8 @@ from typing import TYPE_CHECKING, Any
 
 import anyio
 
+from seoro.runtime.past import Past
+
 if TYPE_CHECKING:
     from seoro.runtime.contracts import Clock
     from seoro.runtime.verdict import Outcome
@@ -88,14 +90,7 @@ class Flow:
     foreign: asyncio.Future[Any] | None = None  # what it waits on outside
     outside: bool = False
     open_ended: bool = False  # whether what it carries out has no end of its own
-    past: set[int] = field(default_factory=set)  # occurrences of this instant it must not see (again)
-    past_instant: int = -1
-
-    def past_in(self, instant: int) -> set[int]:
-        """What it must not see (again) of an instant, to read and to add to; the past of others is forgotten."""
-        if self.past_instant != instant:
-            self.past, self.past_instant = set(), instant
-        return self.past
+    past: Past = field(default_factory=Past)
 
     def within(self, scope: Scope) -> bool:
         """Whether the flow was forked, at any remove, from a scope that belongs to the given one."""
@@ -115,6 +110,14 @@ class Waiter:
     fired: bool = False
     value: Any = None
     over: bool = False  # whether its flow waits no more
+
+
+@dataclass(eq=False)
+class Timer:
+    """What happens at a time, before the first round of that instant, unless it is over before."""
+
+    act: Callable[[], None]
+    over: bool = False
 
 
 @dataclass(eq=False)
@@ -159,10 +162,11 @@ class Agenda:
         self._ready: list[tuple[Any, Callable[[], None]]] = []
         self._current: deque[Callable[[], None]] = deque()
         self._writes: list[tuple[tuple[int, ...], Callable[[], None]]] = []
+        self._checks: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._ends: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._emissions: list[Callable[[], None]] = []
         self._fired: list[Waiter] = []
-        self._timers: list[tuple[float, int, Waiter | Limit]] = []
+        self._timers: list[tuple[float, int, Waiter | Timer | Limit]] = []
         self._due_limits: list[Limit] = []
         self._numbers = count()
         self._settled = anyio.Event()
@@ -175,7 +179,7 @@ class Agenda:
         flow = Flow(path, parent, next(self._starts))
         flow.scopes.append(Scope(flow, 0))
         if parent is not None:
-            flow.past, flow.past_instant = set(parent.flow.past), parent.flow.past_instant
+            flow.past = parent.flow.past.fork()
         self._flows[flow] = None
         self._free_next(flow)
         self._poke()
@@ -261,6 +265,19 @@ class Agenda:
         """Fire a waiter in the first instant at or after a time."""
         heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), waiter))
 
+    def act_at(self, time: float, timer: Timer) -> None:
+        """Let a timer act in the first instant at or after a time."""
+        heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), timer))
+
+    def react(self, path: tuple[int, ...], step: Callable[[], None]) -> None:
+        """Take a step in the next round that belongs to no flow, and awaits nothing."""
+        self._ready.append(((1, path), step))
+        self._poke()
+
+    def check(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
+        """Put down what depends on variables; it takes hold once all of their changes have, in order of paths."""
+        self._checks.append((path, effect))
+
     def limit_at(self, time: float, limit: Limit) -> None:
         """Let a limit act in the first instant at or after a time."""
         heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), limit))
@@ -328,6 +345,11 @@ class Agenda:
         """End a whole flow. To be called between rounds, as an effect."""
         if flow.alive:
             self.end(flow.scopes[0], outcome)
+
+    @staticmethod
+    def is_ended(scope: Scope) -> bool:
+        """Whether a scope was ended, by itself or with what is around it, and has not been left yet."""
+        return scope.flow.ended is not None and scope.flow.ended.depth <= scope.depth
 
     def _doom(self, flow: Flow, scope: Scope) -> None:
         if flow.ended is None or scope.depth < flow.ended.depth:
@@ -418,6 +440,8 @@ class Agenda:
                 return
             else:
                 self._take_hold()
+                if self._writes:
+                    continue
                 if not self._ready and (self._fire_due() or self._reach_limits()):
                     continue
                 if not self._ready:
@@ -433,6 +457,9 @@ class Agenda:
         writes, self._writes = sorted(self._writes, key=_order), []
         for _, write in writes:
             write()
+        checks, self._checks = sorted(self._checks, key=_order), []
+        for _, check in checks:
+            check()
         while self._ends or self._emissions:
             ends, self._ends = sorted(self._ends, key=_order), []
             for _, effect in ends:
@@ -468,11 +495,17 @@ class Agenda:
         has_fired = False
         while self._timers and self._timers[0][0] <= self.now:
             due = heapq.heappop(self._timers)[2]
-            if isinstance(due, Limit):
-                self._due_limits.append(due)
-            else:
-                has_fired = has_fired or not due.over
-                self.fire(due)
+            if due.over:
+                continue
+            match due:
+                case Waiter():
+                    self.fire(due)
+                case Timer(act=act):
+                    act()
+                case Limit():
+                    self._due_limits.append(due)
+                    continue
+            has_fired = True
         return has_fired
 
     def _reach_limits(self) -> bool:

@@ -11,7 +11,7 @@ from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.contracts import Report
 from seoro.runtime.invocation import Place
-from seoro.runtime.values import Actor, Value, Variable, plain
+from seoro.runtime.values import Actor, Value, Variable
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -64,14 +64,7 @@ class ActionContext:
             variable: The variable.
             change: Gives the new value for the one that it holds then, which others may have changed meanwhile.
         """
-        services = self._place.services
-
-        def take_hold() -> None:
-            value = change(variable.value)
-            variable.holder.fields[variable.name] = value  # type: ignore[index] # all holders have a dict
-            services.trace.record("variable", path=variable.path, value=plain(cast(Value, value)))
-
-        self._place.agenda.write(self._place.flow.path, take_hold)
+        self._place.services.write(variable, self._place.flow.path, lambda: cast(Value, change(variable.value)))
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s] of the run's clock."""

@@ -58,7 +58,7 @@ class _Holder:
         """What `Plan.coverage` calls its types, the most general first."""
         if isinstance(self.value, Struct | Actor):
             return self.value.types[::-1]
-        return types_of(self.value.scenario)[::-1]
+        return types_of(self.value.declaration)[::-1]
 
     def environment(self, bindings: Mapping[str, Value | HasFields]) -> Environment:
         """What names stand for in its items."""

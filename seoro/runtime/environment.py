@@ -63,6 +63,19 @@ class Calls:
         return Calls(self.results, (*self.place, span, instance))
 
 
+@dataclass(eq=False)
+class Reads:
+    """What an expression has read while it was evaluated.
+
+    Args:
+        fields: What holds them, by its identity and the name of the field.
+        is_external: Whether an external method was called, which may have read anything.
+    """
+
+    fields: dict[tuple[int, str], HasFields] = field(default_factory=dict)
+    is_external: bool = False
+
+
 @dataclass(frozen=True)
 class Environment:
     """What names in an expression stand for.
@@ -76,6 +89,7 @@ class Environment:
         seed: What is drawn for values that are constructed is drawn from it.
         run: The run, for external methods that ask for it.
         calls: What external methods have returned, while values are chosen; None otherwise.
+        reads: Keeps what is read; None if nobody wants to know.
     """
 
     instance: HasFields
@@ -86,6 +100,7 @@ class Environment:
     seed: int = 0
     run: MethodContext | None = None
     calls: Calls | None = None
+    reads: Reads | None = None
 
     @property
     def outermost(self) -> HasFields:

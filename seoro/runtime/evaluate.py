@@ -66,16 +66,16 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
         case Literal(value):
             return value
         case Field(name, span):
-            return _field(environment.instance, name, span)
+            return _field(environment.instance, name, span, environment)
         case Self():
             return cast(Value, environment.instance)  # looked into only, like event objects
         case Global(name, span):
-            return _field(environment.outermost, name, span)
+            return _field(environment.outermost, name, span, environment)
         case Binding(name):
             # An event object is no value of the language, but it is only ever looked into, by Member.
             return cast(Value, environment.bindings[name])
         case Member(base, name, span):
-            return _field(cast(HasFields, evaluate(base, environment)), name, span)
+            return _field(cast(HasFields, evaluate(base, environment)), name, span, environment)
         case Conditional(condition, then, otherwise):
             return evaluate(then if evaluate(condition, environment) else otherwise, environment)
         case ListOf(items):
@@ -164,8 +164,10 @@ def _number(expression: Expression, environment: Environment) -> int | float:
     return value
 
 
-def _field(holder: HasFields, name: str, span: Span) -> Value:
+def _field(holder: HasFields, name: str, span: Span, environment: Environment) -> Value:
     """The value of a field; while a value is constructed, a method may ask for one that is not there yet."""
+    if environment.reads is not None:
+        environment.reads.fields[id(holder), name] = holder
     try:
         return holder.fields[name]
     except KeyError:

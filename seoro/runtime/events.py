@@ -1,8 +1,8 @@
 """Events as channels (7.3.10, 7.6.2.5).
 
-An occurrence belongs to an instant; two emissions with equal arguments in one instant are one. A flow that waits
-sees every occurrence from the instant on in which it began to wait, except those in its causal past: what it
-emitted or consumed itself, and what flows that it was forked from or joined had in theirs.
+An occurrence belongs to an instant; two emissions with equal arguments in one instant are one. One who listens
+hears every occurrence from the instant on in which it began to, except those in its causal past (`past.py`): what
+it emitted or consumed itself, and what flows that it was forked from or joined had in theirs.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import count
+from weakref import WeakKeyDictionary
 
-from seoro.runtime.agenda import Agenda, Flow, Waiter
-from seoro.runtime.values import Value, plain
+from seoro.runtime.agenda import Agenda
+from seoro.runtime.past import Past
+from seoro.runtime.values import Actor, Struct, Value, plain
 
 
 @dataclass(frozen=True)
@@ -23,17 +25,34 @@ class Occurrence:
     fields: Mapping[str, Value]
 
 
-Accepts = Callable[[Occurrence], bool]
+@dataclass(eq=False)
+class Ear:
+    """One who listens to an event.
+
+    Args:
+        past: What it must not see (again).
+        hear: Called between rounds, when no flow is there to take an exception; says whether the occurrence counts
+            for it, and so is in its past from then on.
+    """
+
+    past: Past
+    hear: Callable[[Occurrence], bool]
+    over: bool = False  # whether it listens no more
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self.over = True
 
 
 @dataclass(eq=False)
 class Event:
-    """A channel: who waits, and what has happened in the present instant."""
+    """A channel: who listens, and what has happened in the present instant."""
 
     path: str
     instant: int = -1
     occurrences: list[Occurrence] = field(default_factory=list)  # that have taken hold
-    waiters: list[tuple[Waiter, Accepts]] = field(default_factory=list)
+    derived: int = -1  # the last instant in which what it is derived from has occurred
+    ears: list[Ear] = field(default_factory=list)
     listeners: list[Callable[[], None]] = field(default_factory=list)  # told between rounds, of each occurrence
 
 
@@ -51,9 +70,15 @@ class Events:
         self._numbers = count()
         self._instant = -1
         self._pending: dict[tuple[int, str], Occurrence] = {}  # of this instant, by event and arguments
+        self._of_objects: WeakKeyDictionary[Struct | Actor, dict[str, Event]] = WeakKeyDictionary()
 
-    def emit(self, event: Event, arguments: Mapping[str, Value], flow: Flow) -> None:
-        """Emit; it takes hold between this round and the next."""
+    def of_object(self, holder: Struct | Actor, name: str) -> Event:
+        """The channel of an event of a struct or an actor."""
+        shown = holder.name if isinstance(holder, Actor) else holder.type.name
+        return self._of_objects.setdefault(holder, {}).setdefault(name, Event(f"{shown}.{name}"))
+
+    def emit(self, event: Event, arguments: Mapping[str, Value], past: Past) -> None:
+        """Emit; it takes hold between this round and the next, and is in the past of who emits."""
         self._begin_instant(event)
         key = (id(event), repr([(name, plain(value)) for name, value in arguments.items()]))
         occurrence = self._pending.get(key)
@@ -61,34 +86,34 @@ class Events:
             occurrence = self._pending[key] = Occurrence(next(self._numbers), dict(arguments))
             self._emitted(event.path, arguments)
             self._agenda.emit(lambda: self._take_hold(event, occurrence))
-        flow.past_in(self._agenda.instant).add(occurrence.number)
+        past.of(self._agenda.instant).add(occurrence.number)
 
-    def arm(self, event: Event, waiter: Waiter, accepts: Accepts) -> None:
-        """Let a flow wait; fires at once if the event has happened in this instant, unseen by the flow."""
+    def derive(self, event: Event) -> Occurrence:
+        """An occurrence of a derived event, for the one in whose context it is; recorded once for each instant."""
+        if event.derived != self._agenda.instant:
+            event.derived = self._agenda.instant
+            self._emitted(event.path, {})
+        return Occurrence(next(self._numbers), {})
+
+    def listen(self, event: Event, ear: Ear) -> None:
+        """Listen from now on, until the ear is over; what has happened in this instant is heard at once."""
         self._begin_instant(event)
-        event.waiters = [(other, accept) for other, accept in event.waiters if not other.over]
+        event.ears = [other for other in event.ears if not other.over]
+        event.ears.append(ear)
         for occurrence in event.occurrences:
-            if self._offer(occurrence, waiter, accepts):
-                return
-        event.waiters.append((waiter, accepts))
+            self._offer(occurrence, ear)
 
     def _take_hold(self, event: Event, occurrence: Occurrence) -> None:
         event.occurrences.append(occurrence)
         for listener in event.listeners:
             listener()
-        event.waiters = [
-            (waiter, accepts)
-            for waiter, accepts in event.waiters
-            if not (waiter.over or waiter.fired or self._offer(occurrence, waiter, accepts))
-        ]
+        for ear in tuple(event.ears):
+            self._offer(occurrence, ear)
 
-    def _offer(self, occurrence: Occurrence, waiter: Waiter, accepts: Accepts) -> bool:
-        past = waiter.flow.past_in(self._agenda.instant)
-        if occurrence.number in past or not accepts(occurrence):
-            return False
-        past.add(occurrence.number)
-        self._agenda.fire(waiter, occurrence)
-        return True
+    def _offer(self, occurrence: Occurrence, ear: Ear) -> None:
+        past = ear.past.of(self._agenda.instant)
+        if not ear.over and occurrence.number not in past and ear.hear(occurrence):
+            past.add(occurrence.number)
 
     def _begin_instant(self, event: Event) -> None:
         """Forget what happened in earlier instants: nobody can see it any more."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from seoro.lang import plan as plan_
 from seoro.lang.plan import (
     Action,
     Behavior,
@@ -28,12 +29,13 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
+from seoro.runtime.conditions import Conditions
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
-from seoro.runtime.values import Actor, Value
+from seoro.runtime.values import Actor, Struct, Value, Variable, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 if TYPE_CHECKING:
@@ -85,6 +87,55 @@ class Services:
         """A stream of random numbers of its own for each purpose, the same on any machine."""
         return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
 
+    @cached_property
+    def conditions(self) -> Conditions:
+        """The armed conditions."""
+        return Conditions(self.agenda, self.random, self.fail)
+
+    def fail(self, error: EvaluationError) -> None:
+        """End the run because an expression has no value."""
+        self.decide(RunStatus.ERROR, str(error), error.span)
+
+    def write(self, variable: Variable[Any], path: tuple[int, ...], value: Callable[[], Value]) -> None:
+        """Change a variable, between this round and the next (section 1 of the semantics).
+
+        Args:
+            variable: The variable.
+            path: Position, in the tree of invocations, of what changes it.
+            value: Gives the new value then.
+        """
+
+        def take_hold() -> None:
+            changed = value()
+            variable.holder.fields[variable.name] = changed  # type: ignore[index] # all holders have a dict
+            self.trace.record("variable", path=variable.path, value=plain(changed))
+            self.conditions.changed(variable.holder, variable.name)
+
+        self.agenda.write(path, take_hold)
+
+    def declared_event(self, holder: Instance | Struct | Actor, name: str) -> plan_.Event:
+        """The declaration of an event of an instance."""
+        if isinstance(holder, Instance):
+            return holder.events[name]
+        return next(
+            event
+            for type_ in holder.types
+            if type_ in self.plan.objects
+            for event in self.plan.objects[type_].events
+            if event.name == name
+        )
+
+    def channel(self, holder: Instance | Struct | Actor, name: str) -> Event:
+        """The channel of a declared event of an instance."""
+        return holder.declared(name) if isinstance(holder, Instance) else self.events.of_object(holder, name)
+
+    def environment_of(self, holder: HasFields, around: Environment) -> Environment:
+        """What names stand for in the scope of an instance, seen from another scope."""
+        if not isinstance(holder, Instance):
+            return replace(around, instance=holder, bindings={}, scenario=around.outermost)
+        seed = derived_seed(self.seed, holder.path)
+        return Environment(holder, holder.bindings, holder.path, seed=seed, run=self.run)
+
     def count_start(self, span: Span, depth: int) -> None:
         """Count a start of a behavior.
 
@@ -116,17 +167,36 @@ class Services:
 
 
 @dataclass(eq=False)
-class Instance:
-    """A running scenario, or action.
+class Latest:
+    """What was invoked last under a label.
 
     Args:
-        scenario: What runs.
+        instance: The instance; None before the first invocation.
+        told: Called between rounds with the next one.
+    """
+
+    instance: Instance | None = None
+    told: dict[Callable[[Instance], None], None] = field(default_factory=dict)
+
+    def take(self, instance: Instance) -> None:
+        """There is a new instance."""
+        self.instance = instance
+        for turn_to in tuple(self.told):
+            turn_to(instance)
+
+
+@dataclass(eq=False)
+class Instance:
+    """A running scenario or action.
+
+    Args:
+        declaration: What runs.
         path: Its position, for people.
         fields: Values of its parameters.
         actor: The actor it was invoked on, if it belongs to one.
     """
 
-    scenario: Scenario | Action
+    declaration: Scenario | Action
     path: str
     fields: Mapping[str, Value]
     actor: Actor | None
@@ -135,11 +205,33 @@ class Instance:
     @cached_property
     def types(self) -> tuple[str, ...]:
         """What `plan.Methods` calls its type and what that inherits, nearest first."""
-        return types_of(self.scenario)
+        return types_of(self.declaration)
+
+    @cached_property
+    def events(self) -> dict[str, plan_.Event]:
+        """The declarations of its events, by their names."""
+        return {event.name: event for event in self.declaration.events}
+
+    @property
+    def bindings(self) -> dict[str, Value | HasFields]:
+        """What names are bound in its scope besides its fields."""
+        return {"actor": self.actor} if self.actor is not None else {}
 
     @cached_property
     def _declared(self) -> dict[str, Event]:
-        return {event.name: Event(f"{self.path}.{event.name}") for event in self.scenario.events}
+        return {name: Event(f"{self.path}.{name}") for name in self.events}
+
+    @cached_property
+    def _latest(self) -> dict[str, Latest]:
+        return {}
+
+    def latest(self, label: str) -> Latest:
+        """What was invoked last under a label."""
+        return self._latest.setdefault(label, Latest())
+
+    def declared(self, name: str) -> Event:
+        """The channel of an event that it declares."""
+        return self._declared[name]
 
     @cached_property
     def _phases(self) -> dict[tuple[str | None, Phase], Event]:
@@ -149,7 +241,7 @@ class Instance:
         """The channel of an event of this scenario or action."""
         if isinstance(reference, PhaseEvent):
             return self.phase(reference.label, reference.phase)
-        return self._declared[reference.name]
+        return self.declared(reference.name)
 
     def phase(self, label: str | None, phase: Phase) -> Event:
         """The channel of a predefined event: of a labelled member, or of the instance itself."""
@@ -188,9 +280,7 @@ class Place:
 
     def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
         """What names stand for here."""
-        all_bindings: dict[str, Value | HasFields] = dict(bindings or {})
-        if self.instance.actor is not None:
-            all_bindings["actor"] = self.instance.actor
+        all_bindings = {**(bindings or {}), **self.instance.bindings}
         seed = derived_seed(self.services.seed, f"{self.path} {self.parent}")
         return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
 

@@ -18,7 +18,18 @@ MAX_DEPTH = 64  # of methods that call each other; far below what the stack of P
 
 
 def call(expression: Call, environment: Environment, evaluate: Evaluate) -> Value:
-    """The result of a method.
+    """The result of a method that has one.
+
+    Raises:
+        EvaluationError: As for `invoke`.
+    """
+    result = invoke(expression, environment, evaluate)
+    assert result is not None, "checked: the method has a result"
+    return result
+
+
+def invoke(expression: Call, environment: Environment, evaluate: Evaluate) -> Value | None:
+    """The result of a method; None if the method has none.
 
     Raises:
         EvaluationError: It has none: it is undefined, calls itself too deeply, or its Python function fails.
@@ -85,7 +96,7 @@ def inside(expression: Call, holder: Value | HasFields, environment: Environment
 
 def _perform(
     method: Method, given: dict[str, Value], inside: Environment, call: Call, evaluate: Evaluate
-) -> Value:
+) -> Value | None:
     bindings = dict(inside.bindings)
     inside = replace(inside, bindings=bindings)
     arguments: dict[str, Value] = {}
@@ -104,10 +115,12 @@ def _perform(
 
 def _call_python(
     external: External, arguments: dict[str, Value], inside: Environment, call: Call, evaluate: Evaluate
-) -> Value:
+) -> Value | None:
     function = call.methods.function(external)
     if function is None:
         raise EvaluationError(f"`{external.path}` was not imported when the scenario was loaded", call.span)
+    if inside.reads is not None:
+        inside.reads.is_external = True
     positional = [evaluate(argument.value, inside) for argument in external.positional]
     named = {name: evaluate(argument.value, inside) for name, argument in external.named}
     given = {**arguments, **named}
@@ -119,6 +132,6 @@ def _call_python(
         result: Value | None = function(inside.run, positional, given)
     except MethodFailed as error:
         raise EvaluationError(str(error), call.span) from error
-    assert result is not None, "checked: the method has a result"
-    results[key] = result
+    if result is not None:
+        results[key] = result
     return result

@@ -25,7 +25,7 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
                 raise _nobody(invocation, homes)
             if mark.home is None:
                 continue
-            actor = _known_actor(invocation, entry) if scenario is entry.scenario else None
+            actor = _known_actor(invocation, entry) if scenario is entry.declaration else None
             if actor is None:  # only known when it is invoked
                 if homes.anywhere(mark.home) is None:
                     raise _nobody(invocation, homes)

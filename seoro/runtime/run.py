@@ -101,7 +101,7 @@ class Execution:
     def parameters(self) -> dict[str, object]:
         """The chosen value of every global parameter, and of every parameter of the entry scenario."""
         fields = self._entry.fields
-        names = (*self._plan.globals.fields, *self._entry.scenario.structure.fields)
+        names = (*self._plan.globals.fields, *self._entry.declaration.structure.fields)
         return {name: plain(fields[name]) for name in names}
 
     @property
@@ -202,8 +202,8 @@ class Execution:
     async def _perform_entry(self) -> Outcome:
         services, entry = self._services, self._entry
         assert services.root is not None
-        place = Place(services, services.root, entry, None, (), entry.scenario.name)
-        invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.scenario.span)
+        place = Place(services, services.root, entry, None, (), entry.declaration.name)
+        invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
         return await recorded(invocation, place, lambda inside: run_instance(entry, inside, perform))
 
     # -------------------------------------------------------- results

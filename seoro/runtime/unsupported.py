@@ -15,18 +15,15 @@ from seoro.lang.plan import (
     CallMethod,
     Constraint,
     DeclaredEvent,
-    Elapsed,
     Emit,
     Event,
     EventSpecification,
     Every,
+    Expression,
     Fall,
-    Holds,
     InvokeAction,
     InvokeScenario,
-    LabelEvent,
     Member,
-    MemberEvent,
     Modification,
     ModifierApplication,
     On,
@@ -34,7 +31,6 @@ from seoro.lang.plan import (
     OnEvent,
     Override,
     Parallel,
-    PhaseEvent,
     Plan,
     Rise,
     Sample,
@@ -92,7 +88,7 @@ def _of_members(
 ) -> Iterator[_Refused]:
     for event in events:
         if event.specification is not None:
-            yield _Refused("`is` in the declaration of an event", event.span)
+            yield from _of_specification(event.specification)
     for directive in directives:
         yield _Refused("`on`", directive.span)
     for sample in samples:
@@ -150,26 +146,21 @@ def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refuse
 
 
 def _of_specification(event: EventSpecification) -> Iterator[_Refused]:
+    """A change cannot be watched of what is not known before the event."""
     match event:
-        case OnEvent(reference, condition=condition):
-            match reference:
-                case MemberEvent(span=span) | LabelEvent(span=span):
-                    yield _Refused("an event of another object", span)
-                case DeclaredEvent() | PhaseEvent():
-                    pass
-                case _:
-                    assert_never(reference)
-            if condition is not None and not isinstance(condition, Holds):
-                yield _Refused("this condition of an event", condition.span)
-        case Holds(span=span):
-            yield _Refused("waiting for a condition", span)
-        case Rise(span=span):
-            yield _Refused("`rise`", span)
-        case Fall(span=span):
-            yield _Refused("`fall`", span)
-        case Every(span=span):
-            yield _Refused("`every`", span)
-        case Elapsed():
-            pass
+        case OnEvent(_, str() as name, Rise(condition) | Fall(condition)):
+            if _uses(condition, name):
+                yield _Refused("an occurrence in `rise` or `fall`", condition.span)
+        case OnEvent(_, str() as name, Every(period, offset)):
+            for expression in (period, offset):
+                if expression is not None and _uses(expression, name):
+                    yield _Refused("an occurrence in `every`", expression.span)
         case _:
-            assert_never(event)
+            pass
+
+
+def _uses(expression: Expression, binding: str) -> bool:
+    """Whether an expression uses what is bound to a name."""
+    if isinstance(expression, Binding):
+        return expression.name == binding
+    return any(_uses(part, binding) for part in parts(expression))

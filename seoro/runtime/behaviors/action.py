@@ -57,7 +57,7 @@ def _announce(phase: Phase, instance: Instance, place: Place) -> None:
     """Let an event of an action occur, if there is someone to see it."""
     event = instance.phase(None, phase)
     if event.listeners:
-        place.services.events.emit(event, {}, place.flow)
+        place.services.events.emit(event, {}, place.flow.past)
 
 
 def _cause(error: Exception) -> Exception:

@@ -24,5 +24,5 @@ def run_emit(plan: Emit, place: Place) -> Outcome:
         return SUCCEEDED
     environment = place.environment()
     arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
-    place.services.events.emit(place.instance.event(event), arguments, place.flow)
+    place.services.events.emit(place.instance.event(event), arguments, place.flow.past)
     return SUCCEEDED

@@ -119,10 +119,8 @@ class Members:
 
     def inherit_pasts(self) -> None:
         """What members emitted and consumed in this instant is in the past of who joins them."""
-        instant = self.place.agenda.instant
-        past = self.place.flow.past_in(instant)
         for member in self.flows:
-            past |= member.past_in(instant)
+            self.place.flow.past.join(member.past, self.place.agenda.instant)
 
 
 @asynccontextmanager
@@ -143,6 +141,6 @@ async def member_group(
             yield members
         except asyncio.CancelledError as error:
             cancelled = error  # passed on outside of the task group, which would take it for its own
+    members.inherit_pasts()
     if cancelled is not None:
         raise cancelled
-    members.inherit_pasts()

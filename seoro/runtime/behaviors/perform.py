@@ -64,7 +64,7 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
     if behavior.label is not None:
         phase = Phase.FAIL if outcome.failed else Phase.END
-        services.events.emit(place.instance.phase(behavior.label, phase), {}, place.flow)
+        services.events.emit(place.instance.phase(behavior.label, phase), {}, place.flow.past)
     return outcome
 
 
@@ -92,7 +92,7 @@ def _record_start(behavior: Behavior, place: Place) -> int:
         source=str(behavior.span),
     )
     if behavior.label is not None:
-        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow)
+        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
     return number
 
 

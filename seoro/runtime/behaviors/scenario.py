@@ -33,13 +33,14 @@ async def run_scenario(plan: InvokeScenario, place: Place, perform: Perform) -> 
 async def run_instance(instance: Instance, place: Place, perform: Perform) -> Outcome:
     """Carry out a scenario that has been instantiated."""
     agenda, flow = place.agenda, place.flow
-    assert isinstance(instance.scenario, Scenario)
-    body = instance.scenario.body
+    declaration = instance.declaration
+    assert isinstance(declaration, Scenario)
+    body = declaration.body
     inside = replace(place, instance=instance)
     with agenda.scope(flow) as scope:
         instance.scope = scope
         place.services.coverage.watch(instance)
-        place.services.events.emit(instance.phase(None, Phase.START), {}, flow)
+        place.services.events.emit(instance.phase(None, Phase.START), {}, flow.past)
         try:
             outcome = SUCCEEDED if body is None else await perform(body, inside.member(0, body))
             await agenda.step(flow)
@@ -49,7 +50,7 @@ async def run_instance(instance: Instance, place: Place, perform: Perform) -> Ou
             assert scope.outcome is not None, "it was ended"
             outcome = scope.outcome
     phase = Phase.FAIL if outcome.failed else Phase.END
-    place.services.events.emit(instance.phase(None, phase), {}, flow)
+    place.services.events.emit(instance.phase(None, phase), {}, flow.past)
     return outcome
 
 

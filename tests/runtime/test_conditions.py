@@ -1,0 +1,222 @@
+"""Conditions of event specifications: when they are looked at, and when they occur (7.3.10.4)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.embed import Options
+from seoro.errors import InvalidUse
+from seoro.runtime import conditions
+from seoro.runtime.verdict import RunStatus
+from tests.runtime.conftest import Prepare, RunText
+
+
+async def times(run_text: RunText, waited: str, changes: str = "increment(n)") -> list[float]:
+    """When a wait ends that is repeated at once, with changes at 0 s, 1 s and so on."""
+    steps = "".join(f"            {change}\n            wait elapsed(1s)\n" for change in changes.split("; "))
+    text = f"""
+scenario main:
+    var n: int = 0
+    event go
+    do parallel:
+        serial:
+            wait {waited}
+            log("met")
+        serial:
+{steps}
+"""
+    return [time for time, _ in (await run_text(text)).logs]
+
+
+@pytest.mark.parametrize(
+    ("waited", "when"),
+    [
+        ("n == 0", [0.0]),
+        ("n == 2", [1.0]),
+        ("not (n < 3)", [2.0]),
+        ("rise(n >= 0)", []),
+        ("rise(n == 2)", [1.0]),
+        ("fall(n == 0)", [0.0]),
+        ("fall(n == 1)", [1.0]),
+        ("elapsed(1500ms)", [1.5]),
+        ("every(2s)", [0.0]),
+        ("every(2s, offset: 0.5s)", [0.5]),
+    ],
+)
+async def test_a_wait_ends_when_its_condition_occurs(run_text: RunText, waited: str, when: list[float]) -> None:
+    assert await times(run_text, waited, "increment(n); increment(n); increment(n)") == when
+
+
+async def test_changes_of_one_round_are_seen_together(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    var n: int = 0
+    do parallel:
+        serial:
+            one_of:
+                serial:
+                    wait n == 1
+                    log("in between")
+                serial:
+                    wait n == 2
+                    log("both")
+        serial:
+            wait elapsed(1s)
+            parallel:
+                increment(n)
+                increment(n)
+""")
+    assert ran.logs == [(1.0, "both")]
+
+
+@pytest.mark.parametrize(
+    ("condition", "when"),
+    [
+        ("n == 2", 2.0),
+        ("rise(n == 3)", 3.0),
+        ("fall(n <= 1)", 2.0),
+        ("elapsed(2.5s)", 3.0),
+        ("every(1.5s, offset: 0.5s)", 2.0),
+    ],
+)
+async def test_the_condition_of_an_event_is_seen_when_it_occurs(
+    run_text: RunText, condition: str, when: float
+) -> None:
+    ran = await run_text(f"""
+scenario main:
+    var n: int = 0
+    event go
+    do parallel:
+        serial:
+            wait @go if {condition}
+            log("met")
+        serial:
+            wait elapsed(1s)
+            parallel:
+                emit go
+                increment(n)
+            wait elapsed(1s)
+            parallel:
+                increment(n)
+                emit go
+            wait elapsed(1s)
+            parallel:
+                increment(n)
+                emit go
+""")
+    assert ran.logs == [(when, "met")]
+
+
+async def test_a_condition_may_look_into_actors_structs_and_methods(run_text: RunText) -> None:
+    ran = await run_text("""
+struct box:
+    var full: bool = false
+actor cart:
+    var load: int = 0
+    inside: box
+    def heavy() -> bool is expression load > 1 and inside.full == false
+scenario main:
+    a: cart
+    do parallel:
+        serial:
+            wait a.heavy()
+            log("heavy")
+        serial:
+            increment(a.load)
+            wait elapsed(2s)
+            increment(a.load)
+""")
+    assert ran.logs == [(2.0, "heavy")]
+
+
+async def test_a_condition_is_evaluated_only_when_what_it_read_has_changed(
+    run_text: RunText, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[str] = []
+    evaluate = conditions.evaluate
+
+    def counted(expression, environment):  # type: ignore[no-untyped-def]
+        seen.append(expression.span.text)
+        return evaluate(expression, environment)
+
+    monkeypatch.setattr(conditions, "evaluate", counted)
+    ran = await run_text("""
+scenario main:
+    var n: int = 0
+    var other: int = 0
+    do parallel:
+        wait n == 2 and other == 3
+        serial:
+            increment(other)
+            wait elapsed(1h)
+            increment(n)
+            wait elapsed(1h)
+            increment(n)
+            wait elapsed(1h)
+            increment(other)
+            increment(other)
+""")
+    assert ran.verdict.passed
+    assert seen.count("n == 2 and other == 3") == 5, "other is read only when n is 2"
+
+
+async def test_a_condition_of_unknown_inputs_is_polled_while_it_is_waited_for(
+    run_text: RunText, tmp_path: Path
+) -> None:
+    (tmp_path / "checks.py").write_text(
+        "calls = 0\n\ndef ready() -> bool:\n    global calls\n    calls += 1\n    return calls > 5\n\n"
+        "def count() -> int:\n    return calls\n"
+    )
+    ran = await run_text("""
+scenario main:
+    def ready() -> bool is external checks.ready()
+    def count() -> int is external checks.count()
+    do serial:
+        wait ready()
+        log("ready")
+        wait elapsed(1h)
+        log(count() == 6 ? "no more" : "still polled")
+""")
+    assert ran.logs == [(0.1, "ready"), (3600.1, "no more")]
+
+
+async def test_what_nothing_can_bring_about_is_named(run_text: RunText) -> None:
+    verdict = (await run_text("scenario main:\n    var n: int = 0\n    do wait n == 1\n")).verdict
+    assert verdict.status is RunStatus.FAILED
+    assert "nothing can happen any more; this still waits: `wait n == 1`" in verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("waited", "place"),
+    [
+        ("6 / n == 0", "6 / n"),
+        ("@go if 6 / n == 0", "6 / n"),
+        ("elapsed(6s / n)", "6s / n"),
+        ("elapsed(n * 1s - 1s)", "n * 1s - 1s"),
+        ("every(0s * n)", "0s * n"),
+    ],
+)
+async def test_a_condition_without_a_value_is_an_error(run_text: RunText, waited: str, place: str) -> None:
+    ran = await run_text(f"""
+scenario main:
+    var n: int = 0
+    event go
+    do parallel:
+        wait {waited}
+        serial:
+            emit go
+            wait elapsed(1s)
+""")
+    assert ran.verdict.status is RunStatus.ERROR
+    assert ran.verdict.span is not None
+    assert ran.verdict.span.text == place
+
+
+@pytest.mark.parametrize("condition", ["rise(g.n > m)", "fall(g.n > m)", "every(g.n * 1s)"])
+async def test_a_change_of_the_occurrence_cannot_be_watched(prepare_text: Prepare, condition: str) -> None:
+    text = f"scenario main:\n    m: int = 1\n    event go(n: int)\n    do wait @go as g if {condition}\n"
+    with pytest.raises(InvalidUse, match="an occurrence in"):
+        async with prepare_text(text, Options(clock="virtual")):
+            raise AssertionError("it must not start")
