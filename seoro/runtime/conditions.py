@@ -137,10 +137,9 @@ class Conditions:
             if period < SHORTEST_PERIOD:
                 reason = f"the period of `every` has to be at least 1 ns, and is {period:g} s"
                 raise EvaluationError(reason, condition.period.span)
-            offset = condition.offset
-            first = context.start + (
-                _seconds(evaluate(offset, environment), offset) if offset is not None else 0.0
-            )
+            first = context.start
+            if condition.offset is not None:
+                first += _seconds(evaluate(condition.offset, environment), condition.offset)
         except EvaluationError as error:
             self._failed(error)
             return _nothing

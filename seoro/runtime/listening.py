@@ -2,7 +2,7 @@
 
 Events belong to an instance of a scenario or an action, a struct or an actor; those of a label, to what was
 invoked last under it. A derived event (`event e is ...`) occurs for each who listens to it in a context of its
-own, that of the use. Where 7.3.10.4 is silent: a condition alone occurs at most once in an instant, as an event does.
+own, that of the use. Where 7.3.10.4 is silent: a condition alone occurs at most once in an instant, as events do.
 """
 
 from __future__ import annotations

@@ -8,7 +8,10 @@ import pytest
 
 from seoro.embed import Options
 from seoro.errors import InvalidUse
-from seoro.runtime import conditions
+from seoro.lang.plan import Expression
+from seoro.runtime.environment import Environment
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.values import Value
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare, RunText
 
@@ -135,13 +138,12 @@ async def test_a_condition_is_evaluated_only_when_what_it_read_has_changed(
     run_text: RunText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[str] = []
-    evaluate = conditions.evaluate
 
-    def counted(expression, environment):  # type: ignore[no-untyped-def]
+    def counted(expression: Expression, environment: Environment) -> Value:
         seen.append(expression.span.text)
         return evaluate(expression, environment)
 
-    monkeypatch.setattr(conditions, "evaluate", counted)
+    monkeypatch.setattr("seoro.runtime.conditions.evaluate", counted)
     ran = await run_text("""
 scenario main:
     var n: int = 0

@@ -8,13 +8,22 @@ from __future__ import annotations
 from functools import partial
 
 from seoro.lang.plan import Emit, Phase, PhaseEvent
+from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.invocation import Place
+from seoro.runtime.past import Past
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
 
 
-def run_emit(plan: Emit, place: Place) -> Outcome:
-    """Carry it out."""
+def run_emit(plan: Emit, place: Place, environment: Environment, past: Past) -> Outcome:
+    """Carry it out.
+
+    Args:
+        plan: What is emitted.
+        place: Where.
+        environment: What names stand for there.
+        past: Of who emits; the occurrence is in it from then on.
+    """
     event = plan.event
     if isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START:
         scope = place.instance.scope
@@ -22,7 +31,6 @@ def run_emit(plan: Emit, place: Place) -> Outcome:
         outcome = SUCCEEDED if event.phase is Phase.END else failure("`emit fail`", plan.span)
         place.agenda.after_round(place.position, partial(place.agenda.end, scope, outcome))
         return SUCCEEDED
-    environment = place.environment()
     arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
-    place.services.events.emit(place.instance.event(event), arguments, place.flow.past)
+    place.services.events.emit(place.instance.event(event), arguments, past)
     return SUCCEEDED

@@ -24,6 +24,7 @@ from seoro.lang.plan import (
     Wait,
 )
 from seoro.runtime.behaviors.action import run_action
+from seoro.runtime.behaviors.call import run_call
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.members import Carry
@@ -127,9 +128,9 @@ async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
         case Wait():
             return await run_wait(behavior, place)
         case Emit():
-            return run_emit(behavior, place)
+            return run_emit(behavior, place, place.environment(), place.flow.past)
         case CallMethod():
-            raise AssertionError("refused before the run")
+            return run_call(behavior, place.environment())
         case InvokeAction():
             return await run_action(behavior, place)
         case InvokeScenario():
