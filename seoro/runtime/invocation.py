@@ -249,6 +249,33 @@ class Instance:
         return self._phases.setdefault((label, phase), Event(f"{holder}.{phase.value}"))
 
 
+@dataclass(eq=False)
+class Invoked:
+    """The instances of one invocation.
+
+    Args:
+        make: Makes one.
+    """
+
+    make: Callable[[], Instance]
+    _latest: Instance | None = None
+    _is_taken: bool = False
+
+    @property
+    def instance(self) -> Instance:
+        """The latest; what modifies the invocation sees the first before that is carried out."""
+        if self._latest is None:
+            self._latest = self.make()
+        return self._latest
+
+    def take(self) -> Instance:
+        """One that has not been carried out."""
+        if self._is_taken:
+            self._latest = self.make()
+        self._is_taken = True
+        return self.instance
+
+
 @dataclass(frozen=True)
 class Place:
     """Where a behavior is carried out.
@@ -260,6 +287,7 @@ class Place:
         parent: Number, in the trace, of the behavior around it.
         position: Its position in the tree of invocations.
         path: The same, for people.
+        invoked: For what modifies an invocation, and for what carries it out: what is invoked.
     """
 
     services: Services
@@ -268,6 +296,12 @@ class Place:
     parent: int | None
     position: tuple[int, ...]
     path: str
+    invoked: Invoked | None = None
+
+    def take_invoked(self) -> Instance:
+        """What is carried out here by an invocation."""
+        assert self.invoked is not None, "an invocation stands here"
+        return self.invoked.take()
 
     @property
     def agenda(self) -> Agenda:
@@ -279,8 +313,10 @@ class Place:
         return replace(self, position=(*self.position, index), path=f"{self.path}/{name_of(behavior)}[{index}]")
 
     def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
-        """What names stand for here."""
+        """What names stand for here; in what modifies an invocation, `it` is what is invoked."""
         all_bindings = {**(bindings or {}), **self.instance.bindings}
+        if self.invoked is not None:
+            all_bindings["it"] = self.invoked.instance
         seed = derived_seed(self.services.seed, f"{self.path} {self.parent}")
         return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
 

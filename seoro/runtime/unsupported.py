@@ -133,8 +133,8 @@ def _of_constraints(behavior: InvokeAction | InvokeScenario, plan: Plan) -> Iter
 def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refused]:
     for modification in modifications:
         match modification:
-            case Until(span=span):
-                yield _Refused("`until`", span)
+            case Until(event):
+                yield from _of_specification(event)
             case ModifierApplication(modifier=name, span=span):
                 yield _Refused(f"the modifier `{name}`", span)
             case Override(span=span):

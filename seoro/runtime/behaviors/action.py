@@ -12,24 +12,19 @@ import asyncio
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.plan import InvokeAction, Phase
-from seoro.runtime.behaviors.scenario import invoked, shared
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
-from seoro.runtime.instantiate import parameters
 from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
 async def run_action(plan: InvokeAction, place: Place) -> Outcome:
     """Carry it out."""
-    services = place.services
-    invocation, action = invoked(plan, place), services.plan.actions[plan.action]
-    fields = parameters(services.plan, action, invocation, shared(place))
-    arguments = {name: fields[name] for name in action.structure.fields}
-    instance = Instance(action, place.path, fields, invocation.actor)
+    services, instance = place.services, place.take_invoked()
     services.coverage.watch(instance)
     _announce(Phase.START, instance, place)
-    coroutine = services.actions[plan.action].call(ActionContext(place, plan), invocation.actor, arguments)
+    arguments = {name: instance.fields[name] for name in instance.declaration.structure.fields}
+    coroutine = services.actions[plan.action].call(ActionContext(place, plan), instance.actor, arguments)
 
     def overrun() -> None:
         reason = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import replace
 from functools import partial
+from itertools import groupby
 from typing import assert_never
 
 from seoro.lang.plan import (
@@ -27,11 +28,13 @@ from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.call import run_call
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
+from seoro.runtime.behaviors.invoke import run_invocation
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.one_of import run_one_of
 from seoro.runtime.behaviors.parallel import run_parallel
 from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.behaviors.serial import run_serial
+from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.invocation import Place, name_of, type_of
@@ -100,19 +103,29 @@ def _record_start(behavior: Behavior, place: Place) -> int:
 def _modified(behavior: Behavior) -> Carry:
     """How a behavior is carried out within what modifies it: what is written last is closest to it."""
     carry: Carry = partial(_carry_out, behavior)
-    if not isinstance(behavior, Wait | Emit | CallMethod):
-        if behavior.duration is not None:
-            carry = partial(run_duration, behavior.duration, inner=carry)
-        for modification in reversed(behavior.modifications):
+    if isinstance(behavior, Wait | Emit | CallMethod):
+        return carry
+    if behavior.duration is not None:
+        carry = partial(run_duration, behavior.duration, inner=carry)
+    for is_until, group in groupby(reversed(behavior.modifications), lambda each: isinstance(each, Until)):
+        if is_until:  # those that stand in a row are one
+            directives = [each for each in group if isinstance(each, Until)]
+            carry = partial(run_until, directives[::-1], inner=carry)
+            continue
+        for modification in group:
             carry = partial(_modify, modification, inner=carry)
+    if isinstance(behavior, InvokeScenario | InvokeAction):
+        return partial(run_invocation, behavior, inner=carry)
     return carry
 
 
 async def _modify(modification: Modification, place: Place, inner: Carry) -> Outcome:
     """Carry out what is modified, by what modifies it."""
     match modification:
-        case Until() | ModifierApplication() | Override():
+        case ModifierApplication() | Override():
             raise AssertionError("refused before the run")
+        case Until():
+            raise AssertionError("carried out with those in its row")
         case _:
             assert_never(modification)
 
@@ -134,6 +147,6 @@ async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
         case InvokeAction():
             return await run_action(behavior, place)
         case InvokeScenario():
-            return await run_scenario(behavior, place, perform)
+            return await run_scenario(place, perform)
         case _:
             assert_never(behavior)

@@ -1,0 +1,54 @@
+"""Invocations (7.3.5.1.3): a new instance of a scenario or an action, with the values of its parameters.
+
+Arguments are evaluated when the invocation starts. The first instance is there for what modifies the invocation;
+what carries the invocation out again gets another one for each time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from dataclasses import replace
+from functools import partial
+
+from seoro.lang.plan import InvokeAction, InvokeScenario
+from seoro.runtime.behaviors.members import Carry
+from seoro.runtime.evaluate import evaluate
+from seoro.runtime.instantiate import Invocation, parameters
+from seoro.runtime.invocation import Instance, Invoked, Place
+from seoro.runtime.values import Actor, Value
+from seoro.runtime.verdict import Outcome
+
+
+def run_invocation(plan: InvokeScenario | InvokeAction, place: Place, inner: Carry) -> Awaitable[Outcome]:
+    """Carry out what is invoked, and what modifies it, with instances of it."""
+    make = partial(_instantiate, plan, replace(place, invoked=None))
+    return inner(replace(place, invoked=Invoked(make)))
+
+
+def _instantiate(plan: InvokeScenario | InvokeAction, place: Place) -> Instance:
+    services = place.services
+    declared = (
+        services.plan.scenarios[plan.scenario]
+        if isinstance(plan, InvokeScenario)
+        else services.plan.actions[plan.action]
+    )
+    invocation = _invoked(plan, place)
+    shared = {name: place.instance.fields[name] for name in services.plan.globals.fields}
+    fields = parameters(services.plan, declared, invocation, shared)
+    instance = Instance(declared, place.path, fields, invocation.actor)
+    for value in instance.fields.values():
+        if isinstance(value, Actor) and services.homes.of(value) is None:
+            services.homes.settle(value)
+    if plan.label is not None:
+        latest = place.instance.latest(plan.label)
+        services.agenda.write(place.position, partial(latest.take, instance))
+    return instance
+
+
+def _invoked(plan: InvokeScenario | InvokeAction, place: Place) -> Invocation:
+    """What an invocation says, with the values that its expressions have now."""
+    environment = place.environment()
+    actor = evaluate(plan.actor, environment) if plan.actor is not None else None
+    assert actor is None or isinstance(actor, Actor)
+    given: dict[str, Value] = {name: evaluate(value, environment) for name, value in plan.arguments}
+    return Invocation(given, actor, plan.constraints, environment, environment.seed, environment.run)
