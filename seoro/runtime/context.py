@@ -64,7 +64,13 @@ class ActionContext:
             variable: The variable.
             change: Gives the new value for the one that it holds then, which others may have changed meanwhile.
         """
-        self._place.services.write(variable, self._place.flow.path, lambda: cast(Value, change(variable.value)))
+        self._place.services.write(
+            variable.holder,
+            variable.name,
+            variable.path,
+            self._place.flow.path,
+            lambda: cast(Value, change(variable.value)),
+        )
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s] of the run's clock."""

@@ -12,17 +12,16 @@ Where 7.5 is silent:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from seoro.lang import plan
 from seoro.lang.source import Span
 from seoro.runtime.buckets import bucket_of, number_of
 from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.events import Event
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.tally import ItemCoverage, Tally
@@ -31,6 +30,8 @@ from seoro.runtime.values import Actor, HasFields, Struct, Value, plain
 
 if TYPE_CHECKING:
     from seoro.runtime.invocation import Instance
+
+Observe: TypeAlias = Callable[[plan.OwnEvent, Callable[[], None]], None]
 
 _DIGITS = 12  # of values in their unit, so that 50kph are 50 again
 
@@ -95,17 +96,41 @@ class Coverage:
         """What was sampled of the items of all that was instantiated."""
         return tuple(tally.result() for tally in self._tallies.values())
 
-    def watch(self, instance: Instance) -> None:
-        """Sample the items of a scenario or an action, and of what it holds, from now on."""
+    def concerns(self, instance: Instance) -> bool:
+        """Whether an instance, or what it holds that no other has held before, has items."""
+        if not self.items:
+            return False
+        pending: list[Value] = list(instance.fields.values())
+        seen = set(self._held)
+        if any(type_ in self.items for type_ in types_of(instance.declaration)):
+            return True
+        while pending:
+            value = pending.pop()
+            if isinstance(value, tuple):
+                pending += value
+            elif isinstance(value, Struct | Actor) and value not in seen:
+                seen.add(value)
+                if any(type_ in self.items for type_ in value.types):
+                    return True
+                pending += value.fields.values()
+        return False
+
+    def watch(self, instance: Instance, observe: Observe) -> None:
+        """Sample the items of a scenario or an action, and of what it holds, from now on.
+
+        Args:
+            instance: The instance.
+            observe: Is given an event of the instance, and what to call with each occurrence.
+        """
         if not self.items:
             return
         for holder in self._holders(instance):
-            groups: dict[Event, list[plan.AnyCoverageItem]] = {}
+            groups: dict[str, tuple[plan.OwnEvent, list[plan.AnyCoverageItem]]] = {}
             for item in self._items_of(holder):
                 self._open_tally(holder, item)
-                groups.setdefault(instance.event(item.event), []).append(item)
-            for event, items in groups.items():
-                event.listeners.append(partial(self._sample, holder, items, event.path))
+                groups.setdefault(instance.event(item.event).path, (item.event, []))[1].append(item)
+            for path, (event, items) in groups.items():
+                observe(event, partial(self._sample, holder, items, path))
 
     def _items_of(self, holder: _Holder) -> Iterator[plan.AnyCoverageItem]:
         """Its items, those that are combined before their combinations."""

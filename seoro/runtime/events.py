@@ -53,7 +53,6 @@ class Event:
     occurrences: list[Occurrence] = field(default_factory=list)  # that have taken hold
     derived: int = -1  # the last instant in which what it is derived from has occurred
     ears: list[Ear] = field(default_factory=list)
-    listeners: list[Callable[[], None]] = field(default_factory=list)  # told between rounds, of each occurrence
 
 
 class Events:
@@ -105,8 +104,6 @@ class Events:
 
     def _take_hold(self, event: Event, occurrence: Occurrence) -> None:
         event.occurrences.append(occurrence)
-        for listener in event.listeners:
-            listener()
         for ear in tuple(event.ears):
             self._offer(occurrence, ear)
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+from weakref import WeakSet
 
 from seoro.lang import plan as plan_
 from seoro.lang.plan import (
@@ -17,12 +18,14 @@ from seoro.lang.plan import (
     Emit,
     InvokeAction,
     InvokeScenario,
+    ObjectType,
     OneOf,
     OwnEvent,
     Parallel,
     Phase,
     PhaseEvent,
     Plan,
+    Sample,
     Scenario,
     Serial,
     Wait,
@@ -35,7 +38,7 @@ from seoro.runtime.events import Event, Events
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
-from seoro.runtime.values import Actor, Struct, Value, Variable, plain
+from seoro.runtime.values import Actor, Struct, Value, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 if TYPE_CHECKING:
@@ -75,6 +78,7 @@ class Services:
     fault: Exception | None = None  # what an action raised that ended the run
     cancelled: list[str] = field(default_factory=list)
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
+    held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
     _ids: count[int] = field(default_factory=count)
     _starts: int = 0
     _starts_instant: int = -1
@@ -96,20 +100,24 @@ class Services:
         """End the run because an expression has no value."""
         self.decide(RunStatus.ERROR, str(error), error.span)
 
-    def write(self, variable: Variable[Any], path: tuple[int, ...], value: Callable[[], Value]) -> None:
+    def write(
+        self, holder: HasFields, name: str, shown: str, path: tuple[int, ...], value: Callable[[], Value]
+    ) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).
 
         Args:
-            variable: The variable.
+            holder: What has the variable as a field.
+            name: The name of the field.
+            shown: What people call the variable.
             path: Position, in the tree of invocations, of what changes it.
             value: Gives the new value then.
         """
 
         def take_hold() -> None:
             changed = value()
-            variable.holder.fields[variable.name] = changed  # type: ignore[index] # all holders have a dict
-            self.trace.record("variable", path=variable.path, value=plain(changed))
-            self.conditions.changed(variable.holder, variable.name)
+            holder.fields[name] = changed  # type: ignore[index] # all holders have a dict
+            self.trace.record("variable", path=shown, value=plain(changed))
+            self.conditions.changed(holder, name)
 
         self.agenda.write(path, take_hold)
 
@@ -117,13 +125,23 @@ class Services:
         """The declaration of an event of an instance."""
         if isinstance(holder, Instance):
             return holder.events[name]
-        return next(
-            event
-            for type_ in holder.types
-            if type_ in self.plan.objects
-            for event in self.plan.objects[type_].events
-            if event.name == name
-        )
+        declared = self._declared(holder)
+        assert declared is not None, "checked: it has the event"
+        return next(event for event in declared.events if event.name == name)
+
+    def samples_of(self, holder: Struct | Actor) -> tuple[Sample, ...]:
+        """The variables of a struct or an actor that are sampled."""
+        declared = self._declared(holder)
+        return declared.samples if declared is not None else ()
+
+    @cached_property
+    def has_samples_in_objects(self) -> bool:
+        """Whether any struct or actor has a sampled variable."""
+        return any(declared.samples for declared in self.plan.objects.values())
+
+    def _declared(self, holder: Struct | Actor) -> ObjectType | None:
+        """What a struct or an actor has besides its fields; of its types, the nearest has all of it."""
+        return next((self.plan.objects[name] for name in holder.types if name in self.plan.objects), None)
 
     def channel(self, holder: Instance | Struct | Actor, name: str) -> Event:
         """The channel of a declared event of an instance."""
@@ -206,6 +224,12 @@ class Instance:
     def types(self) -> tuple[str, ...]:
         """What `plan.Methods` calls its type and what that inherits, nearest first."""
         return types_of(self.declaration)
+
+    @property
+    def reacts(self) -> bool:
+        """Whether it does anything by itself, as nearly no action does."""
+        declared = self.declaration
+        return bool(declared.on or declared.samples)
 
     @cached_property
     def events(self) -> dict[str, plan_.Event]:

@@ -22,7 +22,7 @@ from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded
-from seoro.runtime.behaviors.scenario import run_instance
+from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import EvaluationError, NoChoice
@@ -204,7 +204,7 @@ class Execution:
         assert services.root is not None
         place = Place(services, services.root, entry, None, (), entry.declaration.name)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
-        return await recorded(invocation, place, lambda inside: run_instance(entry, inside, perform))
+        return await recorded(invocation, place, lambda inside: run_scenario(entry, inside, perform))
 
     # -------------------------------------------------------- results
 

@@ -73,7 +73,7 @@ def _of_plan(plan: Plan) -> Iterator[_Refused]:
         yield from _of_members(action.events, action.on, action.samples)
         yield from _of_modifications(action.modifiers)
     for type_ in plan.objects.values():
-        yield from _of_members((), (), type_.samples)
+        yield from _of_members(type_.events, (), type_.samples)
         yield from _of_modifications(type_.modifiers)
         for item in plan.coverage.get(type_.name, ()):
             if isinstance(item.event, DeclaredEvent):
@@ -90,9 +90,9 @@ def _of_members(
         if event.specification is not None:
             yield from _of_specification(event.specification)
     for directive in directives:
-        yield _Refused("`on`", directive.span)
+        yield from _of_specification(directive.event)
     for sample in samples:
-        yield _Refused("`sample`", sample.span)
+        yield from _of_specification(sample.event)
 
 
 def _of_behavior(first: Behavior, plan: Plan) -> Iterator[_Refused]:

@@ -9,20 +9,28 @@ Until it returns, its flow is as open-ended as its function says.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused
-from seoro.lang.plan import InvokeAction, Phase
+from seoro.lang.plan import InvokeAction
+from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
 from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
-async def run_action(plan: InvokeAction, place: Place) -> Outcome:
+def run_action(plan: InvokeAction, place: Place) -> Awaitable[Outcome]:
     """Carry it out."""
-    services, instance = place.services, place.take_invoked()
-    services.coverage.watch(instance)
-    _announce(Phase.START, instance, place)
+    instance = place.take_invoked()
+    if not (instance.reacts or place.services.coverage.concerns(instance)):
+        return _drive(plan, instance, place)
+    return run_instance(instance, place, lambda inside: _drive(plan, instance, inside))
+
+
+async def _drive(plan: InvokeAction, instance: Instance, place: Place) -> Outcome:
+    """Carry out an instance of an action."""
+    services = place.services
     arguments = {name: instance.fields[name] for name in instance.declaration.structure.fields}
     coroutine = services.actions[plan.action].call(ActionContext(place, plan), instance.actor, arguments)
 
@@ -44,15 +52,7 @@ async def run_action(plan: InvokeAction, place: Place) -> Outcome:
         raise asyncio.CancelledError
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
-    _announce(Phase.FAIL if outcome.failed else Phase.END, instance, place)
     return outcome
-
-
-def _announce(phase: Phase, instance: Instance, place: Place) -> None:
-    """Let an event of an action occur, if there is someone to see it."""
-    event = instance.phase(None, phase)
-    if event.listeners:
-        place.services.events.emit(event, {}, place.flow.past)
 
 
 def _cause(error: Exception) -> Exception:

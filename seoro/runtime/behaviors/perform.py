@@ -32,12 +32,13 @@ from seoro.runtime.behaviors.invoke import run_invocation
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.one_of import run_one_of
 from seoro.runtime.behaviors.parallel import run_parallel
+from seoro.runtime.behaviors.records import record_end, record_start
 from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.behaviors.serial import run_serial
 from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
 from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.invocation import Place, name_of, type_of
+from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 
@@ -54,18 +55,20 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     """Carry out a behavior in a given way, with its records and events."""
     services = place.services
     await services.agenda.step(place.flow)
-    number = _record_start(behavior, place)
+    number = record_start(behavior, place)
+    if behavior.label is not None:
+        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
     with services.agenda.scope(place.flow) as scope:
         try:
             outcome = await _evaluating(behavior, replace(place, parent=number), carry)
         except asyncio.CancelledError:
             if not services.agenda.left(scope):
-                services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+                record_end(number, Outcome(Status.CANCELLED), place)
                 services.cancelled.append(place.path)
                 raise
             assert scope.outcome is not None, "it was ended"
             outcome = scope.outcome
-    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    record_end(number, outcome, place)
     if behavior.label is not None:
         phase = Phase.FAIL if outcome.failed else Phase.END
         services.events.emit(place.instance.phase(behavior.label, phase), {}, place.flow.past)
@@ -81,23 +84,6 @@ async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome
         place.services.decide(RunStatus.ERROR, str(error), error.span)
     await place.agenda.step(place.flow)
     raise AssertionError("the run has ended, and this flow with it")
-
-
-def _record_start(behavior: Behavior, place: Place) -> int:
-    services = place.services
-    number = services.new_id()
-    services.trace.record(
-        "behavior.start",
-        id=number,
-        parent=place.parent,
-        type=type_of(behavior),
-        name=name_of(behavior),
-        path=place.path,
-        source=str(behavior.span),
-    )
-    if behavior.label is not None:
-        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
-    return number
 
 
 def _modified(behavior: Behavior) -> Carry:
@@ -147,6 +133,6 @@ async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
         case InvokeAction():
             return await run_action(behavior, place)
         case InvokeScenario():
-            return await run_scenario(place, perform)
+            return await run_scenario(place.take_invoked(), place, perform)
         case _:
             assert_never(behavior)
