@@ -76,8 +76,9 @@ class Index:
         uses: dict[tuple[SourceFile, int, int], Use] = {}
 
         def add(found: Iterable[tuple[Span, Meaning]]) -> None:
+            """Names that mean something already keep it: a label may have the name of a field."""
             for span, meaning in found:
-                uses[span.file, span.start, span.end] = Use(span, meaning)
+                uses.setdefault((span.file, span.start, span.end), Use(span, meaning))
 
         add((Span(*place), meaning) for place, meaning in notes.names.items())
         declared = [(span, meaning) for meaning in declarations(checked.program) if (span := definition(meaning))]

@@ -43,9 +43,9 @@ def _labels(directive: ast.DoDirective) -> Found:
     labels: dict[str, Label] = {}
     for name, member in labelled(directive.member):
         yield name.span, labels.setdefault(name.text, Label(name.text, name.span, member.body))
-    for occurrence in find(directive, ast.EventOccurrence):
-        match occurrence.path:
-            case ast.FieldAccess(ast.NameExpression(name)) if name.text in labels:
+    for access in find(directive, ast.FieldAccess):
+        match access.base:
+            case ast.NameExpression(name) if name.namespace is None and name.text in labels:
                 yield name.span, labels[name.text]
             case _:
                 pass

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from seoro.lang import ast, plan
 from seoro.lang.check.expressions import Expressions, Scope, scope_of
-from seoro.lang.check.labels import labelled
+from seoro.lang.check.labels import Labels, labelled
 from seoro.lang.diagnostic import Bag
 from seoro.lang.parser import parse_expression
 from seoro.lang.source import SourceFile
@@ -59,6 +59,8 @@ class Surroundings:
     def scope(self) -> Scope:
         """What expressions at the cursor can name."""
         scope = scope_of(self.owner, Home(self.space, None))
+        if self.owner is not None:
+            scope = replace(scope, labels=Labels(self.owner, self._expressions))
         words, line = self.cursor.line.words, self.cursor.line
         if words[0] == "def" and len(words) > 1 and self.owner is not None:
             method = next((found for found in self.owner.methods.values() if found.text == words[1]), None)
@@ -94,7 +96,7 @@ class Surroundings:
 
     def _value(self, text: str, scope: Scope) -> Type:
         node = parse_expression(SourceFile("cursor", text), Bag())
-        return UNKNOWN if node is None else self._expressions.value(node, scope).type
+        return UNKNOWN if node is None else self._expressions.holder(node, scope).type
 
     @cached_property
     def labels(self) -> Mapping[str, ast.DoMember]:

@@ -28,6 +28,7 @@ from seoro.lang.plan import (
     Global,
     Index,
     Join,
+    Labelled,
     ListOf,
     Literal,
     Logic,
@@ -51,7 +52,7 @@ from seoro.runtime.conversions import is_of, to_float
 from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
-from seoro.runtime.values import Actor, HasFields, Range, Struct, Value, Variable, wrap_int, wrap_uint
+from seoro.runtime.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable, wrap_int, wrap_uint
 
 __all__ = ["Environment", "EvaluationError", "HasFields", "evaluate"]
 
@@ -67,6 +68,8 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return value
         case Field(name, span):
             return _field(environment.instance, name, span, environment)
+        case Labelled(path, span):
+            return cast(Value, _labelled(path, environment, span))  # looked into only, likewise
         case Self():
             return cast(Value, environment.instance)  # looked into only, like event objects
         case Global(name, span):
@@ -123,12 +126,23 @@ def _operate(expression: Expression, environment: Environment) -> Value:
         case Cast(operand, type_, span):
             return convert(evaluate(operand, environment), type_, span)
         case (
-            Literal() | Field() | Binding() | Self() | Global() | Member() | Conditional() | ListOf() | Join()
-            | RangeOf() | Index() | Convert() | Construct() | Call() | Reference()
+            Literal() | Field() | Binding() | Labelled() | Self() | Global() | Member() | Conditional() | ListOf()
+            | Join() | RangeOf() | Index() | Convert() | Construct() | Call() | Reference()
         ):  # fmt: skip
             raise AssertionError("evaluated above")
         case _:
             assert_never(expression)
+
+
+def _labelled(path: tuple[str, ...], environment: Environment, span: Span) -> Invoker:
+    """What was invoked last under a label, and under one of that, and so on."""
+    found = cast(Invoker, environment.instance)
+    for label in path:
+        latest = found.invoked(label)
+        if latest is None:
+            raise EvaluationError(f"nothing has been invoked under the label `{label}` yet", span)
+        found = latest
+    return found
 
 
 def _chain(expression: _Operation, environment: Environment) -> Value:

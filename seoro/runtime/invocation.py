@@ -253,6 +253,10 @@ class Instance:
         """What was invoked last under a label."""
         return self._latest.setdefault(label, Latest())
 
+    def invoked(self, label: str) -> Instance | None:
+        """What was invoked last under a label; None before the first time."""
+        return self.latest(label).instance
+
     def declared(self, name: str) -> Event:
         """The channel of an event that it declares."""
         return self._declared[name]

@@ -67,6 +67,14 @@ class HasFields(Protocol):
         ...
 
 
+class Invoker(HasFields, Protocol):
+    """An instance of a scenario or an action."""
+
+    def invoked(self, label: str) -> Invoker | None:
+        """What it has invoked last under a label; None before the first time."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Variable(Generic[Held]):
     """A variable itself, which an action can change; of the value that it holds, the annotation tells the type.

@@ -121,3 +121,10 @@ def test_an_open_library_is_checked_as_one() -> None:
 def test_declarations_are_found_by_parts_of_their_names(tmp_path: Path) -> None:
     found = [span.text for _, _, span in declared("CR", [analysis(tmp_path, SCENARIO)])]
     assert found == ["crane", "crane", "crate"]
+
+
+def test_a_label_in_front_of_a_dot_is_the_label(tmp_path: Path) -> None:
+    text = "scenario a:\n    n: int = 1\nscenario b:\n    {field}do serial:\n        x: a()\n        a(x|.n)\n"
+    assert declared_at(tmp_path, text.format(field="")) == ("test.osc", 5, "x")
+    field = "x: a2\n    "
+    assert declared_at(tmp_path, f"struct a2:\n    n: int = 3\n{text.format(field=field)}") == ("test.osc", 6, "x")

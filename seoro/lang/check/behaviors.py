@@ -9,9 +9,9 @@ from seoro.lang.check.arguments import bind
 from seoro.lang.check.compositions import COMPOSITIONS
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
-from seoro.lang.check.expressions import Expressions, scope_of
+from seoro.lang.check.expressions import Expressions, running_scope
 from seoro.lang.check.heads import head
-from seoro.lang.check.labels import labelled
+from seoro.lang.check.labels import Labels, labelled
 from seoro.lang.check.modifications import Modifications, WithBlocks
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
@@ -42,12 +42,12 @@ class Behaviors:
         self._directive = found.directive
         self._expressions = expressions
         self._bag = expressions.bag
-        self._scope = scope_of(found.owner, found.home)
+        self._scope = running_scope(found.owner, found.home, Labels(found.owner, expressions))
         self._targets = Targets(expressions, found.owner, found.home)
         self._events = Events(expressions, self._scope)
         self._directives = Directives(expressions, self._events)
         self._timing = Timing(expressions, self._scope)
-        self._with_blocks = WithBlocks(expressions, self._scope, self._events.labels)
+        self._with_blocks = WithBlocks(expressions, self._scope)
 
     def elaborate(self) -> plan.Behavior | None:
         """The behavior; None if it is wrong, which is reported."""

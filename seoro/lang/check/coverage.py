@@ -20,8 +20,9 @@ from dataclasses import replace
 from seoro.lang import ast, plan
 from seoro.lang.check.coverage_arguments import Argument, collect
 from seoro.lang.check.coverage_items import Draft, Item, Items
-from seoro.lang.check.expressions import Expressions, Scope, scope_of
+from seoro.lang.check.expressions import Expressions, Scope, running_scope
 from seoro.lang.check.heads import head
+from seoro.lang.check.labels import Labels
 from seoro.lang.check.plan_types import name_in_plan
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.source import Span
@@ -100,7 +101,7 @@ class Coverage:
         self, symbol: TypeSymbol, node: ast.CoverageDeclaration, home: Home, field: FieldSymbol | None
     ) -> tuple[Scope, dict[str, Argument], FieldSymbol | None]:
         """The scope and the arguments of a declaration; in the `with:` block of a field, `it` is the field."""
-        scope = scope_of(symbol, home)
+        scope = running_scope(symbol, home, Labels(symbol, self._expressions))
         if field is not None:
             scope = replace(scope, it=field.type, is_it_bound=True)
         return scope, collect(node.kind, node.arguments, scope, self._bag), field

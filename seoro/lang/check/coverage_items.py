@@ -224,7 +224,7 @@ class Items:
 
         def note(node: plan.Expression) -> plan.Expression:
             match node:
-                case plan.Field() | plan.Global() | plan.Self() | plan.Call() | plan.Construct():
+                case plan.Field() | plan.Labelled() | plan.Global() | plan.Self() | plan.Call() | plan.Construct():
                     wrong.append(node)
                 case plan.Binding(bound) if bound not in (item, "it") or (bound == "it" and scope.is_it_bound):
                     wrong.append(node)

@@ -15,7 +15,7 @@ from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
-from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, has_phases, is_open
+from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, all_fields, has_phases, is_open
 from seoro.lang.types import (
     BOOL,
     UNKNOWN,
@@ -48,17 +48,16 @@ class Events:
     Args:
         expressions: For conditions and durations.
         scope: The scope, which has an owner.
-        labels: The labels of the owner, if they are known already.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels | None = None) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = scope
         assert scope.owner is not None
         self._owner = scope.owner
         self._declared = all_events(scope.owner)
-        self.labels = labels or Labels(scope.owner, expressions)
+        self.labels = scope.labels or Labels(scope.owner, expressions)
 
     # ------------------------------------------------------------ specifications
 
@@ -123,7 +122,17 @@ class Events:
             return False
         if len(names) == 1:
             return lookup.member(scope.space, self._declared, names[0]) is not None
-        return names[0].text in self.labels
+        return names[0].text in self.labels and not self._has_field(names, scope)
+
+    def _has_field(self, names: Sequence[ast.Name], scope: Scope) -> bool:
+        """Whether a path leads through labels to a field of what is invoked."""
+        for length in range(len(names) - 1, 0, -1):
+            path = self.labels.path(names[:length])
+            type_ = self.labels.type_of(path) if isinstance(path, tuple) else None
+            if isinstance(type_, Structured):
+                fields = all_fields(type_.symbol)
+                return self._expressions.lookup.member(scope.space, fields, names[length]) is not None
+        return False
 
     def _duration(self, node: ast.Expression, scope: Scope) -> plan.Expression:
         """A duration, or a range of them."""

@@ -20,6 +20,7 @@ from seoro.lang.check.casts import Casts
 from seoro.lang.check.compositions import ANY_BEHAVIOR, DURATION, OVERLAP_KIND, duration_of
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Converter, Typed, nothing
+from seoro.lang.check.labels import Labels, WrongLabel, names_of
 from seoro.lang.check.lookup import Lookup, candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.operators import Operators
@@ -82,6 +83,7 @@ class Scope:
         it: The type of `it`; None if it stands for nothing.
         is_it_bound: Whether `it` is a binding.
         it_value: What `it` stands for if it is no binding; None for the instance itself.
+        labels: The labels that stand for what was invoked under them; None before anything runs.
     """
 
     owner: TypeSymbol | None
@@ -91,6 +93,7 @@ class Scope:
     it: Type | None = None
     is_it_bound: bool = False
     it_value: plan.Expression | None = None
+    labels: Labels | None = None
 
 
 def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
@@ -108,6 +111,11 @@ def _modified(modifier: TypeSymbol) -> Type:
     if modifier.of is not None:
         return Structured(modifier.of)
     return UNKNOWN if is_open(modifier) else ANY_BEHAVIOR
+
+
+def running_scope(owner: TypeSymbol, home: Home, labels: Labels) -> Scope:
+    """The scope of the members of a type that are evaluated while an instance of it runs."""
+    return replace(scope_of(owner, home), labels=labels)
 
 
 class Expressions:
@@ -308,6 +316,9 @@ class Expressions:
             self.bag.add(messages.NotAValue(name.span, name.text, kind, hint))
         elif self.methods.own(name, scope) is not None:
             self.bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
+        elif scope.owner is not None and name.text in (labels := Labels(scope.owner, self)):
+            is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
+            self.bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
         else:
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
             known = (*members, *scope.bindings, *program.holders)
@@ -317,7 +328,7 @@ class Expressions:
     # ------------------------------------------------------------ postfix operators
 
     def _field_access(self, node: ast.FieldAccess, scope: Scope) -> Typed:
-        base = self.value(node.base, scope)
+        base = self.holder(node.base, scope)
         name = node.name
         match base.type:
             case Structured(symbol):
@@ -346,6 +357,26 @@ class Expressions:
             hint = "to use those of a scenario or an action, say so by `of`" if base.type == ANY_BEHAVIOR else ""
             self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
         return nothing(node.span)
+
+    def holder(self, node: ast.Expression, scope: Scope) -> Typed:
+        """What stands in front of a dot: a value, or a label for what was invoked last under it."""
+        path = names_of(node)
+        if scope.labels is None or not path or self._is_value(path[0], scope):
+            return self.value(node, scope)
+        found = scope.labels.path(path)
+        if found is None:
+            return nothing(node.span)
+        type_ = None if isinstance(found, WrongLabel) else scope.labels.type_of(found)
+        if type_ is None or isinstance(found, WrongLabel):
+            return self.value(node, scope)
+        return Typed(plan.Labelled(found, node.span), type_)
+
+    def _is_value(self, name: ast.Name, scope: Scope) -> bool:
+        """Whether a name stands for a value, which goes before a label."""
+        if name.namespace is None and name.text in scope.bindings:
+            return True
+        is_field = self.lookup.member(scope.space, scope.fields, name) is not None
+        return is_field or self.lookup.global_parameter(scope.space, name) is not None
 
     def _member_field(
         self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope

@@ -1,6 +1,8 @@
 """Labels: which behaviors of a `do` have one, and what is invoked under them (7.2.2.4.7).
 
-A label is visible anywhere in its scenario, before the place where it stands as well; one `do` has it once.
+A label is visible anywhere in its scenario, before the place where it stands as well; one `do` has it once. In
+front of a dot, that of an invocation stands for the instance of what is invoked, which the invocation binds it to
+(7.6.2.2), in all that is evaluated while the scenario runs.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from seoro.lang.check.targets import Targets
 from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
 from seoro.lang.symbols import TypeSymbol, do_directive
+from seoro.lang.types import UNKNOWN, Structured, Type
 
 if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions
@@ -91,6 +94,16 @@ class Labels:
         assert isinstance(body, ast.BehaviorInvocation) and self._directive is not None
         target = Targets(self._expressions, self._directive.owner, self._directive.home).find(body.invocation)
         return target.symbol if target is not None else None
+
+    def type_of(self, path: plan.LabelPath) -> Type | None:
+        """What a path of labels stands for in front of a dot; None if that is no invocation."""
+        label, *rest = path
+        if not self.is_invocation(label):
+            return None
+        target = self.invoked(label)
+        if target is None:
+            return UNKNOWN
+        return Labels(target, self._expressions).type_of(tuple(rest)) if rest else Structured(target)
 
     def path(self, names: Sequence[ast.Name]) -> plan.LabelPath | WrongLabel | None:
         """The labels on a path: of a composition, to one within it; of an invocation, to one of what is invoked.

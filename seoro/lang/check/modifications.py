@@ -9,7 +9,6 @@ from seoro.lang import ast, plan
 from seoro.lang.check.compositions import COMPOSITIONS, parameters_of_invocation
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions, Scope
-from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
 from seoro.lang.check.targets import Target
 from seoro.lang.types import UNKNOWN, Structured, Type
@@ -22,15 +21,13 @@ class WithBlocks:
 
     Args:
         expressions: For expressions.
-        scope: The scope of the scenario.
-        labels: Its labels.
+        scope: The scope of the scenario, while it runs.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = scope
-        self._labels = labels
         assert scope.owner is not None
         self._own = own_actor(scope.owner)
 
@@ -76,8 +73,8 @@ class WithBlocks:
         if block is None:
             return ()
         scope = replace(self._scope, it=it, is_it_bound=True)
-        events = Events(self._expressions, scope, self._labels)
-        modifiers = Modifiers(self._expressions, scope, self._labels)
+        events = Events(self._expressions, scope)
+        modifiers = Modifiers(self._expressions, scope)
         found: list[plan.Modification | None] = []
         for member in block.members:
             match member:

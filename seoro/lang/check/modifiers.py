@@ -9,7 +9,7 @@ from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.declare import OVERRIDE
 from seoro.lang.check.expressions import Expressions, Scope
-from seoro.lang.check.labels import Labels, WrongLabel, names_of
+from seoro.lang.check.labels import WrongLabel, names_of
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import modifiers as messages
 from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, all_methods, is_open, lineage
@@ -53,16 +53,14 @@ class Modifiers:
 
     Args:
         expressions: For arguments and the expressions of actors.
-        scope: The scope.
-        labels: The labels that can be named.
+        scope: The scope, with the labels that can be named.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope, labels: Labels) -> None:
+    def __init__(self, expressions: Expressions, scope: Scope) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._lookup = expressions.lookup
         self._scope = scope
-        self._labels = labels
 
     def apply(self, node: ast.ModifierApplication, modified: Modified) -> plan.AppliedModifier | None:
         """An application; None if it is wrong, which is reported."""
@@ -203,7 +201,8 @@ class Modifiers:
 
     def _label_path(self, node: ast.Expression) -> plan.LabelPath | None:
         path = names_of(node)
-        found = self._labels.path(path) if path else WrongLabel(node.span, ())
+        assert self._scope.labels is not None, "modifiers are applied while something runs"
+        found = self._scope.labels.path(path) if path else WrongLabel(node.span, ())
         if isinstance(found, WrongLabel):
             if self._expressions.program.is_lenient:
                 return None

@@ -10,7 +10,7 @@ from seoro.lang.check.compositions import parameters_of_invocation
 from seoro.lang.check.declare import describe_kind
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
-from seoro.lang.check.expressions import Expressions, scope_of
+from seoro.lang.check.expressions import Expressions, running_scope
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
 from seoro.lang.check.values import declared
@@ -36,13 +36,14 @@ class Reactions:
         """Elaborate those of all types."""
         structured = program.structured()
         for symbol in structured:
+            labels = Labels(symbol, self._expressions)
             for event in symbol.events.values():
                 if event.specification is not None and not event.parameters:
-                    scope = scope_of(symbol, event.home)
+                    scope = running_scope(symbol, event.home, labels)
                     found = Events(self._expressions, scope).specification(event.specification)
                     if found is not None:
                         self._specifications[event] = found
-            self._elaborate_members(symbol)
+            self._elaborate_members(symbol, labels)
         for symbol in structured:
             self._check_events(symbol)
         self._check_modifiers(program)
@@ -63,23 +64,24 @@ class Reactions:
         """The modifiers that are members of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._modifiers[type_])
 
-    def _elaborate_members(self, symbol: TypeSymbol) -> None:
+    def _elaborate_members(self, symbol: TypeSymbol, labels: Labels) -> None:
         """The `on` directives and modifiers of a type itself and of its extensions."""
         on = self._on[symbol] = []
         samples = self._samples[symbol] = []
         applied = self._modifiers[symbol] = []
-        modified, labels = _modified(symbol), Labels(symbol, self._expressions)
+        modified = _modified(symbol)
         for part in symbol.parts:
+            scope = running_scope(symbol, part.home, labels)
             for member in part.members:
                 if isinstance(member, ast.OnDirective) and has_phases(symbol):
-                    events = Events(self._expressions, scope_of(symbol, part.home), labels)
+                    events = Events(self._expressions, scope)
                     directive = Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
                 elif isinstance(member, ast.VariableDeclaration):
-                    events = Events(self._expressions, scope_of(symbol, part.home), labels)
+                    events = Events(self._expressions, scope)
                     samples += self._sampled(symbol, member, events)
                 elif isinstance(member, ast.ModifierApplication):
-                    modifiers = Modifiers(self._expressions, scope_of(symbol, part.home), labels)
+                    modifiers = Modifiers(self._expressions, scope)
                     application = modifiers.apply(member, modified)
                     applied += [application] if application is not None else []
 

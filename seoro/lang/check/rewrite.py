@@ -89,7 +89,7 @@ def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan
         return tuple((name, rewrite(value, visit)) for name, value in inner)
 
     match expression:
-        case plan.Literal() | plan.Field() | plan.Binding() | plan.Self() | plan.Global():
+        case plan.Literal() | plan.Field() | plan.Binding() | plan.Labelled() | plan.Self() | plan.Global():
             return visit(expression)
         case plan.Member(base):
             return visit(replace(expression, base=go(base)))

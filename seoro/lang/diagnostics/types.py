@@ -212,6 +212,30 @@ class NotAValue(Frozen):
         return error("E0325", self.span, f"`{self.name}` is {self.kind}, not a value", help=self.help)
 
 
+class LabelAsValue(Frozen):
+    """A label where a value is needed, or where it does not stand for what is invoked under it (7.6.2.2).
+
+    Args:
+        is_invocation: Whether something is invoked under it.
+        is_early: Whether nothing runs yet when the expression is evaluated.
+    """
+
+    span: Span
+    name: str
+    is_invocation: bool
+    is_early: bool
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        if not self.is_invocation:
+            hint = "only the label of an invocation has fields: those of what is invoked"
+        elif self.is_early:
+            hint = "nothing runs yet when this is evaluated: use its fields below `do`, in `on`, or in `sample`"
+        else:
+            hint = f"write `{self.name}.<field>` for a field of what is invoked"
+        return error("E0348", self.span, f"`{self.name}` is a label, not a value", help=hint)
+
+
 class NotCallable(Frozen):
     """Something applied to arguments that takes none."""
 

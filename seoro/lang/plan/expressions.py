@@ -67,6 +67,19 @@ class Member(Value):
     span: Span
 
 
+class Labelled(Value):
+    """What was invoked last under a label, for its fields and methods: labels hold instances (7.6.2.2).
+
+    Args:
+        path: A label of the scenario or action in whose scope the expression stands, then one of what is invoked
+            under it, and so on.
+        span: Its place in the text.
+    """
+
+    path: tuple[str, ...]
+    span: Span
+
+
 class Self(Value):
     """`it`, where it is the instance in whose scope the expression stands."""
 
@@ -299,6 +312,7 @@ Expression: TypeAlias = (
     Literal
     | Field
     | Binding
+    | Labelled
     | Self
     | Global
     | Member

@@ -30,6 +30,7 @@ from seoro.lang.plan import (
     Global,
     Index,
     Join,
+    Labelled,
     ListOf,
     Literal,
     Logic,
@@ -162,6 +163,8 @@ class Translation:
                 return self._field(environment.outermost, name)
             case Self():
                 return environment.instance
+            case Labelled():
+                return self._evaluate(expression, environment)
             case Binding(name):
                 return environment.bindings[name]
             case Member(base, name):
