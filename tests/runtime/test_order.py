@@ -17,18 +17,33 @@ from seoro.runtime.verdict import RunStatus
 Behavior = str | tuple[str, tuple["Behavior", ...]]
 
 EVENTS = ("one", "two")
+SPECIFICATIONS = (
+    "@one",
+    "@two if n > 0",
+    "@derived",
+    "@latest.ready",
+    "n == 2",
+    "rise(n > 1)",
+    "fall(n % 2 == 0)",
+    "seen == 1",
+    "every(1s, offset: 1s)",
+    "elapsed(1s)",
+)
 LEAVES = st.one_of(
     st.just("log"),
     st.sampled_from(["wait elapsed(0s)", "wait elapsed(1s)", "wait elapsed(2s)", "emit end"]),
     st.sampled_from([f"emit {event}" for event in EVENTS]),
     st.sampled_from([f"wait @{event}" for event in EVENTS]),
-    st.just("inner()"),
+    st.sampled_from(["inner()", "increment(n)", "increment(n)", "call note(n)"]),
+    st.sampled_from([f"wait {specification}" for specification in SPECIFICATIONS]),
 )
+UNTIL = st.sampled_from([f"until {specification}" for specification in SPECIFICATIONS])
 
 
 def grow(members: st.SearchStrategy[Behavior]) -> st.SearchStrategy[Behavior]:
     several = st.lists(members, min_size=1, max_size=3).map(tuple)
-    return st.tuples(st.sampled_from(["serial", "parallel", "parallel"]), several)
+    composed = st.tuples(st.sampled_from(["serial", "parallel", "parallel"]), several)
+    return st.one_of(composed, composed, st.tuples(UNTIL, several))
 
 
 BEHAVIORS: st.SearchStrategy[Behavior] = st.recursive(LEAVES, grow, max_leaves=14)
@@ -43,11 +58,19 @@ def lines(behavior: Behavior, indent: int, names: Iterator[int], mirrored: bool)
     texts = [lines(member, indent + 4, names, mirrored) for member in members]
     if mirrored and operator == "parallel":
         texts.reverse()
-    return [f"{blank}{operator}:", *itertools.chain.from_iterable(texts)]
+    body = list(itertools.chain.from_iterable(texts))
+    if operator.startswith("until"):
+        return [f"{blank}serial:", *body, f"{blank}with:", f"{blank}    {operator}"]
+    return [f"{blank}{operator}:", *body]
 
 
 def scenario(behavior: Behavior, mirrored: bool) -> str:
-    body = lines(("parallel", (behavior, "wait elapsed(1s)")), 4, itertools.count(), mirrored)
+    body = lines(
+        ("parallel", (behavior, ("serial", ("wait elapsed(0s)", "latest: worker()")))),
+        4,
+        itertools.count(),
+        mirrored,
+    )
     return "\n".join(
         [
             "import osc.types",
@@ -58,8 +81,24 @@ def scenario(behavior: Behavior, mirrored: bool) -> str:
             "            wait elapsed(1s)",
             "            emit end",
             "        wait elapsed(5s)",
+            "scenario worker:",
+            "    event ready",
+            "    do serial:",
+            "        emit ready",
+            "        wait elapsed(1s)",
             "scenario main:",
             *(f"    event {event}" for event in EVENTS),
+            "    event derived is @one if n % 2 == 1",
+            "    event told",
+            "    var n: int = 0",
+            "    var seen: int = sample(n, @two, 0)",
+            "    def note(k: int) -> int is expression k",
+            "    on @two if n == 1:",
+            "        emit told",
+            "    on @told:",
+            "        emit one",
+            "    on n == 3:",
+            "        emit two",
             "    do " + "\n".join(body).strip(),
             "",
         ]
@@ -72,10 +111,12 @@ def outcome(text: str) -> Any:
     async def run() -> Any:
         async with prepare(load(path), Options(seed=0, clock="virtual")) as started, started.running():
             verdict = await started.result()
-            logs = [(r["t"], r["message"]) async for r in started.trace() if r["kind"] == "log"]
+            records = [record async for record in started.trace()]
         # Of two things that end the run in one round the first in the text is named as the reason.
         status = "stuck" if "nothing can happen" in verdict.reason else verdict.status
-        return status, verdict.duration, sorted(logs)
+        logs = sorted((r["t"], r["message"]) for r in records if r["kind"] == "log")
+        variables = [(r["t"], r["path"], r["value"]) for r in records if r["kind"] == "variable"]
+        return status, verdict.duration, logs, variables
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "test.osc"
