@@ -9,6 +9,7 @@ whose inputs nobody knows, every 20 ms of the run's clock. Where 7.3.10.4 is sil
   is drawn once, from the seed.
 - As the `if` of an event, `rise`, `fall` and `every` hold in the instants in which they occur, an expression
   is evaluated with the occurrence, and `elapsed` holds from its time on.
+- An expression with a label under which nothing has been invoked yet does not hold.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import TypeAlias, assert_never
 
 from seoro.lang.plan import Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise
 from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer
-from seoro.runtime.environment import Environment, EvaluationError, Reads
+from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.past import Past
 from seoro.runtime.values import HasFields, Range, Value
@@ -115,7 +116,8 @@ class Conditions:
                 assert_never(condition)
 
     def changed(self, holder: HasFields, name: str) -> None:
-        """A variable has changed: see, once all changes have taken hold, what that means for who read it."""
+        """A variable, or what a label stands for, has changed: see, once all changes have taken hold, what that
+        means for who read it."""
         for watch in self._readers.get((id(holder), name), ()):
             if not watch.is_due:
                 watch.is_due = True
@@ -164,6 +166,8 @@ class Conditions:
         def check(environment: Environment) -> bool:
             try:
                 return holds(environment)
+            except NotInvoked:
+                return False
             except EvaluationError as error:
                 self._failed(error)
                 return False
@@ -187,6 +191,8 @@ class Conditions:
         reads = Reads()
         try:
             value = bool(evaluate(watch.expression, replace(watch.environment, reads=reads)))
+        except NotInvoked:
+            value = False
         except EvaluationError as error:
             self._forget(watch)
             self._failed(error)

@@ -20,6 +20,10 @@ class EvaluationError(Exception):
         self.span = span
 
 
+class NotInvoked(EvaluationError):
+    """Nothing has been invoked yet under a label that the expression names."""
+
+
 class NoChoice(EvaluationError):
     """There are no values that meet all constraints.
 

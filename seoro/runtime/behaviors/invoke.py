@@ -79,9 +79,14 @@ def _instantiate(plan: InvokeScenario | InvokeAction, place: Place) -> Instance:
         if isinstance(value, Actor) and services.homes.of(value) is None:
             services.homes.settle(value)
     if plan.label is not None:
-        latest = place.instance.latest(plan.label)
-        services.agenda.write(place.position, partial(latest.take, instance))
+        services.agenda.write(place.position, partial(_take_label, plan.label, instance, place))
     return instance
+
+
+def _take_label(label: str, instance: Instance, place: Place) -> None:
+    """Let a label stand for a new instance, for those who listen and for conditions that have read it."""
+    place.instance.latest(label).take(instance)
+    place.services.conditions.changed(place.instance, label)
 
 
 def _invoked(plan: InvokeScenario | InvokeAction, place: Place) -> Invocation:
