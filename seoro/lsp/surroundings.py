@@ -96,7 +96,7 @@ class Surroundings:
 
     def _value(self, text: str, scope: Scope) -> Type:
         node = parse_expression(SourceFile("cursor", text), Bag())
-        return UNKNOWN if node is None else self._expressions.holder(node, scope).type
+        return UNKNOWN if node is None else self._expressions.holders.find(node, scope).type
 
     @cached_property
     def labels(self) -> Mapping[str, ast.DoMember]:

@@ -58,7 +58,7 @@ class Calls:
         is_directive: bool,
     ) -> Typed:
         """A method, or an operator like one, of a value; of a struct's name, of its default value."""
-        found = self._default_of(base, scope) or self._expressions.holder(base, scope)
+        found = self._default_of(base, scope) or self._expressions.holders.find(base, scope)
         if not is_known(found.type):
             return nothing(node.span)
         method: MethodSymbol | None

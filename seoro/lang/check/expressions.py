@@ -17,10 +17,11 @@ from seoro.lang.check.applications import Applications
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.calls import Calls
 from seoro.lang.check.casts import Casts
-from seoro.lang.check.compositions import ANY_BEHAVIOR, DURATION, OVERLAP_KIND, duration_of
+from seoro.lang.check.compositions import ANY_BEHAVIOR, OVERLAP_KIND
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Converter, Typed, nothing
-from seoro.lang.check.labels import Labels, WrongLabel, names_of
+from seoro.lang.check.holders import Holders, implicit_duration
+from seoro.lang.check.labels import Labels
 from seoro.lang.check.lookup import Lookup, candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.operators import Operators
@@ -141,6 +142,7 @@ class Expressions:
         self.methods = Methods(self)
         self.calls = Calls(self)
         self.casts = Casts(self)
+        self.holders = Holders(self)
         self.applications = Applications()
         self.strict = strict
         self._traits = traits
@@ -328,7 +330,7 @@ class Expressions:
     # ------------------------------------------------------------ postfix operators
 
     def _field_access(self, node: ast.FieldAccess, scope: Scope) -> Typed:
-        base = self.holder(node.base, scope)
+        base = self.holders.find(node.base, scope)
         name = node.name
         match base.type:
             case Structured(symbol):
@@ -344,7 +346,7 @@ class Expressions:
                 if is_known(base.type):
                     self.bag.add(messages.NoFields(node.base.span, self.converter.describe(base.type)))
                 return nothing(node.span)
-        found = self._member_field(base.type, fields, name, scope) or _duration(base, name)
+        found = self._member_field(base.type, fields, name, scope) or implicit_duration(base, name)
         if found is not None:
             if isinstance(base.expression, plan.Self):
                 return Typed(plan.Field(found.name, node.span), found.type)
@@ -357,26 +359,6 @@ class Expressions:
             hint = "to use those of a scenario or an action, say so by `of`" if base.type == ANY_BEHAVIOR else ""
             self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
         return nothing(node.span)
-
-    def holder(self, node: ast.Expression, scope: Scope) -> Typed:
-        """What stands in front of a dot: a value, or a label for what was invoked last under it."""
-        path = names_of(node)
-        if scope.labels is None or not path or self._is_value(path[0], scope):
-            return self.value(node, scope)
-        found = scope.labels.path(path)
-        if found is None:
-            return nothing(node.span)
-        type_ = None if isinstance(found, WrongLabel) else scope.labels.type_of(found)
-        if type_ is None or isinstance(found, WrongLabel):
-            return self.value(node, scope)
-        return Typed(plan.Labelled(found, node.span), type_)
-
-    def _is_value(self, name: ast.Name, scope: Scope) -> bool:
-        """Whether a name stands for a value, which goes before a label."""
-        if name.namespace is None and name.text in scope.bindings:
-            return True
-        is_field = self.lookup.member(scope.space, scope.fields, name) is not None
-        return is_field or self.lookup.global_parameter(scope.space, name) is not None
 
     def _member_field(
         self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope
@@ -463,14 +445,6 @@ class Expressions:
             right = self.operators.truth(self.value(step.right, scope, BOOL), step.operator, step.right.span)
             result = Typed(plan.Logic(step.operator, left, right, step.span), BOOL)
         return result
-
-
-def _duration(base: Typed, name: ast.Name) -> FieldSymbol | None:
-    """The `duration` of an invocation that is `it`, where no such field is declared (7.6.2.4.1)."""
-    is_it = isinstance(base.expression, plan.Binding) and base.expression.name == "it"
-    if not is_it or not isinstance(base.type, Structured) or name.namespace is not None or name.text != DURATION:
-        return None
-    return duration_of(base.type.symbol)
 
 
 def _integer_type(value: int, expected: Type | None) -> Type:
