@@ -98,6 +98,11 @@ class EnumSymbol:
     spaces: dict[str, str] = field(default_factory=dict)
     plan_name: str = ""
 
+    @cached_property
+    def plan_type(self) -> plan.EnumType:
+        """What it is in the plan; for use when its members are numbered."""
+        return plan.EnumType(self.plan_name, tuple(self.members.items()))
+
 
 @dataclass(eq=False)
 class FieldSymbol:
@@ -202,10 +207,10 @@ class Inventory:
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
-    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too. `is_open` says that it
-    may have members that are not known, as its base is not; `is_constrained`, that constraints may give its fields
-    values. `of` is the scenario or action that a modifier is for. `plan_name` is unique among types, among
-    scenarios and actions, or among modifiers.
+    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too; `do` is its own or one of
+    a base. `is_open` says that it may have members that are not known, as its base is not; `is_constrained`, that
+    constraints may give its fields values. `of` is the scenario or action that a modifier is for. `plan_name` is
+    unique among types, among scenarios and actions, or among modifiers.
     """
 
     kind: Kind
@@ -223,6 +228,7 @@ class TypeSymbol:
     events: dict[str, EventSymbol] = field(default_factory=dict)
     methods: dict[str, MethodSymbol] = field(default_factory=dict)
     inventory: Inventory = field(default_factory=Inventory)
+    do: DoFound | None = None
     is_open: bool = False
     is_constrained: bool = False
     plan_name: str = ""
@@ -234,6 +240,27 @@ class TypeSymbol:
     def qualified_name(self) -> str:
         """`actor.name` for what belongs to an actor, else the name; for people."""
         return f"{self.actor.name}.{self.name}" if self.actor is not None else self.name
+
+    @property
+    def name_in_plan(self) -> str:
+        """What the plan calls it where types of all kinds have names."""
+        match self.kind:
+            case Kind.STRUCT | Kind.ACTOR:
+                return self.plan_name
+            case Kind.SCENARIO | Kind.ACTION:
+                return plan.behavior_type(self.plan_name)
+            case Kind.MODIFIER:
+                return plan.modifier_type(self.plan_name)
+
+    @cached_property
+    def plan_type(self) -> plan.StructType | plan.ActorType:
+        """What it is in the plan; for use when all members are declared.
+
+        An instance of a scenario or an action is held like a struct.
+        """
+        bases = tuple(base.name_in_plan for base in lineage(self) if base is not self)
+        make = plan.ActorType if self.kind is Kind.ACTOR else plan.StructType
+        return make(self.name_in_plan, bases, tuple(self.inventory.fields))
 
 
 def lineage(symbol: TypeSymbol) -> Iterator[TypeSymbol]:
@@ -285,12 +312,7 @@ class DoFound:
 
 def do_directive(symbol: TypeSymbol) -> DoFound | None:
     """The `do` of a scenario or action: its own, one of its extensions, or that of a base."""
-    for type_ in lineage(symbol):
-        for part in type_.parts:
-            for member in part.members:
-                if isinstance(member, ast.DoDirective):
-                    return DoFound(type_, member, part.home)
-    return None
+    return symbol.do
 
 
 Declaration: TypeAlias = QuantitySymbol | EnumSymbol | TypeSymbol
@@ -330,6 +352,11 @@ class Program:
         """All structs, actors, scenarios, actions and modifiers."""
         types = [symbol for symbol in self.types.values() if isinstance(symbol, TypeSymbol)]
         return [*types, *self.behaviors.values(), *self.modifiers.values()]
+
+    @cached_property
+    def globals_by_name(self) -> dict[str, FieldSymbol]:
+        """Global parameters by their unique names; for use when all are declared."""
+        return {parameter.name: parameter for parameter in self.globals.values()}
 
     @cached_property
     def quantities(self) -> dict[Dimension, str]:

@@ -50,6 +50,7 @@ def nested(levels: int) -> dict[str, str]:
         "types": of_type(f"{'list of ' * levels}int", "1"),
         "serial": blocks(levels, "serial", "wait elapsed(1s)"),
         "parallel": blocks(levels, "parallel", "wait elapsed(1s)"),
+        "bases": "struct s0\n" + "".join(f"struct s{n + 1} inherits s{n}\n" for n in range(levels)),
         "structs": "struct s0\n" + "".join(f"struct s{n + 1}:\n  a: s{n}\n" for n in range(levels)),
     }
 
@@ -150,9 +151,10 @@ def test_an_expression_from_elsewhere_has_the_same_limits(tmp_path: Path) -> Non
         lower(tmp_path, of_type("int", "1"), {"y": f"{'- ' * LEVELS}1"})
 
 
-@pytest.mark.parametrize("value", ["", " = 1", " = m0"])
+@pytest.mark.parametrize("value", ["", " = 1", " = m0", " = m{before}", " = m{after}"])
 def test_an_enumeration_may_be_long(value: str, tmp_path: Path) -> None:
-    members = ", ".join(f"m{number}{value if number else ''}" for number in range(TERMS))
+    values = [value.format(before=n - 1, after=n + 1) if 0 < n < TERMS - 1 else "" for n in range(TERMS)]
+    members = ", ".join(f"m{number}{text}" for number, text in enumerate(values))
     start = time.process_time()
     checked = check(tmp_path, f"enum e: [{members}]\nscenario main:\n  x: e = m0\n  do serial:\n    emit end\n")
     assert not checked.diagnostics

@@ -23,7 +23,7 @@ from seoro.lang.check.coverage_items import Draft, Item, Items
 from seoro.lang.check.expressions import Expressions, Scope, running_scope
 from seoro.lang.check.heads import head
 from seoro.lang.check.labels import Labels
-from seoro.lang.check.plan_types import name_in_plan
+from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Home, TypeSymbol, lineage
@@ -51,7 +51,7 @@ class Coverage:
             for type_ in reversed(list(lineage(symbol))):
                 if type_ not in self._of:
                     self._declare(type_)
-        found = {name_in_plan(symbol): tuple(self._active(symbol)) for symbol in symbols}
+        found = {symbol.name_in_plan: tuple(self._active(symbol)) for symbol in symbols}
         return {key: items for key, items in found.items() if items}
 
     def _active(self, symbol: TypeSymbol) -> Iterator[plan.AnyCoverageItem]:
@@ -185,9 +185,8 @@ def _declarations(
                 case ast.CoverageDeclaration():
                     yield member, part.home, None
                 case ast.ParameterDeclaration(field_names, coverage=(_, *_) as nodes):
-                    places = [name.span for name in field_names]
-                    fields = [field for field in symbol.fields.values() if field.span in places]
-                    yield from ((node, part.home, field) for field in fields for node in nodes)
+                    for field in declared(symbol, field_names):
+                        yield from ((node, part.home, field) for node in nodes)
                 case _:
                     pass
 

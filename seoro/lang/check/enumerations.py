@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
@@ -9,7 +11,7 @@ from seoro.lang.diagnostics import names
 from seoro.lang.source import Span
 from seoro.lang.symbols import EnumSymbol, Program, Space
 
-_Path = tuple[tuple[EnumSymbol, str], ...]
+_Member = tuple[EnumSymbol, str]
 _Value = int | tuple[ast.EnumValueReference, Space]  # where the reference stands in
 
 
@@ -27,6 +29,7 @@ class Enumerations:
         self._lookup = lookup
         self._bag = bag
         self._values: dict[EnumSymbol, dict[str, _Value]] = {}
+        self._numbers: dict[_Member, int | None] = {}
 
     def resolve(self) -> None:
         """Number them, and note which enumerations have a member of a name."""
@@ -38,19 +41,40 @@ class Enumerations:
                     self._bag.add(names.Duplicate(name.span, "member", name.text, first[name.text]))
                     continue
                 first[name.text] = name.span
-                enum.members[name.text] = self._number(enum, name.text, ()) or 0
+                enum.members[name.text] = self._number(enum, name.text) or 0
                 enum.spaces[name.text] = home.namespace_of(name)
                 self._program.holders.setdefault(name.text, []).append(enum)
 
-    def _number(self, enum: EnumSymbol, wanted: str, path: _Path) -> int | None:
+    def _number(self, enum: EnumSymbol, member: str) -> int | None:
         """The number of a member; None if it cannot be told, which has been reported."""
-        match self._values_of(enum).get(wanted):
-            case ast.EnumValueReference() as reference, Space() as space:
-                return self._referenced(enum, wanted, space, reference, path)
-            case int() as number:
-                return number
-            case _:
-                return None
+        path: dict[_Member, ast.EnumValueReference] = {}  # each refers to the next
+        here = (enum, member)
+        while here not in self._numbers:
+            match self._values_of(here[0]).get(here[1]):
+                case ast.EnumValueReference() as reference, Space() as space:
+                    if here in path:
+                        self._report_circle(path, here)
+                        self._numbers[here] = None
+                        break
+                    path[here] = reference
+                    target = self._find(space, reference, here[0])
+                    if target is None:
+                        self._numbers[here] = None
+                        break
+                    here = (target, reference.member.text)
+                case int() as number:
+                    self._numbers[here] = number
+                case _:
+                    self._numbers[here] = None
+        for each in path:
+            self._numbers[each] = self._numbers[here]
+        return self._numbers[here]
+
+    def _report_circle(self, path: Mapping[_Member, ast.EnumValueReference], first: _Member) -> None:
+        """Report members that refer to each other, at the one that was found first."""
+        order = list(path)
+        circle = (*(member for _, member in order[order.index(first) :]), first[1])
+        self._bag.add(names.CyclicReference(path[first].span, "values of members", circle))
 
     def _values_of(self, enum: EnumSymbol) -> dict[str, _Value]:
         """What the members of an enumeration stand for; a member without a value follows the one before it."""
@@ -66,18 +90,6 @@ class Enumerations:
                 following = number + 1
             self._values[enum] = found
         return self._values[enum]
-
-    def _referenced(
-        self, enum: EnumSymbol, member: str, space: Space, reference: ast.EnumValueReference, path: _Path
-    ) -> int | None:
-        here = (enum, member)
-        if here in path:
-            if path[0] == here:
-                cycle = (*(name for _, name in path), member)
-                self._bag.add(names.CyclicReference(reference.span, "values of members", cycle))
-            return None
-        target = self._find(space, reference, enum)
-        return None if target is None else self._number(target, reference.member.text, (*path, here))
 
     def _find(self, space: Space, reference: ast.EnumValueReference, default: EnumSymbol) -> EnumSymbol | None:
         """The enumeration that `[enum!]member` refers to; None if there is none, which is reported."""

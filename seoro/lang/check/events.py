@@ -9,7 +9,7 @@ from typing import NamedTuple, assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.compositions import TIME
 from seoro.lang.check.convert import Typed
-from seoro.lang.check.expressions import Expressions, Scope, scope_of
+from seoro.lang.check.expressions import Expressions, Scope, running_scope
 from seoro.lang.check.labels import Labels, names_of, path_of
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
@@ -57,7 +57,7 @@ class Events:
         assert scope.owner is not None
         self._owner = scope.owner
         self._declared = all_events(scope.owner)
-        self.labels = scope.labels or Labels(scope.owner, expressions)
+        self.labels = scope.labels if scope.labels is not None else Labels(scope.owner, expressions)
 
     # ------------------------------------------------------------ specifications
 
@@ -186,8 +186,8 @@ class Events:
             target = self.labels.invoked(label.text)
             if target is None:
                 return None
-            scope = replace(scope_of(target, target.home), space=self._scope.space)
-            found = Events(self._expressions, scope)._of_invoked(rest)
+            inside = running_scope(target, target.home, self.labels.of(target))
+            found = Events(self._expressions, replace(inside, space=self._scope.space))._of_invoked(rest)
             return found and Referred(plan.LabelEvent(label.text, found.reference, span), found.symbol)
         if len(rest) > 1 and rest[0].text in self.labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)

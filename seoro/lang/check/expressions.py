@@ -264,15 +264,16 @@ class Expressions:
         if expected == OVERLAP_KIND and name.namespace is None and name.text in OVERLAP_KIND.symbol.members:
             return Typed(plan.Literal(enum_value(OVERLAP_KIND.symbol, name.text), name.span), OVERLAP_KIND)
         found = self.lookup.member(scope.space, scope.fields, name)
-        enums = self.lookup.enumerations(scope.space, name)
-        is_expected = isinstance(expected, Enumeration) and expected.symbol in enums
-        if isinstance(expected, Enumeration) and is_expected and (found is None or found.type != expected):
-            return self._member(expected.symbol, name.text, name.span)
+        enum = expected.symbol if isinstance(expected, Enumeration) else None
+        is_other = found is None or found.type != expected
+        if enum is not None and is_other and self.lookup.is_member(scope.space, enum, name):
+            return self._member(enum, name.text, name.span)
         if found is not None:
             return Typed(plan.Field(found.name, name.span), found.type)
         parameter = self.lookup.global_parameter(scope.space, name)
         if parameter is not None:
             return Typed(plan.Global(parameter.name, name.span), parameter.type)
+        enums = self.lookup.enumerations(scope.space, name)
         if len(enums) == 1:
             return self._member(enums[0], name.text, name.span)
         if enums:

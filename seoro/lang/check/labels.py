@@ -7,7 +7,8 @@ front of a dot, that of an invocation stands for the instance of what is invoked
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
@@ -69,10 +70,16 @@ class Labels:
     def __init__(self, owner: TypeSymbol, expressions: Expressions) -> None:
         self._expressions = expressions
         self._directive = do_directive(owner)
-        self._members: dict[str, ast.DoMember] = {}
+        self._inside: dict[str, Mapping[str, None]] = {}
+        self._invoked: dict[TypeSymbol, Labels] = {}
+
+    @cached_property
+    def _members(self) -> dict[str, ast.DoMember]:
+        found: dict[str, ast.DoMember] = {}
         if self._directive is not None:
             for label, member in labelled(self._directive.directive.member):
-                self._members.setdefault(label.text, member)
+                found.setdefault(label.text, member)
+        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._members)
@@ -80,9 +87,16 @@ class Labels:
     def __contains__(self, label: str) -> bool:
         return label in self._members
 
-    def inside(self, label: str) -> tuple[str, ...]:
-        """The labels within the composition that has a label; none, if it is no composition."""
-        return tuple(name.text for name, _ in labelled(self._members[label]) if name.text != label)
+    def inside(self, label: str) -> Mapping[str, None]:
+        """The labels within the composition that has a label, in order; none, if it is no composition."""
+        if label not in self._inside:
+            found = [name.text for name, _ in labelled(self._members[label]) if name.text != label]
+            self._inside[label] = dict.fromkeys(found)
+        return self._inside[label]
+
+    def of(self, invoked: TypeSymbol) -> Labels:
+        """The labels of what is invoked under one of these."""
+        return self._invoked.setdefault(invoked, Labels(invoked, self._expressions))
 
     def is_invocation(self, label: str) -> bool:
         """Whether a scenario or an action is invoked under a label."""
@@ -117,7 +131,7 @@ class Labels:
             return (first.text,)
         if not self.is_invocation(first.text):
             inside = self.inside(first.text)
-            return self.path(rest) if rest[0].text in inside else WrongLabel(rest[0].span, inside)
+            return self.path(rest) if rest[0].text in inside else WrongLabel(rest[0].span, tuple(inside))
         target = self.invoked(first.text)
-        found = Labels(target, self._expressions).path(rest) if target is not None else None
+        found = self.of(target).path(rest) if target is not None else None
         return (first.text, *found) if isinstance(found, tuple) else found

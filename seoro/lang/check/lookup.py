@@ -65,10 +65,15 @@ class Lookup:
         holders = self._program.holders.get(name.text, [])
         if not holders:
             return []
-        found: list[EnumSymbol] = []
+        found: dict[EnumSymbol, None] = {}
         for tier in self._tiers(space, name):
-            found += [enum for enum in holders if enum.spaces[name.text] in tier and enum not in found]
-        return found
+            found |= dict.fromkeys(enum for enum in holders if enum.spaces[name.text] in tier)
+        return list(found)
+
+    def is_member(self, space: Space, enum: EnumSymbol, name: ast.Name) -> bool:
+        """Whether a name can mean a member of an enumeration."""
+        namespace = enum.spaces.get(name.text)
+        return namespace is not None and any(namespace in tier for tier in self._tiers(space, name))
 
     # ------------------------------------------------------------ namespaces
 

@@ -22,6 +22,7 @@ from seoro.lang.diagnostics import names
 from seoro.lang.members import MemberTable
 from seoro.lang.symbols import (
     PHASES,
+    DoFound,
     EventSymbol,
     FieldSymbol,
     Home,
@@ -33,7 +34,6 @@ from seoro.lang.symbols import (
     all_events,
     all_fields,
     all_methods,
-    do_directive,
     has_phases,
 )
 from seoro.lang.types import PRIMITIVES, Primitive, Structured, Type
@@ -86,7 +86,7 @@ class Members:
                     current.inventory = current.base.inventory.inherited()
                 for part in current.parts:
                     self._declare_part(current, part)
-                self._check_do(current)
+                self._find_do(current)
 
     def _declare_part(self, symbol: TypeSymbol, part: Part) -> None:
         home = part.home
@@ -116,15 +116,21 @@ class Members:
             kind = describe_kind(symbol)
             self._bag.add(modifier_messages.MisplacedMember(head(member.span, word), word, symbol.name, kind))
 
-    def _check_do(self, symbol: TypeSymbol) -> None:
-        """There is one `do`, inherited ones and those of extensions included (7.3.5.1.3)."""
-        own = [found.span for part in symbol.parts for found in part.members if isinstance(found, ast.DoDirective)]
-        inherited = do_directive(symbol.base) if symbol.base is not None else None
-        first = inherited.directive.span if inherited is not None else own[0] if own else None
-        for span in own if inherited is not None else own[1:]:
+    def _find_do(self, symbol: TypeSymbol) -> None:
+        """Find the `do`: there is one, inherited ones and those of extensions included (7.3.5.1.3)."""
+        inherited = symbol.base.do if symbol.base is not None else None
+        own = [
+            DoFound(symbol, found, part.home)
+            for part in symbol.parts
+            for found in part.members
+            if isinstance(found, ast.DoDirective)
+        ]
+        symbol.do = own[0] if own else inherited
+        first = inherited or symbol.do
+        for second in own if inherited is not None else own[1:]:
             assert first is not None
-            message = behavior_messages.SecondDo(head(span, "do"), head(first, "do"), inherited is not None)
-            self._bag.add(message)
+            place, other = head(second.directive.span, "do"), head(first.directive.span, "do")
+            self._bag.add(behavior_messages.SecondDo(place, other, inherited is not None))
 
     # ------------------------------------------------------------ fields and events
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed, nothing
-from seoro.lang.check.plan_types import name_in_plan, plan_type
+from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
@@ -105,6 +105,8 @@ class Methods:
             return self._elaborated[symbol]
         self._open.add(symbol)
         scope = self._scope(symbol)
+        bindings = dict(scope.bindings)
+        scope = replace(scope, bindings=bindings)  # a default can name the parameters before it
         parameters: list[tuple[str, plan.Expression | None]] = []
         for parameter in symbol.parameters.values():
             default: plan.Expression | None = None
@@ -113,7 +115,7 @@ class Methods:
                 context = f"`{parameter.name}`"
                 default = self._expressions.converted(parameter.default, parameter.type, inside, context)
             parameters.append((parameter.name, default))
-            scope = replace(scope, bindings={**scope.bindings, parameter.name: parameter.type})
+            bindings[parameter.name] = parameter.type
         body = self._body(symbol, scope)
         result = plan_type(symbol.result, self._expressions.program) if symbol.result is not None else None
         made = plan.Method(symbol.text, tuple(parameters), result, body, symbol.span)
@@ -172,4 +174,4 @@ def _type_name(method: MethodSymbol) -> str:
     if method.owner is None:
         assert isinstance(method.receiver, Primitive)
         return method.receiver.name
-    return name_in_plan(method.owner)
+    return method.owner.name_in_plan

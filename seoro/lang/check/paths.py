@@ -34,7 +34,7 @@ def fields_on(expression: plan.Expression, scope: Scope, program: Program) -> tu
         case plan.Field(name):
             return (scope.fields[name],) if name in scope.fields else None
         case plan.Global(name):
-            return tuple(field for field in program.globals.values() if field.name == name)
+            return (program.globals_by_name[name],)
         case plan.Self() | plan.Binding():
             return ()
         case plan.Index(items):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import assert_never
 
 from seoro.lang import plan
-from seoro.lang.symbols import EnumSymbol, Kind, Program, TypeSymbol, all_fields, lineage
+from seoro.lang.symbols import EnumSymbol, Program
 from seoro.lang.types import (
     STRING,
     CompositionObject,
@@ -22,24 +22,6 @@ from seoro.lang.types import (
 from seoro.lang.units import unit_text
 
 
-def struct_type(symbol: TypeSymbol) -> plan.StructType | plan.ActorType:
-    """A struct or an actor as the plan has it; an instance of a scenario or an action is held like a struct."""
-    name, *bases = (name_in_plan(type_) for type_ in lineage(symbol))
-    make = plan.ActorType if symbol.kind is Kind.ACTOR else plan.StructType
-    return make(name, tuple(bases), tuple(all_fields(symbol)))
-
-
-def name_in_plan(symbol: TypeSymbol) -> str:
-    """What the plan calls a type where types of all kinds have names."""
-    match symbol.kind:
-        case Kind.STRUCT | Kind.ACTOR:
-            return symbol.plan_name
-        case Kind.SCENARIO | Kind.ACTION:
-            return plan.behavior_type(symbol.plan_name)
-        case Kind.MODIFIER:
-            return plan.modifier_type(symbol.plan_name)
-
-
 def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:
     """A member of an enumeration as the plan has it."""
     return plan.EnumValue(symbol.plan_name, member, symbol.members[member])
@@ -54,9 +36,9 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
             unit = unit_text(dimension)
             return plan.PhysicalType(program.quantities.get(dimension, unit), unit)
         case Enumeration(symbol):
-            return plan.EnumType(symbol.plan_name, tuple(symbol.members.items()))
+            return symbol.plan_type
         case Structured(symbol):
-            return struct_type(symbol)
+            return symbol.plan_type
         case ListOf(element):
             return plan.ListType(plan_type(element, program))
         case RangeOf(element):

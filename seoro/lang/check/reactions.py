@@ -150,14 +150,15 @@ def _circles(edges: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, ...]]:
     """Circles of names, each of which leads to the next; one for each part of the graph that has some."""
     done: set[str] = set()
     for first in edges:
-        path = [first] if first not in done else []
+        path = {first: iter(edges[first])} if first not in done else {}
         while path:
-            following = next((name for name in edges[path[-1]] if name not in done), None)
+            following = next((name for name in path[next(reversed(path))] if name not in done), None)
             if following is None:
-                done.add(path.pop())
+                done.add(path.popitem()[0])
             elif following in path:
-                yield (*path[path.index(following) :], following)
+                order = list(path)
+                yield (*order[order.index(following) :], following)
                 done.update(path)
                 break
             else:
-                path.append(following)
+                path[following] = iter(edges[following])

@@ -41,6 +41,8 @@ from seoro.lang.types import (
     is_number,
 )
 
+MAX_BASES = 100  # in a line, along which names and conditions are looked for
+
 
 class Resolver:
     """Resolves the declarations of a program.
@@ -65,8 +67,9 @@ class Resolver:
         for symbol in structured:
             self._find_base(symbol)
             self._find_modified(symbol)
+        self._check_lines(structured)
         for symbol in structured:
-            self._break_cycle(symbol)
+            self._check_actor(symbol)
         for parameter, home in declared.globals:
             type_ = self.type_of(parameter.type, home.space)
             for name in parameter.names:
@@ -175,29 +178,42 @@ class Resolver:
         hint = f"it belongs to actor `{others[0]}`: write `{others[0]}.{text}`" if others and actor is None else ""
         self._bag.add(behavior_messages.UnknownBehavior(name.span, text, owner_name, known, hint))
 
-    def _break_cycle(self, symbol: TypeSymbol) -> None:
-        """Cut a base that leads back; a scenario's base belongs to the same actor or a more general one."""
-        path = {symbol: None}
+    def _check_lines(self, structured: list[TypeSymbol]) -> None:
+        """Cut bases that lead back to where they begin, and lines of bases that are too long."""
+        depths: dict[TypeSymbol, int] = {}  # how many bases there are
+        for symbol in structured:
+            path: dict[TypeSymbol, None] = {}
+            current: TypeSymbol | None = symbol
+            while current is not None and current not in depths:
+                if current in path:
+                    order = list(path)
+                    self._cut_circle(order[order.index(current) :])
+                    break
+                path[current] = None
+                current = current.base
+            for type_ in reversed(path):
+                depths[type_] = 0 if type_.base is None else depths[type_.base] + 1
+                if depths[type_] > MAX_BASES:
+                    self._bag.add(names.TooManyBases(type_.span, MAX_BASES))
+                    type_.base, type_.is_open, depths[type_] = None, True, 0
+
+    def _cut_circle(self, circle: list[TypeSymbol]) -> None:
+        """Report types that inherit each other, and let the last one inherit nothing."""
+        names_ = tuple(type_.qualified_name for type_ in (*circle, circle[0]))
+        self._bag.add(names.CyclicReference(circle[0].span, "bases", names_))
+        circle[-1].base, circle[-1].is_open = None, True
+
+    def _check_actor(self, symbol: TypeSymbol) -> None:
+        """The base of a scenario or an action belongs to the same actor or a more general one."""
         base = symbol.base
-        while base is not None:
-            if base is symbol:
-                names_ = tuple(type_.qualified_name for type_ in (*path, symbol))
-                self._bag.add(names.CyclicReference(symbol.span, "bases", names_))
-                symbol.base, symbol.is_open = None, True
-                return
-            if base in path:
-                return
-            path[base] = None
-            base = base.base
-        own = symbol.base
-        if own is None or symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
+        if base is None or symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
             return
         owners = set(lineage(symbol.actor)) if symbol.actor is not None else {None}
-        if own.actor not in owners:
+        if base.actor not in owners:
             declaration = symbol.declaration
             assert not isinstance(declaration, ast.ModifierDeclaration) and declaration.inheritance is not None
             span = declaration.inheritance.base.span
-            self._bag.add(names.WrongBase(span, symbol.qualified_name, own.qualified_name))
+            self._bag.add(names.WrongBase(span, symbol.qualified_name, base.qualified_name))
 
     # ------------------------------------------------------------ conditions (7.3.8.2)
 

@@ -7,14 +7,16 @@ somewhere: an argument, a constraint, or, if it is a boolean or of an enumeratio
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed
-from seoro.lang.check.plan_types import enum_value, plan_type, struct_type
+from seoro.lang.check.plan_types import enum_value, plan_type
 from seoro.lang.check.rewrite import names_used
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names, syntax
@@ -78,7 +80,7 @@ class Values:
         if missing:
             self._expressions.bag.add(messages.MissingArgument(node.span, symbol.name, missing[0]))
         arguments = tuple((name, given[name]) for name in fields if name in given)
-        type_ = struct_type(symbol)
+        type_ = symbol.plan_type
         assert isinstance(type_, plan.StructType)
         structures = self._expressions.program.structures
         return Typed(plan.Construct(type_, arguments, structures, node.span), Structured(symbol))
@@ -150,7 +152,7 @@ class Values:
         self._measure(symbol)
         members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
         latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
-        made = self._made(struct_type(symbol), members, latents, symbol.span)
+        made = self._made(symbol.plan_type, members, latents, symbol.span)
         self._open.pop()
         self._structures[symbol] = made
         self._expressions.program.structures.add(made)
@@ -266,12 +268,25 @@ class Values:
 
     def _subtypes(self, symbol: TypeSymbol) -> list[TypeSymbol]:
         """The conditional subtypes, apart from its own, that a value of a type may be of."""
-        own = list(lineage(symbol))
+        decided, own = dict(self.conditions(symbol)), list(lineage(symbol))
         found: list[TypeSymbol] = []
-        for subtype in self._expressions.program.conditionals:
-            assert subtype.base is not None
-            if subtype not in own and (subtype.base in own or subtype.base in found):
-                found.append(subtype)
+        pending = deque(reversed(own))
+        while pending:
+            for name, by_value in self._by_condition.get(pending.popleft(), {}).items():
+                fitting = (by_value.get(decided[name], []),) if name in decided else by_value.values()
+                subtypes = [subtype for each in fitting for subtype in each if subtype not in own]
+                found += subtypes
+                pending += subtypes
+        return found
+
+    @cached_property
+    def _by_condition(self) -> dict[TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[TypeSymbol]]]]:
+        """Conditional subtypes by what they inherit, the field that decides, and its value."""
+        found: dict[TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[TypeSymbol]]]] = {}
+        for symbol in self._expressions.program.conditionals:
+            assert symbol.base is not None and symbol.condition is not None
+            by_value = found.setdefault(symbol.base, {}).setdefault(symbol.condition.field.name, {})
+            by_value.setdefault(_condition_value(symbol.condition), []).append(symbol)
         return found
 
     def _latent(self, symbol: TypeSymbol) -> plan.Latent:
@@ -348,29 +363,28 @@ class Values:
         uses = {name: sorted(names_used(value, implementations) & values.keys()) for name, value in values.items()}
         done: dict[str, plan.Expression] = {}
         for first in values:
-            path = [first]  # each is needed by the one before it
+            path = {first: iter(uses[first])}  # each is needed by the one before it
             while path:
-                name = path[-1]
-                needed = next((other for other in uses[name] if other not in done), None)
+                name = next(reversed(path))
+                needed = next((other for other in path[name] if other not in done), None)
                 if needed is None:
                     done[name] = values[name]
-                    path.pop()
+                    path.popitem()
                 elif needed in path:
-                    circle = (*path[path.index(needed) :], needed)
+                    order = list(path)
+                    circle = (*order[order.index(needed) :], needed)
                     message = names.CyclicReference(fields[needed].span, "values of fields", circle)
                     self._expressions.bag.add(message)
                     return dict(values)
                 else:
-                    path.append(needed)
+                    path[needed] = iter(uses[needed])
         return done
 
 
 def declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[FieldSymbol]:
     """The fields that a declaration of several names has added to a type."""
-    by_place = {id(field.span): field for field in symbol.fields.values()}
     for name in field_names:
-        if id(name.span) in by_place:
-            yield by_place[id(name.span)]
+        yield from (field for field in all_fields(symbol).called(name.text).values() if field.span is name.span)
 
 
 def _is_standard_struct(symbol: TypeSymbol | None) -> bool:

@@ -151,6 +151,20 @@ class CyclicReference(Frozen):
         return error("E0219", self.span, f"{self.what} form a cycle: {' -> '.join(self.path)}")
 
 
+class TooManyBases(Frozen):
+    """A line of bases that is longer than what is taken."""
+
+    span: Span
+    limit: int
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "let it inherit from a type further up"
+        return error(
+            "E0133", self.span, f"inherits from more than {self.limit} types, one from another", help=hint
+        )
+
+
 class WrongBase(Frozen):
     """A scenario or action inherits from one of an unrelated actor (7.3.8.1)."""
 

@@ -9,7 +9,6 @@ from seoro.errors import InvalidScenario
 from seoro.lang import ast, plan
 from seoro.lang.check.checker import Checked
 from seoro.lang.check.expressions import Expressions, scope_of
-from seoro.lang.check.plan_types import struct_type
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower.entry import find_entry
@@ -72,7 +71,7 @@ class _Lowering:
         return plan.Scenario(
             name=symbol.plan_name,
             bases=_bases(symbol),
-            structure=self._expressions.values.structure(symbol),
+            structure=self._program.structures.of(symbol.plan_type),
             events=self._events(symbol),
             on=reactions.on(symbol),
             samples=reactions.samples(symbol),
@@ -92,7 +91,7 @@ class _Lowering:
             name=name,
             bases=_bases(symbol),
             actor=_actor(symbol),
-            structure=self._expressions.values.structure(symbol),
+            structure=self._program.structures.of(symbol.plan_type),
             events=self._events(symbol),
             on=reactions.on(symbol),
             samples=reactions.samples(symbol),
@@ -126,7 +125,7 @@ class _Lowering:
             name=symbol.plan_name,
             actor=_actor(symbol),
             of=symbol.of.plan_name if symbol.of is not None else None,
-            structure=self._expressions.values.structure(symbol),
+            structure=self._program.structures.of(symbol.plan_type),
             events=self._events(symbol),
             on=reactions.on(symbol),
             samples=reactions.samples(symbol),
@@ -190,7 +189,7 @@ def _bases(symbol: TypeSymbol) -> tuple[str, ...]:
 
 def _actor(symbol: TypeSymbol) -> plan.ActorType | None:
     """The type of actor that something belongs to."""
-    actor = struct_type(symbol.actor) if symbol.actor is not None else None
+    actor = symbol.actor.plan_type if symbol.actor is not None else None
     assert actor is None or isinstance(actor, plan.ActorType)
     return actor
 
