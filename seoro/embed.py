@@ -25,6 +25,7 @@ import anyio
 
 from seoro import __version__
 from seoro.background import background
+from seoro.bindings.implementations import BoundFunctions
 from seoro.bindings.load import bind_sources
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, lower
@@ -33,7 +34,6 @@ from seoro.lang.loader import Reader, read_file
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
-from seoro.runtime.actions import BoundAction
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
 from seoro.runtime.run import Execution, Settings
@@ -54,11 +54,11 @@ class Scenario:
 
     Args:
         checked: The file with all that it imports.
-        actions: The actions that Python functions carry out, by their names.
+        functions: The functions that carry out actions and modifiers.
     """
 
     checked: Checked
-    actions: Mapping[str, BoundAction]
+    functions: BoundFunctions
 
 
 def check_file(
@@ -83,7 +83,7 @@ def check_file(
     """
     sources = load_sources(Path(path), str(path), read)
     bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)
-    return Scenario(bound.checked, bound.actions)
+    return Scenario(bound.checked, bound.functions)
 
 
 def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
@@ -297,7 +297,8 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             clock=_clock(options.clock, node, simulator),
             backends=(node,) if node is not None else (),
             observers=(*([recorder] if options.keep_trace else []), *options.observers),
-            actions=scenario.actions,
+            actions=scenario.functions.actions,
+            modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,
             grace=options.grace,
             version=__version__,

@@ -1,4 +1,4 @@
-"""`osc.helpers`: actions, and the methods of its struct `common`."""
+"""`osc.helpers`: actions, modifiers, and the methods of its struct `common`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.plan import PrimitiveType, ValueType
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
+from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.method_context import MethodContext
+from seoro.runtime.modifiers import modifier
 from seoro.runtime.values import Variable, wrap_int, wrap_uint
+from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 
 _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "==": operators.eq,
@@ -59,6 +62,105 @@ async def compare(ctx: ActionContext, left_value: object, operator: str, right_v
         raise ActionFailed(f"`{left_value}` and `{right_value}` have no order") from None
     if not is_true:
         raise ActionFailed(f"`{left_value} {operator} {right_value}` is not true")
+
+
+# ---------------------------------------------------------------- modifiers
+
+
+@modifier("repeat")
+async def repeat(ctx: ModifierContext, child: Child, count: int) -> Outcome:
+    """Run it again while it succeeds, `count` times altogether; with -1, for ever."""
+    if count < 1 and count != -1:
+        raise ActionFailed(f"a count of {count}: it has to be at least 1, or -1 for any number of times")
+    runs = 0
+    while True:
+        outcome = await _run(child)
+        runs += 1
+        if outcome.failed or runs == count:
+            return outcome
+
+
+@modifier("retry")
+async def retry(ctx: ModifierContext, child: Child, count: int) -> Outcome:
+    """Run it again while it fails, `count` times altogether."""
+    if count < 1:
+        raise ActionFailed(f"a count of {count}: it has to be at least 1")
+    for _ in range(count):
+        outcome = await _run(child)
+        if not outcome.failed:
+            break
+    return outcome
+
+
+@modifier("timeout")
+async def timeout(ctx: ModifierContext, child: Child, duration: float) -> Outcome:
+    """Cancel it after a duration [s]; that is a failure."""
+    if duration < 0:
+        raise ActionFailed(f"a duration of {duration:g} s: it has to be at least 0 s")
+    outcome = await child.run(limit=duration)
+    return Outcome(Status.FAILED, f"timeout: still running after {duration:g} s") if outcome is None else outcome
+
+
+@modifier("inverter")
+async def inverter(ctx: ModifierContext, child: Child) -> Outcome:
+    """Swap success and failure."""
+    outcome = await _run(child)
+    return SUCCEEDED if outcome.failed else _FAILED_BY_SUCCESS
+
+
+@modifier("failure_is_success")
+async def failure_is_success(ctx: ModifierContext, child: Child) -> Outcome:
+    """Succeed in either case."""
+    await _run(child)
+    return SUCCEEDED
+
+
+@modifier("success_is_failure")
+async def success_is_failure(ctx: ModifierContext, child: Child) -> Outcome:
+    """Fail in either case."""
+    outcome = await _run(child)
+    return outcome if outcome.failed else _FAILED_BY_SUCCESS
+
+
+@modifier("success_is_running")
+async def success_is_running(ctx: ModifierContext, child: Child) -> Outcome:
+    """Hold after success, until it is cancelled."""
+    outcome = await _run(child)
+    return outcome if outcome.failed else await ctx.hold()
+
+
+@modifier("failure_is_running")
+async def failure_is_running(ctx: ModifierContext, child: Child) -> Outcome:
+    """Hold after failure, until it is cancelled."""
+    outcome = await _run(child)
+    return outcome if not outcome.failed else await ctx.hold()
+
+
+@modifier("running_is_failure")
+async def running_is_failure(ctx: ModifierContext, child: Child) -> Outcome:
+    """Cancel it if it does not end in the instant in which it starts; that is a failure."""
+    outcome = await child.run(limit=0.0)
+    return Outcome(Status.FAILED, "it has not ended at once") if outcome is None else outcome
+
+
+@modifier("running_is_success")
+async def running_is_success(ctx: ModifierContext, child: Child) -> Outcome:
+    """Cancel it if it does not end in the instant in which it starts; that is a success."""
+    outcome = await child.run(limit=0.0)
+    return SUCCEEDED if outcome is None else outcome
+
+
+async def _run(child: Child) -> Outcome:
+    """Run it to its end."""
+    outcome = await child.run()
+    assert outcome is not None, "it has no limit"
+    return outcome
+
+
+_FAILED_BY_SUCCESS = Outcome(Status.FAILED, "it succeeded")
+
+
+# ---------------------------------------------------------------- methods
 
 
 def get_scenario_file_directory(run: MethodContext) -> str:

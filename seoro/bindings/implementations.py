@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,7 +21,7 @@ from seoro.lang.loader import Sources
 from seoro.lang.symbols import Kind, TypeSymbol, all_fields, do_directive
 from seoro.runtime.actions import ACTION_MARK, BoundAction, Mark, bind
 from seoro.runtime.fitting import Fitting
-from seoro.runtime.modifiers import MODIFIER_MARK, ModifierMark, check_modifier
+from seoro.runtime.modifiers import MODIFIER_MARK, BoundModifier, ModifierMark, bind_modifier
 from seoro.runtime.signatures import Declaration, Misfit, traits
 
 
@@ -119,10 +119,16 @@ def traits_of(found: Implementations) -> Traits:
 # ---------------------------------------------------------------- matching them
 
 
-def bind_implementations(
-    checked: Checked, found: Implementations, fitting: Fitting, bag: Bag
-) -> dict[str, BoundAction]:
-    """Match functions with what they carry out; returns the actions.
+@dataclass(frozen=True)
+class BoundFunctions:
+    """The functions that carry out what a scenario and its libraries declare, by qualified names."""
+
+    actions: dict[str, BoundAction] = field(default_factory=dict)
+    modifiers: dict[str, BoundModifier] = field(default_factory=dict)
+
+
+def bind_implementations(checked: Checked, found: Implementations, fitting: Fitting, bag: Bag) -> BoundFunctions:
+    """Match functions with what they carry out.
 
     Args:
         checked: The scenario with its libraries, which declare it.
@@ -132,7 +138,7 @@ def bind_implementations(
     """
     symbols = _symbols(checked)
     wrong = {message.primary.span.file for message in checked.errors}  # types may be unknown there
-    bound: dict[str, BoundAction] = {}
+    bound = BoundFunctions()
     for key, made in found.items():
         symbol = symbols.get(key)
         if symbol is None:
@@ -166,7 +172,7 @@ def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], 
 
 
 def _match(
-    symbol: TypeSymbol, made: Implementation, checked: Checked, fitting: Fitting, bound: dict[str, BoundAction]
+    symbol: TypeSymbol, made: Implementation, checked: Checked, fitting: Fitting, bound: BoundFunctions
 ) -> None:
     if do_directive(symbol) is not None:
         raise Misfit("the declaration has a `do`, which carries it out")
@@ -174,6 +180,6 @@ def _match(
     parameters = {field.name: plan_type(field.type, checked.program) for field in fields}
     declaration = Declaration(symbol.actor is not None, parameters)
     if isinstance(made.mark, Mark):
-        bound[made.mark.name] = bind(declaration, made.mark, made.function, fitting)
+        bound.actions[made.mark.name] = bind(declaration, made.mark, made.function, fitting)
     else:
-        check_modifier(declaration, made.function, fitting)
+        bound.modifiers[made.mark.name] = bind_modifier(declaration, made.function, fitting)

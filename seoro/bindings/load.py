@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 from seoro.bindings.externals import bind_externals
-from seoro.bindings.implementations import bind_implementations, find_implementations, traits_of
+from seoro.bindings.implementations import BoundFunctions, bind_implementations, find_implementations, traits_of
 from seoro.lang.check.checker import Checked, in_order
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostic import Bag
@@ -16,7 +16,6 @@ from seoro.lang.loader import Sources
 from seoro.lang.plan import ValueType
 from seoro.lang.recorder import Recorder
 from seoro.lang.symbols import Program, TypeSymbol, all_fields
-from seoro.runtime.actions import BoundAction
 from seoro.runtime.fitting import Fitting
 
 
@@ -26,11 +25,11 @@ class Bound:
 
     Args:
         checked: The file with all that it imports, and all messages; its external methods have their functions.
-        actions: The actions that Python functions carry out.
+        functions: The functions that carry out actions and modifiers.
     """
 
     checked: Checked
-    actions: Mapping[str, BoundAction]
+    functions: BoundFunctions
 
 
 def bind_sources(
@@ -48,13 +47,13 @@ def bind_sources(
     bag = Bag()
     found = find_implementations(sources, given, is_own_only, bag)
     checked = check(sources, traits_of(found), strict, recorder)
-    actions: Mapping[str, BoundAction] = {}
+    functions = BoundFunctions()
     if not sources.diagnostics:  # else nothing is declared
         fitting = Fitting(_Shapes(checked.program).of)
-        actions = bind_implementations(checked, found, fitting, bag)
+        functions = bind_implementations(checked, found, fitting, bag)
         bind_externals(checked, fitting, is_own_only, bag)
     diagnostics = in_order(sources, (*checked.diagnostics, *bag.diagnostics))
-    return Bound(replace(checked, diagnostics=diagnostics), actions)
+    return Bound(replace(checked, diagnostics=diagnostics), functions)
 
 
 class _Shapes:

@@ -80,6 +80,19 @@ class Reads:
     is_external: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class Deferred:
+    """What a name is bound to whose value may not be there yet.
+
+    Args:
+        expression: What it stands for.
+        environment: The scope of that.
+    """
+
+    expression: Expression
+    environment: Environment
+
+
 @dataclass(frozen=True)
 class Environment:
     """What names in an expression stand for.

@@ -49,7 +49,7 @@ from seoro.lang.source import Span
 from seoro.runtime.choose import construct
 from seoro.runtime.conversions import cast as convert
 from seoro.runtime.conversions import is_of, to_float
-from seoro.runtime.environment import Environment, EvaluationError
+from seoro.runtime.environment import Deferred, Environment, EvaluationError
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
 from seoro.runtime.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable, wrap_int, wrap_uint
@@ -76,7 +76,7 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return _field(environment.outermost, name, span, environment)
         case Binding(name):
             # An event object is no value of the language, but it is only ever looked into, by Member.
-            return cast(Value, environment.bindings[name])
+            return _bound(environment.bindings[name])
         case Member(base, name, span):
             return _field(cast(HasFields, evaluate(base, environment)), name, span, environment)
         case Conditional(condition, then, otherwise):
@@ -176,6 +176,10 @@ def _number(expression: Expression, environment: Environment) -> int | float:
     value = evaluate(expression, environment)
     assert isinstance(value, int | float)
     return value
+
+
+def _bound(value: Value | HasFields | Deferred) -> Value:
+    return evaluate(value.expression, value.environment) if isinstance(value, Deferred) else cast(Value, value)
 
 
 def _field(holder: HasFields, name: str, span: Span, environment: Environment) -> Value:

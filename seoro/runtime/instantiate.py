@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
+from typing import TYPE_CHECKING, Protocol
 
 from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
 from seoro.runtime.choose.fields import Fields
@@ -13,6 +14,9 @@ from seoro.runtime.environment import Calls, Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.values import Actor, HasFields, Value
+
+if TYPE_CHECKING:
+    from seoro.runtime.applied import Applied
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +43,7 @@ class Invocation:
         around: The scope of the invocation; None if there is none.
         seed: What is drawn for the instance is drawn from it.
         run: For external methods that ask for it.
+        applied: The modifiers of the instance; those that have no values yet get theirs.
     """
 
     given: Mapping[str, Value]
@@ -47,6 +52,21 @@ class Invocation:
     around: Environment | None
     seed: int
     run: MethodContext | None
+    applied: tuple[Applied, ...] = ()
+
+
+class Made(Protocol):
+    """An instance, while its parameters get their values."""
+
+    @property
+    def fields(self) -> Fields:
+        """The values."""
+        ...
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """What `plan.Methods` calls its type and what that inherits, nearest first."""
+        ...
 
 
 def types_of(declared: Scenario | Action) -> tuple[str, ...]:
@@ -54,40 +74,61 @@ def types_of(declared: Scenario | Action) -> tuple[str, ...]:
     return (behavior_type(declared.name), *map(behavior_type, declared.bases))
 
 
-def entry_parameters(plan: Plan, seed: int, run: MethodContext | None = None) -> dict[str, Value]:
+def entry_parameters(
+    plan: Plan,
+    seed: int,
+    run: MethodContext | None = None,
+    made: Made | None = None,
+    applied: tuple[Applied, ...] = (),
+) -> dict[str, Value]:
     """The values of the global parameters, and of the parameters of the entry scenario.
 
     Args:
         plan: The plan.
         seed: What is drawn is drawn from it.
         run: For external methods that ask for it.
+        made: The instance, if there is one already; it gets the values.
+        applied: Its modifiers; those get theirs.
 
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
     scenario = plan.scenarios[plan.entry]
-    invocation = Invocation({}, None, (), None, seed, run)
+    invocation = Invocation({}, None, (), None, seed, run, applied)
     roots = (plan.globals, scenario.structure)
-    return _choose(plan, roots, Parameters(types_of(scenario)), invocation, plan.overrides)
+    return _choose(plan, roots, made or Parameters(types_of(scenario)), invocation, plan.overrides)
 
 
-def parameters(
-    plan: Plan, declared: Scenario | Action, invocation: Invocation, shared: Mapping[str, Value]
-) -> dict[str, Value]:
-    """The values of the parameters of something that is invoked.
+def choose_parameters(
+    plan: Plan, structure: Structure, made: Made, invocation: Invocation, shared: Mapping[str, Value]
+) -> None:
+    """Give something that is invoked, and what modifies it, their values.
 
     Args:
         plan: The plan.
-        declared: What is invoked.
+        structure: What it is made of.
+        made: The instance.
         invocation: What the invocation says.
         shared: The values of the global parameters.
 
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
-    made = Parameters(types_of(declared))
     made.fields.update(shared)
-    return _choose(plan, (declared.structure,), made, invocation, ())
+    _choose(plan, (structure,), made, invocation, ())
+
+
+def choose_for_modifiers(plan: Plan, invocation: Invocation) -> None:
+    """Give the modifiers of a composition their values.
+
+    Args:
+        plan: The plan.
+        invocation: Says no more than which they are, and the scope around.
+
+    Raises:
+        EvaluationError: A value cannot be computed, or there are none that meet all constraints.
+    """
+    _choose(plan, (), Parameters(()), invocation, ())
 
 
 def derived_seed(seed: int, purpose: str) -> int:
@@ -98,7 +139,7 @@ def derived_seed(seed: int, purpose: str) -> int:
 def _choose(
     plan: Plan,
     roots: tuple[Structure, ...],
-    made: Parameters,
+    made: Made,
     invocation: Invocation,
     overrides: tuple[Constraint, ...],
 ) -> dict[str, Value]:
@@ -107,20 +148,33 @@ def _choose(
     if invocation.actor is not None:
         bindings["actor"] = invocation.actor
     environment = Environment(made, bindings, seed=invocation.seed, run=invocation.run)
-    if not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots):
+    is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
+    if is_free and all(applied.is_plain for applied in invocation.applied):
         fields.update(given)
         for root in roots:
             fill(fields, root, plan.structures, environment, evaluate)
+        for applied in invocation.applied:
+            applied.fill(plan.structures)
         return fields
     from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - seldom needed
 
     around = invocation.around
-    environment = replace(environment, calls=Calls())
+    calls = Calls()
+    environment = replace(environment, calls=calls)
     if around is not None:
-        around = replace(around, bindings={**around.bindings, "it": made}, calls=environment.calls)
+        around = replace(around, bindings={**around.bindings, "it": made}, calls=calls)
     choose(
         Request(
-            made, roots, given, environment, plan.structures, evaluate, invocation.constraints, around, overrides
+            holder=made,
+            roots=roots,
+            given=given,
+            environment=environment,
+            structures=plan.structures,
+            evaluate=evaluate,
+            constraints=invocation.constraints,
+            around=around,
+            overrides=overrides,
+            attached=tuple(applied.attached(calls) for applied in invocation.applied),
         )
     )
     return fields

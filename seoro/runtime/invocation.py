@@ -20,6 +20,7 @@ from seoro.lang.plan import (
     InvokeScenario,
     ObjectType,
     OneOf,
+    Override,
     OwnEvent,
     Parallel,
     Phase,
@@ -32,6 +33,7 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
+from seoro.runtime.choose.fields import Fields
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from seoro.runtime.actions import BoundAction
     from seoro.runtime.coverage import Coverage
     from seoro.runtime.homes import Homes
+    from seoro.runtime.modifiers import BoundModifier
 
 STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
 NESTING = 150  # of behaviors; beyond this, a scenario that invokes itself, or the stack is in danger
@@ -70,6 +73,7 @@ class Services:
     trace: Trace
     coverage: Coverage
     actions: Mapping[str, BoundAction]
+    modifiers: Mapping[str, BoundModifier]
     run: MethodContext
     homes: Homes
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
@@ -77,6 +81,7 @@ class Services:
     root: Flow | None = None
     fault: Exception | None = None  # what an action raised that ended the run
     cancelled: list[str] = field(default_factory=list)
+    overriding: dict[Overriding, None] = field(default_factory=dict)  # what holds at present
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
     _ids: count[int] = field(default_factory=count)
@@ -216,7 +221,7 @@ class Instance:
 
     declaration: Scenario | Action
     path: str
-    fields: Mapping[str, Value]
+    fields: Fields
     actor: Actor | None
     scope: Scope | None = None  # from the start of its execution
 
@@ -244,6 +249,11 @@ class Instance:
     @cached_property
     def _declared(self) -> dict[str, Event]:
         return {name: Event(f"{self.path}.{name}") for name in self.events}
+
+    @cached_property
+    def running(self) -> dict[str, Scope]:
+        """What runs at present under labels."""
+        return {}
 
     @cached_property
     def _latest(self) -> dict[str, Latest]:
@@ -282,26 +292,33 @@ class Invoked:
     """The instances of one invocation.
 
     Args:
-        make: Makes one.
+        instance: The latest; what modifies the invocation sees the first before that is carried out.
+        make: Makes another one, at a path for people.
     """
 
-    make: Callable[[], Instance]
-    _latest: Instance | None = None
+    instance: Instance
+    make: Callable[[str], Instance]
     _is_taken: bool = False
 
-    @property
-    def instance(self) -> Instance:
-        """The latest; what modifies the invocation sees the first before that is carried out."""
-        if self._latest is None:
-            self._latest = self.make()
-        return self._latest
-
-    def take(self) -> Instance:
+    def take(self, path: str) -> Instance:
         """One that has not been carried out."""
         if self._is_taken:
-            self._latest = self.make()
+            self.instance = self.make(path)
         self._is_taken = True
         return self.instance
+
+
+@dataclass(frozen=True, eq=False)
+class Overriding:
+    """`override` while it holds.
+
+    Args:
+        plan: What it says.
+        instance: The scenario that has its labels.
+    """
+
+    plan: Override
+    instance: Instance
 
 
 @dataclass(frozen=True)
@@ -329,7 +346,7 @@ class Place:
     def take_invoked(self) -> Instance:
         """What is carried out here by an invocation."""
         assert self.invoked is not None, "an invocation stands here"
-        return self.invoked.take()
+        return self.invoked.take(self.path)
 
     @property
     def agenda(self) -> Agenda:

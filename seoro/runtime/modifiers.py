@@ -14,12 +14,14 @@ scenario is loaded. What it gets is in `contracts.py`.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from seoro.runtime.fitting import Fitting
+from seoro.runtime.contracts import Child, ModifierContext
+from seoro.runtime.fitting import Converter, Fitting
 from seoro.runtime.signatures import Declaration, Misfit, match_coroutine, signature_of, type_name
+from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import Outcome
 
 ModifierFunction = Callable[..., Coroutine[Any, Any, Outcome]]
@@ -52,8 +54,25 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
     return mark
 
 
-def check_modifier(declaration: Declaration, function: ModifierFunction, fitting: Fitting) -> None:
-    """Check that a function can carry out a modifier.
+@dataclass(frozen=True)
+class BoundModifier:
+    """A declaration with the function that carries it out."""
+
+    declaration: Declaration
+    function: ModifierFunction
+    converters: Mapping[str, Converter]
+
+    def call(
+        self, context: ModifierContext, actor: Actor | None, child: Child, arguments: Mapping[str, Value]
+    ) -> Coroutine[Any, Any, Outcome]:
+        """Carry the modifier out; a value that the function's own types refuse is a fault of the function."""
+        converted = {name: self.converters[name](value) for name, value in arguments.items()}
+        leading = (context, actor, child) if self.declaration.has_actor else (context, child)
+        return self.function(*leading, **converted)
+
+
+def bind_modifier(declaration: Declaration, function: ModifierFunction, fitting: Fitting) -> BoundModifier:
+    """Bind a declaration to a function.
 
     Raises:
         Misfit: It takes other parameters, or returns something else.
@@ -61,7 +80,8 @@ def check_modifier(declaration: Declaration, function: ModifierFunction, fitting
     leading = {"ctx": "ModifierContext", "actor": "Actor", "child": "Child"}
     if not declaration.has_actor:
         del leading["actor"]
-    match_coroutine(function, leading, declaration.parameters, fitting)
+    converters = match_coroutine(function, leading, declaration.parameters, fitting)
     returned = signature_of(function).return_annotation
     if returned is not inspect.Signature.empty and returned is not Outcome:
         raise Misfit(f"it returns `{type_name(returned)}`, not `Outcome`")
+    return BoundModifier(declaration, function, converters)

@@ -20,17 +20,20 @@ from seoro.errors import BackendError, InvalidUse
 from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda
+from seoro.runtime.applied import apply, with_nested
 from seoro.runtime.behaviors.members import carry_flow
-from seoro.runtime.behaviors.perform import perform, recorded
+from seoro.runtime.behaviors.perform import perform, recorded, within
 from seoro.runtime.behaviors.scenario import run_scenario
+from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
-from seoro.runtime.environment import EvaluationError, NoChoice
+from seoro.runtime.environment import Environment, EvaluationError, NoChoice
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
 from seoro.runtime.instantiate import entry_parameters
-from seoro.runtime.invocation import Decision, Instance, Place, Services
+from seoro.runtime.invocation import Decision, Instance, Invoked, Place, Services
 from seoro.runtime.method_context import MethodContext
+from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
 from seoro.runtime.trace import Trace
 from seoro.runtime.unsupported import refuse_unsupported
@@ -48,6 +51,7 @@ class Settings:
         backends: Where actors may live; opened, and closed after the run, by the caller.
         observers: Who sees the trace.
         actions: The actions that Python functions carry out, by qualified name.
+        modifiers: The modifiers that they carry out, likewise.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Of seoro; stands in the trace.
@@ -58,6 +62,7 @@ class Settings:
     backends: Sequence[Backend] = ()
     observers: Sequence[Observer] = ()
     actions: Mapping[str, BoundAction] = field(default_factory=dict)
+    modifiers: Mapping[str, BoundModifier] = field(default_factory=dict)
     output_directory: Path | None = None
     grace: float = 5.0
     version: str = ""
@@ -92,6 +97,7 @@ class Execution:
             trace=self._trace,
             coverage=self._coverage,
             actions=self._actions,
+            modifiers=settings.modifiers,
             run=self._run,
             homes=self._homes,
             grace=settings.grace,
@@ -110,19 +116,33 @@ class Execution:
         return self._services.fault
 
     def _instantiate(self) -> Instance:
-        _check_actions(self._plan, self._actions)
+        _check_implementations(self._plan, self._settings)
         scenario = self._plan.scenarios[self._plan.entry]
+        entry = Instance(scenario, scenario.name, Fields(), None)
+        scope = Environment(entry, seed=self._settings.seed, run=self._run)
+        self._modifying = apply(scenario.modifiers, self._plan, scope, entry)
         try:
-            fields = entry_parameters(self._plan, self._settings.seed, self._run)
+            self._fill(entry)
         except NoChoice as error:
             raise InvalidUse(str(error), error.span, error.help, error.places, error.code) from error
         except EvaluationError as error:
             raise InvalidUse(str(error), error.span) from error
-        entry = Instance(scenario, scenario.name, fields, None)
         for value in entry.fields.values():
             if isinstance(value, Actor):
                 self._homes.settle(value)
         check_needs(self._plan, entry, self._actions, self._homes)
+        return entry
+
+    def _fill(self, entry: Instance) -> None:
+        applied = tuple(with_nested(self._modifying))
+        entry_parameters(self._plan, self._settings.seed, self._run, entry, applied)
+
+    def _entry_again(self, path: str) -> Instance:
+        """For modifiers of the entry scenario that carry it out again; its values are the same."""
+        entry = Instance(self._entry.declaration, path, Fields(), None)
+        for applied in with_nested(self._modifying):
+            applied.turn_to(entry)
+        self._fill(entry)
         return entry
 
     # -------------------------------------------------------- ending from outside
@@ -202,9 +222,11 @@ class Execution:
     async def _perform_entry(self) -> Outcome:
         services, entry = self._services, self._entry
         assert services.root is not None
-        place = Place(services, services.root, entry, None, (), entry.declaration.name)
+        invoked = Invoked(entry, self._entry_again)
+        place = Place(services, services.root, entry, None, (), entry.declaration.name, invoked)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
-        return await recorded(invocation, place, lambda inside: run_scenario(entry, inside, perform))
+        carry = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))
+        return await recorded(invocation, place, carry)
 
     # -------------------------------------------------------- results
 
@@ -249,8 +271,9 @@ class Execution:
         )
 
 
-def _check_actions(plan: Plan, actions: Mapping[str, BoundAction]) -> None:
-    """Check that something carries out every action that can be invoked."""
+def _check_implementations(plan: Plan, settings: Settings) -> None:
+    """Check that something carries out every action that can be invoked, and every modifier that is applied."""
+    actions, modifiers = settings.actions, settings.modifiers
     for name, action in plan.actions.items():
         if name not in actions:
             raise InvalidUse(
@@ -259,3 +282,10 @@ def _check_actions(plan: Plan, actions: Mapping[str, BoundAction]) -> None:
                 f"the library `{action.library}` declares it without an implementation" if action.library else
                 "actions are carried out by Python functions of a library",
             )  # fmt: skip
+    for name, modifier in plan.modifiers.items():
+        if modifier.library is not None and name not in modifiers:
+            raise InvalidUse(
+                f"nothing carries out the modifier `{name}`",
+                modifier.span,
+                f"the library `{modifier.library}` declares it without an implementation",
+            )

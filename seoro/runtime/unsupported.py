@@ -14,7 +14,6 @@ from seoro.lang.plan import (
     Binding,
     CallMethod,
     Constraint,
-    DeclaredEvent,
     Emit,
     Event,
     EventSpecification,
@@ -25,6 +24,7 @@ from seoro.lang.plan import (
     InvokeScenario,
     Member,
     Modification,
+    Modifier,
     ModifierApplication,
     On,
     OneOf,
@@ -74,11 +74,10 @@ def _of_plan(plan: Plan) -> Iterator[_Refused]:
         yield from _of_modifications(action.modifiers)
     for type_ in plan.objects.values():
         yield from _of_members(type_.events, (), type_.samples)
-        yield from _of_modifications(type_.modifiers)
-        for item in plan.coverage.get(type_.name, ()):
-            if isinstance(item.event, DeclaredEvent):
-                yield _Refused("sampling at an event of a struct or an actor", item.span)
-    for name in plan.modifiers:
+        for applied in type_.modifiers:
+            yield _Refused("a modifier of a struct or an actor", applied.span)
+    for name, modifier in plan.modifiers.items():
+        yield from _of_modifier(modifier)
         for item in plan.coverage.get(modifier_type(name), ()):
             yield _Refused("`cover` or `record` in a modifier", item.span)
 
@@ -93,6 +92,15 @@ def _of_members(
         yield from _of_specification(directive.event)
     for sample in samples:
         yield from _of_specification(sample.event)
+
+
+def _of_modifier(modifier: Modifier) -> Iterator[_Refused]:
+    for event in modifier.events:
+        yield _Refused("an event of a modifier", event.span)
+    for directive in modifier.on:
+        yield _Refused("`on` in a modifier", directive.span)
+    for sample in modifier.samples:
+        yield _Refused("`sample` in a modifier", sample.span)
 
 
 def _of_behavior(first: Behavior, plan: Plan) -> Iterator[_Refused]:
@@ -135,10 +143,8 @@ def _of_modifications(modifications: Iterable[Modification]) -> Iterator[_Refuse
         match modification:
             case Until(event):
                 yield from _of_specification(event)
-            case ModifierApplication(modifier=name, span=span):
-                yield _Refused(f"the modifier `{name}`", span)
-            case Override(span=span):
-                yield _Refused("the modifier `override`", span)
+            case ModifierApplication() | Override():
+                pass
             case _:
                 assert_never(modification)
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable
 
-from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.plan import InvokeAction
+from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
 from seoro.runtime.invocation import Instance, Place
-from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
 
 def run_action(plan: InvokeAction, place: Place) -> Awaitable[Outcome]:
@@ -43,7 +43,7 @@ async def _drive(plan: InvokeAction, instance: Instance, place: Place) -> Outcom
     try:
         await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
     except Exception as error:
-        outcome = _judge(_cause(error), plan, place)
+        outcome = judge(error, plan.action, plan.span, place)
     finally:
         place.flow.open_ended = False
     if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
@@ -53,25 +53,3 @@ async def _drive(plan: InvokeAction, instance: Instance, place: Place) -> Outcom
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
     return outcome
-
-
-def _cause(error: Exception) -> Exception:
-    """What went wrong; of what several tasks of an action raised, a fault before a failure."""
-    if not isinstance(error, ExceptionGroup):
-        return error
-    causes = [_cause(part) for part in error.exceptions]
-    return next((cause for cause in causes if not isinstance(cause, ActionFailed)), causes[0])
-
-
-def _judge(error: Exception, plan: InvokeAction, place: Place) -> Outcome:
-    """The outcome of an action that raised; faults and lost backends end the run."""
-    services = place.services
-    match error:
-        case ActionFailed() | BackendRefused():
-            return failure(f"`{plan.action}` failed: {error}", plan.span)
-        case BackendLost():
-            services.decide(RunStatus.ERROR, str(error), plan.span)
-        case _:
-            services.fault = error
-            services.decide(RunStatus.ERROR, f"`{plan.action}` raised {type(error).__name__}: {error}", plan.span)
-    return SUCCEEDED  # of no account: the run is ended

@@ -27,6 +27,7 @@ async def run_until(directives: Sequence[Until], place: Place, inner: Carry) -> 
     agenda, flow = place.agenda, place.flow
     past = flow.past.fork()
     with agenda.scope(flow) as scope:
+        scope.has_end = True
         try:
             with ExitStack() as armed:
                 if _arm(directives, place, past, scope, armed):

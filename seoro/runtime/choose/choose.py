@@ -46,6 +46,25 @@ SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
 
 
 @dataclass(frozen=True)
+class Attached:
+    """A modifier of an instance, whose values are chosen with those of the instance.
+
+    Args:
+        structure: What it is made of.
+        environment: Its scope; it is the instance there.
+        given: Values that it has from the start.
+        constraints: What its arguments say.
+        around: The scope of those.
+    """
+
+    structure: Structure
+    environment: Environment
+    given: Mapping[str, Value]
+    constraints: tuple[ConstraintMember, ...]
+    around: Environment
+
+
+@dataclass(frozen=True)
 class Request:
     """What values are asked for.
 
@@ -60,6 +79,7 @@ class Request:
         structures: The structures of all types.
         evaluate: Evaluates expressions.
         value: The place of the instance, if it is a struct or an actor.
+        attached: What modifies it.
     """
 
     holder: HasFields
@@ -72,6 +92,7 @@ class Request:
     around: Environment | None = None
     overrides: tuple[Constraint, ...] = ()
     value: Slot | None = None
+    attached: tuple[Attached, ...] = ()
 
 
 def choose(request: Request) -> None:
@@ -88,6 +109,9 @@ def choose(request: Request) -> None:
         for structure in request.roots:
             gathering.add_root(structure, request.holder, request.given, request.environment)
     gathering.add_constraints(request.constraints, request.around or request.environment, INVOCATION)
+    for other in request.attached:
+        gathering.add_root(other.structure, other.environment.instance, other.given, other.environment, INVOCATION)
+        gathering.add_constraints(other.constraints, other.around, INVOCATION)
     gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
     gathering.expand()
     _Choice(gathering, request).run()

@@ -69,10 +69,15 @@ class Gathering:
     # ------------------------------------------------------------ the instance itself
 
     def add_root(
-        self, structure: Structure, holder: HasFields, given: Mapping[str, Value], environment: Environment
+        self,
+        structure: Structure,
+        holder: HasFields,
+        given: Mapping[str, Value],
+        environment: Environment,
+        level: int = 0,
     ) -> None:
-        """Add the fields and constraints of the instance itself."""
-        self._add_members(structure.members, holder, environment, 0, given)
+        """Add the fields and constraints of the instance itself, or of a modifier of it at the level of that."""
+        self._add_members(structure.members, holder, environment, -level, given)
 
     def add_value(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
         """Add a value that is made by itself: its fields, its constraints, and the subtypes that it may be of."""

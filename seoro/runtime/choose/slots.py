@@ -21,7 +21,7 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.choose.fields import Fields
-from seoro.runtime.environment import Environment
+from seoro.runtime.environment import Deferred, Environment
 from seoro.runtime.values import Actor, HasFields, Struct
 
 if TYPE_CHECKING:
@@ -143,8 +143,13 @@ class Slots:
                 return self.of(environment.outermost).get(name)
             case Member(Self(), name):
                 return self.of(environment.instance).get(name)
-            case Member(Binding(bound), name):
-                return self.of(environment.bindings.get(bound)).get(name)
+            case Binding(bound) if isinstance(value := environment.bindings.get(bound), Deferred):
+                return self.find(value.expression, value.environment)
+            case Member(Binding(bound) as base, name):
+                value = environment.bindings.get(bound)
+                if isinstance(value, Deferred):
+                    return self.find(Member(value.expression, name, base.span), value.environment)
+                return self.of(value).get(name)
             case Member(base, name):
                 holder = self.find(base, environment)
                 return self._part(holder, name) if holder is not None else None

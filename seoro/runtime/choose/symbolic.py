@@ -71,7 +71,7 @@ from seoro.runtime.choose.forms import (
     with_operands,
 )
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError
+from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
 from seoro.runtime.methods import MAX_DEPTH, implementation, inside
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
 
@@ -166,7 +166,10 @@ class Translation:
             case Labelled():
                 return self._evaluate(expression, environment)
             case Binding(name):
-                return environment.bindings[name]
+                bound = environment.bindings[name]
+                if isinstance(bound, Deferred):
+                    return self._symbolic(bound.expression, bound.environment)
+                return bound
             case Member(base, name):
                 return self._field(self._symbolic(base, environment), name)
             case Call():
@@ -366,6 +369,8 @@ class Translation:
                     found += self._slots.of(environment.instance).values()
                 case Call(receiver=None):
                     found += self._slots.of(environment.instance).values()
+                case Binding(name) if isinstance(bound := environment.bindings.get(name), Deferred):
+                    found += self._named(bound.expression, bound.environment)
                 case Binding(name) if name in environment.bindings:
                     found += self._bound(environment.bindings[name])
                 case _:

@@ -1,0 +1,40 @@
+"""What becomes of an exception in Python that carries out an action or a modifier."""
+
+from __future__ import annotations
+
+from seoro.errors import ActionFailed, BackendLost, BackendRefused
+from seoro.lang.source import Span
+from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.invocation import Place
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
+
+
+def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
+    """The outcome of a function that raised; faults and lost backends end the run as an error.
+
+    Args:
+        error: What it raised.
+        name: What it carries out.
+        span: Where that stands.
+        place: Where it is carried out.
+    """
+    services = place.services
+    match _cause(error):
+        case ActionFailed() | BackendRefused() as refusal:
+            return failure(f"`{name}` failed: {refusal}", span)
+        case BackendLost() as lost:
+            services.decide(RunStatus.ERROR, str(lost), span)
+        case EvaluationError() as valueless:
+            services.decide(RunStatus.ERROR, str(valueless), valueless.span)
+        case fault:
+            services.fault = fault
+            services.decide(RunStatus.ERROR, f"`{name}` raised {type(fault).__name__}: {fault}", span)
+    return SUCCEEDED  # of no account: the run is ended
+
+
+def _cause(error: Exception) -> Exception:
+    """What went wrong; of what several tasks of an action raised, a fault before a failure."""
+    if not isinstance(error, ExceptionGroup):
+        return error
+    causes = [_cause(part) for part in error.exceptions]
+    return next((cause for cause in causes if not isinstance(cause, ActionFailed)), causes[0])

@@ -1,0 +1,176 @@
+"""Modifiers (7.3.12): Python carries out atomic ones; a compound one is what it applies and constrains.
+
+A function gets the behavior, with the modifiers that stand closer to it, as its child. Each run of the child
+starts that anew, and draws anew; between two runs lies a round, so that a loop of runs that take no time is found.
+A function waits for its context and its child only: all else would hold up the round.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from typing import Any, NoReturn, TypeAlias
+
+from seoro.runtime.agenda import Waiter
+from seoro.runtime.applied import Applied, Modifying
+from seoro.runtime.behaviors.faults import judge
+from seoro.runtime.behaviors.limits import within_limit
+from seoro.runtime.behaviors.members import Carry
+from seoro.runtime.invocation import Place
+from seoro.runtime.verdict import Outcome, Status
+
+Within: TypeAlias = Callable[[Iterable[Modifying], Carry], Carry]
+"""How something is carried out within modifications, the outermost first."""
+
+
+async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Within) -> Outcome:
+    """Carry out what is modified, by its modifier."""
+    services, name = place.services, applied.modifier.name
+    services.count_start(applied.plan.span, len(place.position))
+    number = services.new_id()
+    path, source = f"{place.path}/{name}", str(applied.plan.span)
+    fields = {"type": "modifier", "name": name, "path": path, "source": source}
+    services.trace.record("behavior.start", id=number, parent=place.parent, **fields)
+    inside = replace(place, parent=number)
+    try:
+        if name in services.modifiers:
+            outcome = await _run_function(applied, inside, inner)
+        else:
+            outcome = await within(applied.modifiers, inner)(inside)
+    except asyncio.CancelledError:
+        services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+        raise
+    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    return outcome
+
+
+async def _run_function(applied: Applied, place: Place, inner: Carry) -> Outcome:
+    bound, span = place.services.modifiers[applied.modifier.name], applied.plan.span
+    arguments = {name: applied.fields[name] for name in applied.modifier.structure.fields}
+    waiting = _Waiting()
+    context, child = _Context(applied, place, waiting), _Child(applied, place, inner, waiting)
+    try:
+        outcome = await _Driven(bound.call(context, applied.actor, child, arguments), waiting)
+        if not isinstance(outcome, Outcome):
+            raise TypeError(f"it returned {outcome!r}, not an `Outcome`")
+    except Exception as error:
+        outcome = judge(error, applied.modifier.name, span, place)
+    if place.flow.ended is not None:  # it was cancelled, whatever it makes of that
+        raise asyncio.CancelledError
+    if place.services.decision is not None:
+        await place.agenda.step(place.flow)  # to be cancelled by the end of the run
+    return outcome if not outcome.failed or outcome.span is not None else replace(outcome, span=span)
+
+
+class _Waiting:
+    """Whether a function waits for what it has been given."""
+
+    def __init__(self) -> None:
+        self.is_given = False
+
+    @contextmanager
+    def given(self) -> Generator[None]:
+        """While it waits for its context or its child."""
+        self.is_given = True
+        try:
+            yield
+        finally:
+            self.is_given = False
+
+
+class _Driven:
+    """A function of a modifier, driven such that it waits for nothing else.
+
+    Args:
+        coroutine: What it returned.
+        waiting: What it waits for.
+    """
+
+    def __init__(self, coroutine: Coroutine[Any, Any, Outcome], waiting: _Waiting) -> None:
+        self._coroutine = coroutine
+        self._waiting = waiting
+
+    def __await__(self) -> Generator[Any, Any, Outcome]:
+        error: BaseException | None = None
+        while True:
+            try:
+                awaited = self._coroutine.send(None) if error is None else self._coroutine.throw(error)
+            except StopIteration as returned:
+                return returned.value  # type: ignore[no-any-return] # checked by who awaits this
+            if not self._waiting.is_given:
+                error = RuntimeError("a modifier waits for its context and its child only")
+                continue
+            error = None
+            try:
+                yield awaited
+            except BaseException as thrown:
+                error = thrown
+
+
+class _Context:
+    """`ModifierContext` of one application."""
+
+    def __init__(self, applied: Applied, place: Place, waiting: _Waiting) -> None:
+        self._span = applied.plan.span
+        self._place = place
+        self._waiting = waiting
+
+    @property
+    def now(self) -> float:
+        return self._place.agenda.now
+
+    def log(self, message: str, level: str = "info") -> None:
+        self._place.services.trace.record("log", level=level, message=message, source=str(self._span))
+
+    async def sleep(self, duration: float) -> None:
+        waiter = Waiter(self._place.flow)
+        self._place.agenda.fire_at(self.now + duration, waiter)
+        await self._wait(waiter)
+
+    async def hold(self) -> NoReturn:
+        flow = self._place.flow
+        flow.open_ended = True
+        try:
+            await self._wait(Waiter(flow))
+        finally:
+            flow.open_ended = False
+        raise AssertionError("nothing fires this")
+
+    async def _wait(self, waiter: Waiter) -> None:
+        waits = self._place.services.waits
+        waits[waiter.flow] = self._span
+        try:
+            with self._waiting.given():
+                await self._place.agenda.wait(waiter)
+        finally:
+            del waits[waiter.flow]
+
+
+class _Child:
+    """`Child` of one application."""
+
+    def __init__(self, applied: Applied, place: Place, inner: Carry, waiting: _Waiting) -> None:
+        self._span = applied.plan.span
+        self._place = place
+        self._inner = inner
+        self._waiting = waiting
+        self._runs = 0
+
+    async def run(self, limit: float | None = None) -> Outcome | None:
+        place, agenda = self._place, self._place.agenda
+        if place.flow.ended is not None:
+            raise asyncio.CancelledError  # the modifier has not let itself be cancelled
+        self._runs += 1
+        with self._waiting.given():
+            if self._runs > 1:
+                place.services.count_start(self._span, len(place.position))
+                place = replace(place, path=f"{place.path}#{self._runs}")
+                await agenda.step(place.flow)
+            behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
+            if limit is None:
+                return await behave()
+            outcome, is_cut_off = await within_limit(place, limit, behave)
+            return None if is_cut_off else outcome
