@@ -11,6 +11,7 @@ import pytest
 
 from seoro.embed import Options, Run, load, prepare
 from seoro.runtime.actions import ActionFunction
+from seoro.runtime.modifiers import ModifierFunction
 from seoro.runtime.verdict import Verdict
 
 VIRTUAL = Options(clock="virtual")
@@ -38,12 +39,14 @@ class Ran:
 
 class Prepare(Protocol):
     def __call__(
-        self, text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction] = ()
+        self, text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction | ModifierFunction] = ()
     ) -> AbstractAsyncContextManager[Run]: ...
 
 
 class RunText(Protocol):
-    async def __call__(self, text: str, seed: int = 0, actions: Sequence[ActionFunction] = ()) -> Ran: ...
+    async def __call__(
+        self, text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = ()
+    ) -> Ran: ...
 
 
 @pytest.fixture
@@ -51,7 +54,7 @@ def prepare_text(tmp_path: Path) -> Prepare:
     """Prepares a run of the text of a scenario; actions are found beside those of the libraries."""
 
     def prepare_run(
-        text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction] = ()
+        text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction | ModifierFunction] = ()
     ) -> AbstractAsyncContextManager[Run]:
         path = tmp_path / "test.osc"
         path.write_text(HEADER + text)
@@ -66,7 +69,7 @@ def prepare_text(tmp_path: Path) -> Prepare:
 def run_text(prepare_text: Prepare) -> RunText:
     """Runs the text of a scenario on the virtual clock."""
 
-    async def run(text: str, seed: int = 0, actions: Sequence[ActionFunction] = ()) -> Ran:
+    async def run(text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = ()) -> Ran:
         async with prepare_text(text, Options(seed=seed, clock="virtual"), actions) as started, started.running():
             records = [record async for record in started.trace()]
             return Ran(await started.result(), records)

@@ -1,0 +1,89 @@
+"""`override`: a behavior ends when another one starts."""
+
+from tests.runtime.conftest import RunText
+
+
+def scenario(rules: str, first: str = "1s", second: str = "2s") -> str:
+    """Two labelled behaviors of 2 s in flows of their own."""
+    flows = "".join(
+        f"""
+        serial:
+            wait elapsed({start})
+            {label}: serial:
+                log("{label}")
+                wait elapsed(2s)
+                log("{label} ends")
+            log("after {label}")"""
+        for label, start in (("a", first), ("b", second))
+    )
+    lines = "".join(f"\n        {rule}" for rule in rules.splitlines())
+    return f"scenario main:\n    do parallel:{flows}\n    with:{lines}\n"
+
+
+async def test_what_is_overridden_ends_when_the_other_starts_and_what_is_around_goes_on(run_text: RunText) -> None:
+    ran = await run_text(scenario("override(a, b)"))
+    assert ran.logs == [(1.0, "a"), (2.0, "b"), (2.0, "after a"), (4.0, "b ends"), (4.0, "after b")]
+    assert ran.verdict.passed
+    assert ran.ends["a"] == "cancelled"
+
+
+async def test_it_says_nothing_of_what_starts_later(run_text: RunText) -> None:
+    ran = await run_text(scenario("override(b, a)"))
+    assert (2.0, "b") in ran.logs
+    assert ran.verdict.passed
+
+
+async def test_when_active_it_does_not_even_start(run_text: RunText) -> None:
+    ran = await run_text(scenario("override(b, a, when_active)"))
+    skipped = "`b` does not start: overridden by `a`"
+    assert ran.logs == [(1.0, "a"), (2.0, skipped), (2.0, "after b"), (3.0, "a ends"), (3.0, "after a")]
+
+
+async def test_when_active_it_may_start_once_the_other_has_ended(run_text: RunText) -> None:
+    ran = await run_text(scenario("override(b, a, when_active)", second="3.5s"))
+    assert (3.5, "b") in ran.logs
+
+
+async def test_of_two_that_start_in_one_round_the_first_in_the_text_goes_on(run_text: RunText) -> None:
+    for mode in ("", ", when_active"):
+        ran = await run_text(scenario(f"override(a, b{mode})\noverride(b, a{mode})", "1s", "1s"))
+        assert (3.0, "a ends") in ran.logs
+        assert (3.0, "b ends") not in ran.logs
+
+
+async def test_it_holds_in_the_block_of_what_overrides(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario inner:
+    do wait elapsed(1s)
+
+scenario main:
+    do parallel:
+        x: serial:
+            wait elapsed(5s)
+            log("never")
+        serial:
+            wait elapsed(1s)
+            y: inner() with:
+                override(x, y)
+""")
+    assert (ran.verdict.passed, ran.verdict.duration, ran.logs) == (True, 2.0, [])
+
+
+async def test_labels_of_what_is_invoked_and_members_of_a_scenario(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario inner:
+    do part: serial:
+        wait elapsed(5s)
+        log("never")
+
+scenario main:
+    override(x.part, y)
+    do parallel:
+        serial:
+            x: inner()
+            log("after x")
+        serial:
+            wait elapsed(1s)
+            y: wait elapsed(1s)
+""")
+    assert (ran.verdict.passed, ran.verdict.duration, ran.logs) == (True, 2.0, [(1.0, "after x")])
