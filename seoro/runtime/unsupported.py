@@ -20,6 +20,7 @@ from seoro.lang.plan import (
     Every,
     Expression,
     Fall,
+    FieldDeclaration,
     InvokeAction,
     InvokeScenario,
     Member,
@@ -41,6 +42,8 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.lang.source import Span
+
+_TIMES = frozenset({"duration", "overlap", "start_to_start", "end_to_end"})
 
 
 class _Refused(NamedTuple):
@@ -77,7 +80,7 @@ def _of_plan(plan: Plan) -> Iterator[_Refused]:
         for applied in type_.modifiers:
             yield _Refused("a modifier of a struct or an actor", applied.span)
     for name, modifier in plan.modifiers.items():
-        yield from _of_modifier(modifier)
+        yield from _of_modifier(modifier, plan)
         for item in plan.coverage.get(modifier_type(name), ()):
             yield _Refused("`cover` or `record` in a modifier", item.span)
 
@@ -94,13 +97,37 @@ def _of_members(
         yield from _of_specification(sample.event)
 
 
-def _of_modifier(modifier: Modifier) -> Iterator[_Refused]:
+def _of_modifier(modifier: Modifier, plan: Plan) -> Iterator[_Refused]:
+    yield from _of_times_of_it(modifier, plan)
     for event in modifier.events:
         yield _Refused("an event of a modifier", event.span)
     for directive in modifier.on:
         yield _Refused("`on` in a modifier", directive.span)
     for sample in modifier.samples:
         yield _Refused("`sample` in a modifier", sample.span)
+
+
+def _of_times_of_it(modifier: Modifier, plan: Plan) -> Iterator[_Refused]:
+    """Times of what is modified, which are arguments of it, and no fields."""
+    modified = plan.scenarios.get(modifier.of or "") or plan.actions.get(modifier.of or "")
+    fields = modified.structure.fields if modified is not None else {}
+    pending: list[Expression] = []
+    for member in modifier.structure.members:
+        match member:
+            case FieldDeclaration(default=default) if default is not None:
+                pending.append(default)
+            case Constraint(condition):
+                pending.append(condition)
+            case _:
+                pass
+    for applied in modifier.modifiers:
+        if isinstance(applied, ModifierApplication):
+            pending += [value for _, value in (*applied.arguments, *applied.ranges)]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Member) and part.name in _TIMES - fields.keys() and isinstance(part.base, Binding):
+            yield _Refused(f"`it.{part.name}` in a modifier", part.span)
+        pending += parts(part)
 
 
 def _of_behavior(first: Behavior, plan: Plan) -> Iterator[_Refused]:
