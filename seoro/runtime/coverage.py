@@ -31,7 +31,7 @@ from seoro.runtime.values import Actor, HasFields, Struct, Value, plain
 if TYPE_CHECKING:
     from seoro.runtime.invocation import Instance
 
-Observe: TypeAlias = Callable[[plan.OwnEvent, Callable[[], None]], None]
+Observe: TypeAlias = Callable[[HasFields, plan.OwnEvent, Callable[[], None]], None]
 
 _DIGITS = 12  # of values in their unit, so that 50kph are 50 again
 
@@ -60,6 +60,16 @@ class _Holder:
         if isinstance(self.value, Struct | Actor):
             return self.value.types[::-1]
         return types_of(self.value.declaration)[::-1]
+
+    def source_of(self, event: plan.OwnEvent) -> Instance | Struct | Actor:
+        """Whose event it is: its own if it declares it; `start`, `end` and `fail` are those of the instance."""
+        return self.value if isinstance(event, plan.DeclaredEvent) else self.instance
+
+    def path_of(self, event: plan.OwnEvent) -> str:
+        """What people call the event at which an item is sampled."""
+        if isinstance(event, plan.DeclaredEvent) and self.value is not self.instance:
+            return f"{self.instance.path}.{self.path}.{event.name}"
+        return self.instance.event(event).path
 
     def environment(self, bindings: Mapping[str, Value | HasFields]) -> Environment:
         """What names stand for in its items."""
@@ -120,7 +130,7 @@ class Coverage:
 
         Args:
             instance: The instance.
-            observe: Is given an event of the instance, and what to call with each occurrence.
+            observe: Is given whose event it is, the event, and what to call with each occurrence.
         """
         if not self.items:
             return
@@ -128,9 +138,9 @@ class Coverage:
             groups: dict[str, tuple[plan.OwnEvent, list[plan.AnyCoverageItem]]] = {}
             for item in self._items_of(holder):
                 self._open_tally(holder, item)
-                groups.setdefault(instance.event(item.event).path, (item.event, []))[1].append(item)
+                groups.setdefault(holder.path_of(item.event), (item.event, []))[1].append(item)
             for path, (event, items) in groups.items():
-                observe(event, partial(self._sample, holder, items, path))
+                observe(holder.source_of(event), event, partial(self._sample, holder, items, path))
 
     def _items_of(self, holder: _Holder) -> Iterator[plan.AnyCoverageItem]:
         """Its items, those that are combined before their combinations."""

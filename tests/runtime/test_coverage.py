@@ -260,3 +260,17 @@ scenario main:
     do log("done")
 """)
     assert [r["name"] for r in ran.records if r["kind"] == "event"] == ["main.start", "main.end"]
+
+
+async def test_an_actor_is_sampled_at_an_event_of_its_own(run_text: RunText) -> None:
+    ran = await run_text("""
+actor bell:
+    n: int = 3
+    event due is elapsed(1s)
+    cover(n, event: due)
+
+scenario main:
+    b: bell
+    do wait elapsed(3s)
+""")
+    assert samples(ran) == [(1, "cover", "b.n", 3, "")]

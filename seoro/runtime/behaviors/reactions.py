@@ -92,8 +92,9 @@ class Reactions:
             environment = inside.services.environment_of(holder, environment)
         self._arm(sample.event, environment, inside, answer)
 
-    def observe(self, event: OwnEvent, tell: Callable[[], None]) -> None:
-        """Tell of each occurrence of an event, when it takes hold; nothing is in the past of who looks on."""
+    def observe(self, source: HasFields, event: OwnEvent, tell: Callable[[], None]) -> None:
+        """Tell of each occurrence of an event of the instance, or of what it holds, when it takes hold; nothing is in
+        the past of who looks on."""
 
         def meet(_: Occurrence) -> bool:
             tell()
@@ -101,7 +102,9 @@ class Reactions:
 
         place = self._next_place("coverage")
         listener = Listener(place.services, _context(place, Past()))
-        self._armed.callback(listener.listen(OnEvent(event, None, None, event.span), place.environment(), meet))
+        around = place.environment()
+        inside = around if source is place.instance else place.services.environment_of(source, around)
+        self._armed.callback(listener.listen(OnEvent(event, None, None, event.span), inside, meet))
 
     def _next_place(self, name: str) -> Place:
         """The place of the next reaction, after the body, which is member 0."""
