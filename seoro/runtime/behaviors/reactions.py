@@ -93,8 +93,8 @@ class Reactions:
         self._arm(sample.event, environment, inside, answer)
 
     def observe(self, source: HasFields, event: OwnEvent, tell: Callable[[], None]) -> None:
-        """Tell of each occurrence of an event of the instance, or of what it holds, when it takes hold; nothing is in
-        the past of who looks on."""
+        """Tell of each occurrence of an event of the instance, or of what it holds, when it takes hold; nothing is
+        in the past of who looks on."""
 
         def meet(_: Occurrence) -> bool:
             tell()
