@@ -38,7 +38,7 @@ from seoro.lang.solve.problem import (
     Undecided,
     Unsolved,
 )
-from seoro.lang.solve.solver import solve
+from seoro.lang.solve.solver import lowest, solve
 
 __all__ = [
     "Boolean",
@@ -58,5 +58,6 @@ __all__ = [
     "Undecided",
     "Unsolved",
     "Value",
+    "lowest",
     "solve",
 ]

@@ -50,7 +50,7 @@ def attempt(
         Contradiction: There are none.
         Unbounded, NeedsSolver, Undecided: As `solve` has them.
     """
-    store = _store(problem, wrapping, relaxed)
+    store = store_of(problem, wrapping, relaxed)
     try:
         store.propagate(range(len(store.parts)))
         store.settle()
@@ -77,7 +77,8 @@ def has_whole_arithmetic(problem: Problem) -> bool:
     )
 
 
-def _store(problem: Problem, wrapping: bool, relaxed: frozenset[Cell]) -> Store:
+def store_of(problem: Problem, wrapping: bool, relaxed: frozenset[Cell] = frozenset()) -> Store:
+    """The store of a problem, before anything is propagated; see `attempt`."""
     numbers = {cell: number for number, cell in enumerate(problem.cells)}
     if len({cell.name for cell in problem.cells}) < len(problem.cells):
         names = [cell.name for cell in problem.cells]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell
@@ -24,6 +25,8 @@ from seoro.lang.solve.terms import (
     cells_of,
     operands,
 )
+
+OPAQUE_COST: Final = 30  # that of a term that is evaluated elsewhere
 
 
 class Node(frozen.Frozen):
@@ -54,6 +57,7 @@ class Part(frozen.Frozen):
         definitions: Cells that the part says to be equal to something that they have no part in, and what that is.
         partial: Whether it may have no value, whatever its terms can be.
         listed: Whether contraction of the last open cell may leave values that do not satisfy it.
+        cost: How long it takes to evaluate it, in terms.
     """
 
     source: int
@@ -64,6 +68,7 @@ class Part(frozen.Frozen):
     definitions: tuple[tuple[int, Term], ...]
     partial: bool
     listed: bool
+    cost: int
 
 
 def parts_of(constraints: tuple[Constraint, ...], numbers: Mapping[Cell, int]) -> tuple[Part, ...]:
@@ -94,8 +99,9 @@ def _part(source: int, term: Term, numbers: Mapping[Cell, int]) -> Part:
     partial = any(_is_partial(node.term) for node in nodes)
     listed = repeated or any(_is_coarse(node.term) for node in nodes)
     solvable = () if repeated else _solvable(term, numbers)
+    cost = sum(OPAQUE_COST if isinstance(node.term, Opaque) else 1 for node in nodes)
     return Part(
-        source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed
+        source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed, cost
     )
 
 

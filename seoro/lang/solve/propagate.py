@@ -164,6 +164,7 @@ class Store:
     def _verify(self, number: int) -> None:
         """Evaluate a part all of whose cells have values."""
         part = self.parts[number]
+        self.effort += part.cost
         try:
             if evaluate(part.term, self.values(part.cells), self._tolerance(part)) is True:
                 return
@@ -280,7 +281,7 @@ class Store:
         if listed is None or len(listed) == 1:
             return []
         part = self.parts[number]
-        self.effort += len(listed) * len(part.nodes)
+        self.effort += len(listed) * part.cost
         values = self.values(other for other in part.cells if other != cell)
         tolerance = self._tolerance(part)
         reasons: list[str] = []

@@ -268,6 +268,8 @@ def solved_for(store: Store, cell: int, values: Range) -> float:
     parts = [store.parts[number] for number in store.watchers[cell] if number not in store.entailed]
     ready = [part for part in parts if not any(store.is_open(other) for other in part.cells if other != cell)]
 
+    store.effort += len(candidates) * sum(part.cost for part in ready)
+
     def satisfied(value: float) -> int:
         return sum(holds(part.term, {**store.values(part.cells), store.cells[cell]: value}) for part in ready)
 

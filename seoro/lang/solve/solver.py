@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from seoro.lang.solve.attempt import Contradiction, Engine, attempt, has_whole_arithmetic
+from contextlib import suppress
+
+from seoro.lang.solve.attempt import Contradiction, Engine, attempt, has_whole_arithmetic, store_of
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.conflict import smallest_conflict
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.parts import conjuncts
 from seoro.lang.solve.problem import Problem, Solution, Unsolved
-from seoro.lang.solve.sets import contains, natural
+from seoro.lang.solve.propagate import Clash
+from seoro.lang.solve.sets import contains, hull, natural
 from seoro.lang.solve.terms import CellRef, Compare, Term, Unevaluable
 
 
@@ -43,6 +46,15 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
         raise smallest_conflict(problem, contradiction, wrapping=True) from None
     except Unsolved:
         raise smallest_conflict(problem, found, wrapping=False) from None
+
+
+def lowest(problem: Problem, cell: Cell) -> float:
+    """A number below which a cell cannot be, whatever the others are: a lower bound, which may be no solution."""
+    store = store_of(problem, wrapping=has_whole_arithmetic(problem))
+    number = problem.cells.index(cell)
+    with suppress(Clash):
+        store.propagate(range(len(store.parts)))
+    return hull(store.sets[number]).low
 
 
 def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:

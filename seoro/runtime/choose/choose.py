@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TypeAlias, cast
 
 from seoro.lang import solve
 from seoro.lang.plan import (
@@ -42,6 +42,7 @@ from seoro.runtime.environment import Environment, Evaluate, NoChoice
 from seoro.runtime.values import HasFields, Range, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
+Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # what has to hold, with what it comes from
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
 
 
@@ -135,7 +136,7 @@ class _Choice:
         while True:
             self._size_lists()
             self._prepare()
-            self._put(self._solve(self._pins).values)
+            self._put(self._solve(dict(self._constraints()), self._pins).values)
             found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
             if not found:
                 break
@@ -173,10 +174,12 @@ class _Choice:
         count = self._names[path] = self._names.get(path, 0) + 1
         return path if count == 1 else f"{path} ({count})"
 
-    def _solve(self, more: list[solve.Constraint]) -> solve.Solution:
-        rules = dict(self._constraints())
+    def _problem(self, rules: Rules, more: list[solve.Constraint]) -> solve.Problem:
         cells = [cell for slot in self._slots.all for cell in (slot.cell, slot.size) if cell is not None]
-        problem = solve.Problem(tuple(cells), (*rules, *more))
+        return solve.Problem(tuple(cells), (*rules, *more))
+
+    def _solve(self, rules: Rules, more: list[solve.Constraint]) -> solve.Solution:
+        problem = self._problem(rules, more)
         try:
             return solve.solve(problem, self._seed)
         except solve.Conflict as conflict:
@@ -236,14 +239,17 @@ class _Choice:
             unsized = [slot for slot in self._slots.all if self._is_unsized(slot)]
             if not unsized:
                 return
-            conditions = [rule for rule in self._gathering.rules if rule.condition is not None]
+            least, mentioned = self._mentioned()
             for slot in unsized:
-                least, is_sized = self._mentioned(slot, conditions)
-                slot.size = solve.Cell(f"{slot.path}.size()", slot.span, solve.Integer(least, MAX_SIZE))
-                slot.is_sized = not is_sized
-            self._prepare()
+                low = least.get(id(slot), 0)
+                slot.size = solve.Cell(f"{slot.path}.size()", slot.span, solve.Integer(low, MAX_SIZE))
             for slot in unsized:
-                size = self._smallest(slot) if not slot.is_sized else _least(slot)
+                if id(slot) in mentioned:
+                    self._gathering.expand()
+                    self._prepare()
+                    size = self._smallest(slot)
+                else:
+                    size = least.get(id(slot), 0)
                 slot.size, slot.is_sized = None, True
                 self._gathering.size_list(slot, size)
             self._gathering.expand()
@@ -253,38 +259,46 @@ class _Choice:
         is_made = isinstance(slot.type, ListType) and not slot.is_given and slot.definition is None
         return is_made and not slot.is_sized
 
-    def _mentioned(self, slot: Slot, rules: list[Rule]) -> tuple[int, bool]:
-        """How many members constraints mention, and whether they mention the size."""
-        least, is_sized = 0, False
-        for rule in rules:
+    def _mentioned(self) -> tuple[dict[int, int], set[int]]:
+        """How many members of lists constraints mention, and the lists whose sizes they mention, by identity."""
+        least: dict[int, int] = {}
+        sized: set[int] = set()
+        for rule in self._gathering.rules:
             pending: list[Expression] = [rule.condition] if rule.condition is not None else []
             while pending:
                 current = pending.pop()
                 match current:
-                    case Index(items, Literal(int(position))) if self._is(items, slot, rule):
-                        least = max(least, position + 1)
-                    case Size(items) if self._is(items, slot, rule):
-                        is_sized = True
+                    case Index(items, Literal(int(position))):
+                        slot = self._slots.find(items, rule.environment)
+                        if slot is not None:
+                            least[id(slot)] = max(least.get(id(slot), 0), position + 1)
+                    case Size(items):
+                        slot = self._slots.find(items, rule.environment)
+                        if slot is not None:
+                            sized.add(id(slot))
                     case _:
                         pass
                 pending += parts(current)
-        return least, is_sized
-
-    def _is(self, expression: Expression, slot: Slot, rule: Rule) -> bool:
-        return self._slots.find(expression, rule.environment) is slot
+        return least, sized
 
     def _smallest(self, slot: Slot) -> int:
+        """The smallest size that constraints allow; they may leave so many to try that any will do."""
         size = slot.size
         assert size is not None
-        least = _least(slot)
-        for candidate in range(least, min(least + SIZES_TRIED, MAX_SIZE)):
+        rules = dict(self._constraints())
+        low = int(solve.lowest(self._problem(rules, self._pins), size))
+        for candidate in range(low, min(low + SIZES_TRIED, MAX_SIZE)):
             term = terms.Compare("==", terms.CellRef(size), terms.Const(candidate))
+            pin = solve.Constraint(term, slot.span, f"{slot.path}.size() == {candidate}")
             try:
-                self._solve([*self._pins, solve.Constraint(term, slot.span, f"{slot.path}.size() == {candidate}")])
-            except NoChoice:
-                continue
-            return candidate
-        return cast(int, self._solve(self._pins).values[size])
+                self._solve(rules, [*self._pins, pin])
+            except NoChoice as reason:
+                conflict = reason.__cause__
+                if not isinstance(conflict, solve.Conflict) or pin not in conflict.constraints:
+                    raise  # for other sizes too
+            else:
+                return candidate
+        return cast(int, self._solve(rules, self._pins).values[size])
 
     # ------------------------------------------------------------ values
 
@@ -341,11 +355,6 @@ def _assign(slot: Slot, value: Value) -> None:
     slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict
 
 
-def _least(slot: Slot) -> int:
-    assert slot.size is not None and isinstance(slot.size.domain, solve.Integer)
-    return slot.size.domain.low
-
-
 def _domain(type_: ValueType) -> solve.Domain | None:
     """What a scalar can be; None if it is none."""
     match type_:
@@ -366,7 +375,7 @@ def _domain(type_: ValueType) -> solve.Domain | None:
             return None
 
 
-def _conflict(conflict: solve.Conflict, rules: Mapping[solve.Constraint, Rule | None]) -> NoChoice:
+def _conflict(conflict: solve.Conflict, rules: Rules) -> NoChoice:
     """What to say of constraints that clash."""
     places: list[tuple[Span, str]] = []
     for constraint in conflict.constraints:

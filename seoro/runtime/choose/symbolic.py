@@ -126,10 +126,10 @@ class Translation:
             return slot.made
         if slot.definition is not None:
             return self._definition(slot)
-        if slot.size is not None:
-            raise NotYet(slot.path)
         if "lower" in slot.parts:
             return SymbolicRange(self._of_slot(slot.parts["lower"]), self._of_slot(slot.parts["upper"]))
+        if slot.size is not None or not slot.is_sized:
+            raise NotYet(slot.path)
         return SymbolicList(tuple(self._of_slot(part) for part in slot.parts.values()))
 
     def _definition(self, slot: Slot) -> Symbolic:
