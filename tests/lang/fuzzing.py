@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -121,6 +123,21 @@ _STATEMENTS = (
     "scenario {n}.{m}:\n event {m}({m}: {t} = {e})\n do parallel:\n  emit {m}({e})\n  wait @{l}.end",
     "scenario {n}:\n do one_of:\n  wait elapsed({e})\n  wait rise({e})\n  {n}.{m}({e})\n  call {e}",
     "scenario {n}:\n var {m}: {t} = {e}\n keep({e})\n cover({e})\n on @{l}:\n  emit {m}\n do {n}()",
+    "struct {n} inherits {m}({l} == {e}):\n {l}: {t}\n keep(default {m} == {e})\n keep(it.{l} in {e})",
+    "extend {n}:\n {m}: {t} with:\n  keep(it == {e})\n  remove_default(it.{l})\n"
+    "  cover({l}, expression: it, every: {e})",
+    "extend {n}:\n keep(hard {e})\n remove_default({m})\n var {l}: {t} = sample({e}, @{m}, {e})\n"
+    " {n}({e}, {m}: {e})",
+    "extend {n}:\n event {m} is @{l} as {n} if {e}\n event {l}({m}: {t}) is rise({e})\n"
+    " event {n} is every({e}, offset: {e})",
+    "extend {n}:\n cover({m}, expression: {e}, event: {l}, buckets: [{e}, {e}])\n cover(override: {m}, range: {e})"
+    "\n record({l}, items: [{m}, {n}], disable: {e}, target: {i})",
+    "extend {n}:\n on @{l}.{m} as {n} if {e}:\n  emit {m}({n}: {e})\n  call {n}.{m}({e})\n"
+    " on fall({e}):\n  emit {l}",
+    "modifier {n}.{m} of {l}:\n keep(it.{l} > {e})\n event {l} is @it.{m}\n on @it.start:\n  emit {l}\n {m}({e})",
+    "scenario {n}:\n do {l}: parallel(overlap: {m}, start_to_start: {e}, duration: {e}):\n"
+    "  {m}: {n}() with:\n   keep(it.{m} == {e})\n   until {e}\n   {n}({e})\n"
+    "  with:\n   override({l}, {m}, {n})\n   until @{m}.{l} if {e}",
 )
 _TYPES = ("int", "uint", "float", "bool", "string", "length", "time", "part", "colour", "machine", "list of int",
           "list of part", "range of float", "range of a", "a", "ns::a")  # fmt: skip
@@ -133,8 +150,92 @@ def statements() -> st.SearchStrategy[str]:
         st.sampled_from(_STATEMENTS), name, name, name, st.sampled_from(_TYPES), expressions(), st.integers(-3, 9)
     ).map(lambda part: part[0].format(n=part[1], m=part[2], l=part[3], t=part[4], e=part[5], i=part[6]))
     return st.tuples(
-        st.sampled_from(("", "import osc.types\n", PROGRAMS[0])), st.lists(statement, min_size=1, max_size=5)
+        st.sampled_from(("", "import osc.types\n", PROGRAMS[0], PROGRAMS[-1])),
+        st.lists(statement, min_size=1, max_size=5),
     ).map(lambda part: part[0] + "\n".join(part[1]) + "\n")
+
+
+_TYPED: Mapping[str, tuple[str, ...]] = {
+    "bool": (
+        "true", "p", "q", "s.on", "{int} == {int}", "{int} != {int}", "{int} < {int}", "{float} <= {float}",
+        "{int} in [{int}..{int}]", "{float} in r", "{int} in [{int}, {int}, {int}]", "{int} in l", "k == {load}",
+        "{load} in [{load}, {load}]", "{length} < {length}", "{length} in [{length}..{length}]", "not ({bool})",
+        "({bool} and {bool})", "({bool} or {bool})", "({bool} => {bool})", "({bool} ? {bool} : {bool})",
+        "l.size() == {int}", "l.has(it > {int})", "t.has(it.n > {int})", "s.is(odd)", "text == {string}",
+    ),
+    "int": (
+        "0", "1", "7", "a", "b", "s.n", "l[0]", "t[1].n", "s.twice()", "s.outer(3)", "-{int}", "({int} + {int})",
+        "({int} - {int})", "{int} * {int}", "({int} / {int})", "({int} % {int})", "({bool} ? {int} : {int})",
+        "l.first_index(it == {int})",
+    ),
+    "float": (
+        "0.5", "1e300", "x", "r.lower()", "r.upper()", "({float} - {float})", "{float} * {float}",
+        "({float} / {float})", "{int} * 0.1", "({length} / {length})",
+    ),
+    "length": (
+        "2m", "30cm", "d", "s.w", "({length} + {length})", "{length} * {float}", "({bool} ? {length} : {length})",
+    ),
+    "load": ("empty", "half", "full", "k", "s.kind", "({bool} ? {load} : {load})"),
+    "string": ("'one'", "text", "s.name"),
+}  # fmt: skip
+_CHOSEN = """import osc.types
+enum load: [empty, half, full]
+struct part:
+    n: int
+    w: length
+    on: bool
+    kind: load
+    name: string = 'part'
+    keep(n in [-9..9])
+    keep(w in [0m..9m])
+    keep({inner})
+    def twice() -> int is expression 2 * n
+    def outer(a: int) -> int is undefined
+struct odd inherits part(kind == half):
+    extra: int = 3
+    keep({inner})
+scenario main:
+    a, b: int
+    x: float
+    p, q: bool
+    d: length
+    k: load
+    l: list of int
+    r: range of float
+    text: string = {string}
+    s: part
+    t: list of part
+    keep({bounds})
+"""
+_BOUNDS = ("a in [0..9]", "b in [-5..5]", "x in [0.0..1.0]", "d in [0m..5m]", "s.w in [1m..2m]", "s.n in [1..3]",
+           "r.lower() in [0.0..1.0]", "r.upper() in [2.0..3.0]", "l[0] in [0..9]", "l[1] in [2..3]",
+           "t.size() == 2")  # fmt: skip
+_INNER = ("n in [0..5]", "w > 1m", "n < 3 => on", "kind == full", "n * n < 10", "default n == 2", "w in [1m..3m]")
+
+
+def chosen() -> st.SearchStrategy[str]:
+    """Scenarios whose types fit, with constraints of which nobody knows whether they can hold."""
+    return st.integers(0, 2**48).map(lambda seed: _chosen(random.Random(seed)))
+
+
+def _chosen(chance: random.Random) -> str:
+    bounds = [bound for bound in _BOUNDS if chance.random() < 0.97]
+    text = _CHOSEN.format(
+        inner=chance.choice(_INNER), string=chance.choice(("'one'", "'two'")), bounds=")\n    keep(".join(bounds)
+    )
+    for _ in range(chance.randint(1, 6)):
+        condition = _typed("bool", chance, chance.randint(1, 4))
+        qualifier = chance.choice(("", "", "", "default ", "hard "))
+        text += f"    keep({qualifier}({condition}))\n"
+        if chance.random() < 0.15:
+            text += f"    remove_default({chance.choice(('a', 's.n', 's', 't', 'text'))})\n"
+    return text + "    do serial:\n        wait elapsed(1s)\n"
+
+
+def _typed(type_: str, chance: random.Random, depth: int) -> str:
+    """An expression of a type; without depth, one that consists of nothing else."""
+    forms = [form for form in _TYPED[type_] if depth > 0 or "{" not in form]
+    return re.sub(r"\{(\w+)\}", lambda part: _typed(part[1], chance, depth - 1), chance.choice(forms))
 
 
 def seeds() -> list[str]:

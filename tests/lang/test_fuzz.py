@@ -1,4 +1,5 @@
-"""Whatever a text holds, it is read, checked and lowered to messages or a plan, soon, and raises nothing else."""
+"""Whatever a text holds, it is read, checked and lowered to messages or a plan, whose values are chosen or
+refused: soon, and nothing else is raised."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ import os
 import resource
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,8 @@ from seoro.errors import InvalidScenario
 from seoro.lang import frontend
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.render import render_text, to_json
+from seoro.runtime.environment import EvaluationError
+from seoro.runtime.instantiate import entry_parameters
 from tests.lang import fuzzing
 from tests.lang.programs import PROGRAMS
 
@@ -32,6 +36,7 @@ KINDS = {
     "soup": fuzzing.soup,
     "statements": fuzzing.statements,
     "mutated": fuzzing.mutated,
+    "chosen": fuzzing.chosen,
 }
 
 
@@ -48,13 +53,21 @@ def survives(path: Path, text: str) -> None:
     found = list(checked.diagnostics)
     if not checked.errors:
         try:
-            frontend.lower(checked, checked.scenarios[0] if checked.scenarios else None)
+            plan = frontend.lower(checked, _entry(checked))
         except InvalidScenario as refused:
             found += refused.diagnostics
+        else:
+            with suppress(EvaluationError):
+                entry_parameters(plan, seed=0)
     for diagnostic in found:
         is_well_formed(diagnostic)
     assert time.process_time() - start < MAX_SECONDS
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MAX_MEMORY
+
+
+def _entry(checked: frontend.Checked) -> str | None:
+    """The scenario to run, where a file has several."""
+    return "main" if "main" in checked.scenarios else next(iter(checked.scenarios), None)
 
 
 def is_well_formed(diagnostic: Diagnostic) -> None:
