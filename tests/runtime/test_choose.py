@@ -9,7 +9,8 @@ import pytest
 
 from seoro.embed import load
 from seoro.errors import InvalidUse
-from seoro.lang import frontend
+from seoro.lang import frontend, solve
+from seoro.lang.solve import solver
 from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.values import Actor, Range, Struct, Value, plain
@@ -265,6 +266,28 @@ def test_a_list_is_as_long_as_its_constraints_ask_for(
     block = "\n".join(f"    {line}" for line in constraints)
     found = in_main(tmp_path, "n: int = 4", f"flags: list of bool with:\n{block}")["flags"]
     assert isinstance(found, tuple) and len(found) == size
+
+
+def test_the_size_of_a_list_may_depend_on_the_members_of_another(tmp_path: Path) -> None:
+    members = ("a: list of int", "keep(a[0] in [2..3])", "b: list of int", "keep(b.size() == a[0])")
+    values = in_main(tmp_path, *members, "keep(not b.has(it < 0 or it > 9))", "keep(a.has(it > 2))")
+    assert values["a"] == (3,)
+    assert len(values["b"]) == 3  # type: ignore[arg-type] # it is a list
+
+
+def test_no_more_sizes_are_tried_when_constraints_clash_without_the_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[solve.Problem] = []
+
+    def counting(problem: solve.Problem, seed: int) -> solve.Solution:
+        asked.append(problem)
+        return solver.solve(problem, seed)
+
+    monkeypatch.setattr(solve, "solve", counting)
+    members = ("n: int", "keep(n in [0..9])", "keep(n * n == n + 1)", "a: list of int", "keep(a.size() > 1)")
+    assert conflict(tmp_path, *members) == ["keep(n in [0..9])", "keep(n * n == n + 1)"]
+    assert len(asked) == 1
 
 
 def test_members_of_a_list_are_made_with_their_constraints(tmp_path: Path) -> None:
