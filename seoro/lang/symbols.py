@@ -343,7 +343,7 @@ class Program:
         default_factory=dict
     )  # enumerations by the names of their members
     defined: set[tuple[str, str]] = field(default_factory=set)  # all identifiers, with their namespaces
-    exports: dict[str, list[Export]] = field(default_factory=dict)
+    exports: dict[str, dict[str | None, list[Export]]] = field(default_factory=dict)  # by namespace and name
     methods: plan.Methods = field(default_factory=plan.Methods)
     structures: plan.Structures = field(default_factory=plan.Structures)
     global_declarations: list[tuple[ast.ParameterDeclaration, Home]] = field(default_factory=list)

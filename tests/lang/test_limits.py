@@ -161,6 +161,17 @@ def test_an_enumeration_may_be_long(value: str, tmp_path: Path) -> None:
     assert time.process_time() - start < 2.0
 
 
+def test_namespaces_may_export_each_other_in_many_ways(tmp_path: Path) -> None:
+    first = "".join(f"namespace {name}0\nexport {name}\nstruct {name}\n" for name in ("a", "b"))
+    layers = (
+        f"namespace {name}{n + 1} use a{n}, b{n}\nexport a, b\n" for n in range(LEVELS // 2) for name in "ab"
+    )
+    last = f"namespace null use a{LEVELS // 2}\nscenario main:\n  x: a\n{DO}"
+    start = time.process_time()
+    assert lower(tmp_path, f"import osc.types\n{first}{''.join(layers)}{last}")
+    assert time.process_time() - start < 2.0
+
+
 def test_many_errors_are_found_soon_and_not_all_shown(tmp_path: Path) -> None:
     text = of_type("list of int", f"[{', '.join(f'z{number}' for number in range(TERMS))}]")
     start = time.process_time()

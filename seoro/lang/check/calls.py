@@ -62,11 +62,11 @@ class Calls:
         if not is_known(found.type):
             return nothing(node.span)
         method: MethodSymbol | None
-        known: tuple[str, ...]
+        known: tuple[str, ...] = ()
         if isinstance(found.type, Structured):
             methods = all_methods(found.type.symbol)
             method = self._expressions.lookup.member(scope.space, methods, name)
-            known = candidates(methods.values(), name)
+            known = candidates(methods.values(), name) if method is None else ()
             is_hidden = is_open(found.type.symbol)
         else:
             built_in = self._builtins.apply(found, name, node, scope)

@@ -72,8 +72,8 @@ def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
         for used in statement.uses:
             if used not in known:
                 bag.add(names.UnknownNamespace(statement.span, used, tuple(known)))
-    for namespace, items in program.exports.items():
-        for item in items:
+    for namespace, exports in program.exports.items():
+        for item in (item for items in exports.values() for item in items):
             if item.name is not None and not lookup.exported(namespace, item.name):
                 text = f"{item.namespace}::{item.name}" if item.namespace else item.name
                 bag.add(names.UnknownExport(item.span, text))
@@ -140,10 +140,10 @@ def _declare(
             program.global_declarations.append((parameter, home))
             _declare_globals(parameter, home, program, bag)
         case ast.ExportStatement(items):
-            exports = program.exports.setdefault(home.space.name, [])
+            exports = program.exports.setdefault(home.space.name, {})
             for item in items:
                 name_ = item.text if isinstance(item, ast.Name) else None
-                exports.append(Export(item.namespace, name_, home, item.span))
+                exports.setdefault(name_, []).append(Export(item.namespace, name_, home, item.span))
         case ast.ImportModule() | ast.ImportUri() | ast.NamespaceStatement() | ast.InvalidStatement():
             pass
         case _:

@@ -77,23 +77,23 @@ class Lookup:
 
     # ------------------------------------------------------------ namespaces
 
-    def exported(self, namespace: str, text: str, seen: frozenset[str] = frozenset()) -> frozenset[str]:
+    def exported(self, namespace: str, text: str) -> frozenset[str]:
         """The namespaces of all identifiers that a namespace exports under a name."""
-        if namespace in seen:
-            return frozenset()
         found: set[str] = set()
-        for item in self._program.exports.get(namespace, []):
-            if item.name is None:
-                source = item.namespace or namespace
-                found |= {source} if (source, text) in self._program.defined else set()
-            elif item.name == text:
-                own = item.namespace or namespace
-                uses = () if item.namespace is not None else item.home.space.uses
+        passed, pending = {namespace}, [namespace]
+        while pending:
+            current = pending.pop()
+            exports = self._program.exports.get(current, {})
+            sources = {item.namespace or current for item in exports.get(None, ())}
+            found |= {source for source in sources if (source, text) in self._program.defined}
+            for item in exports.get(text, ()):
+                own = item.namespace or current
+                uses = item.home.space.uses if item.namespace is None else frozenset[str]()
                 if (own, text) in self._program.defined:
                     found.add(own)
-                    continue
-                for used in (own, *sorted(uses)):
-                    found |= self.exported(used, text, seen | {namespace})
+                else:
+                    pending += {own, *uses} - passed
+                    passed |= {own, *uses}
         return frozenset(found)
 
     def _tiers(self, space: Space, name: ast.Name) -> Iterator[Iterable[str]]:
