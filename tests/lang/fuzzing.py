@@ -162,6 +162,7 @@ _TYPED: Mapping[str, tuple[str, ...]] = {
         "{load} in [{load}, {load}]", "{length} < {length}", "{length} in [{length}..{length}]", "not ({bool})",
         "({bool} and {bool})", "({bool} or {bool})", "({bool} => {bool})", "({bool} ? {bool} : {bool})",
         "l.size() == {int}", "l.has(it > {int})", "t.has(it.n > {int})", "s.is(odd)", "text == {string}",
+        "{part} == {part}", "{part} == {part}", "l == [{int}, {int}]", "r == [{float}..{float}]",
     ),
     "int": (
         "0", "1", "7", "a", "b", "s.n", "l[0]", "t[1].n", "s.twice()", "s.outer(3)", "-{int}", "({int} + {int})",
@@ -177,6 +178,7 @@ _TYPED: Mapping[str, tuple[str, ...]] = {
     ),
     "load": ("empty", "half", "full", "k", "s.kind", "({bool} ? {load} : {load})"),
     "string": ("'one'", "text", "s.name"),
+    "part": ("s", "u", "v", "t[0]", "part(n: {int})", "({bool} ? {part} : {part})"),
 }  # fmt: skip
 _CHOSEN = """import osc.types
 enum load: [empty, half, full]
@@ -203,7 +205,7 @@ scenario main:
     l: list of int
     r: range of float
     text: string = {string}
-    s: part
+    s, u, v: part
     t: list of part
     keep({bounds})
 """

@@ -143,6 +143,28 @@ actor cart:
 """
 
 
+def test_equalities_may_say_the_same_twice(tmp_path: Path) -> None:
+    text = """
+struct crate:
+    width: int
+scenario main:
+    a, b, c: crate
+    keep(a == b)
+    keep(b == c)
+    keep(c == a)
+    keep(b.width == 4)
+"""
+    values = chosen(tmp_path, text)
+    assert values["a"] is values["b"] is values["c"]
+    assert plain(values["a"]) == {"width": 4}
+
+
+def test_an_instance_that_is_said_to_be_a_part_of_itself_is_told(tmp_path: Path) -> None:
+    crates = "struct crate:\n    on: bool\nscenario main:\n    a, b: crate\n    keep(a == (a.on ? a : b))\n"
+    with pytest.raises(EvaluationError, match="`a` depends on itself"):
+        chosen(tmp_path, crates)
+
+
 def test_actors_may_refer_to_each_other(tmp_path: Path) -> None:
     text = (
         PARTNERS + "scenario main:\n    a: cart\n    b: cart\n    keep(a.partner == b)\n    keep(b.partner == a)\n"

@@ -14,6 +14,8 @@ from seoro.lang.solve.terms import cells_of
 
 # How many constraints may be looked at, counted each time, to make a conflict smaller.
 EFFORT: Final = 5_000
+# To ask z3 takes as long as to look at so many, however few they are.
+Z3_EFFORT: Final = 60
 # How many sets of one size are tried one by one.
 SETS: Final = 400
 
@@ -48,7 +50,7 @@ class _Refutation:
 
     def of(self, numbers: tuple[int, ...]) -> Contradiction | None:
         """Why these constraints clash, in numbers of the problem; None if they do not, or that is not known."""
-        self._effort += len(numbers)
+        self._effort += len(numbers) + (Z3_EFFORT if self._engine == "z3" else 0)
         if self._effort > EFFORT:
             raise _Spent
         constraints = tuple(self._problem.constraints[number] for number in numbers)

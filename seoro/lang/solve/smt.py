@@ -21,7 +21,7 @@ from seoro.lang.solve.draw import Streams
 from seoro.lang.solve.evaluation import TOLERANCE, holds
 from seoro.lang.solve.propagate import Clash, Store
 from seoro.lang.solve.search import Exhausted, GivenUp, any_of, halves, involved, next_cell, solved_for
-from seoro.lang.solve.sets import Finite, Range, ValueSet, contains, is_bounded, is_narrow, members, only, single
+from seoro.lang.solve.sets import Finite, Range, ValueSet, contains, is_bounded, is_narrow, members, single
 from seoro.lang.solve.smt_terms import Translation
 from seoro.lang.solve.terms import Opaque
 
@@ -59,12 +59,18 @@ def choose_with_z3(store: Store, group: list[int], streams: Streams) -> None:
 
 
 def _follow(store: Store, group: list[int], model: dict[int, Value]) -> None:
-    """Give cells the values of a model, as far as propagation does not find them."""
+    """Give cells the values of a model, as far as propagation does not find them.
+
+    Raises:
+        Clash: They do not hold, or are not among what propagation leaves.
+    """
     while (cell := next_cell(store, group)) is not None:
         values = store.sets[cell]
         value = model[cell]
-        if is_narrow(values) or not contains(values, value):
-            value = solved_for(store, cell, values) if isinstance(values, Range) else only(values)
+        if isinstance(values, Range) and (is_narrow(values) or not contains(values, value)):
+            value = solved_for(store, cell, values)
+        elif not contains(values, value):
+            raise Clash(next(by for changed, _, _, by in reversed(store.trail) if changed == cell))
         store.assign(cell, single(value), exact=False)
 
 

@@ -38,7 +38,7 @@ from seoro.runtime.choose.forms import NotYet
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import Translation
-from seoro.runtime.environment import Environment, Evaluate, NoChoice
+from seoro.runtime.environment import Environment, Evaluate, EvaluationError, NoChoice
 from seoro.runtime.values import HasFields, Range, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
@@ -129,6 +129,7 @@ class _Choice:
         self._translation = Translation(self._slots, request.evaluate, self._put)
         self._pins: list[solve.Constraint] = []
         self._is_final = False
+        self._open: set[int] = set()  # whose values are being computed, by identity
         self._names: dict[str, int] = {}
 
     def run(self) -> None:
@@ -167,7 +168,7 @@ class _Choice:
                 slot.holder.fields.compute = self._computing(slot.holder)
             domain = _domain(slot.type)
             if slot.cell is None and not slot.is_given and slot.definition is None and domain is not None:
-                slot.cell = solve.Cell(self._unique(slot.path), slot.span, domain)
+                self._slots.stand_for(slot, solve.Cell(self._unique(slot.path), slot.span, domain))
 
     def _unique(self, path: str) -> str:
         """The name of a cell; a field and a global parameter may be called alike."""
@@ -242,7 +243,8 @@ class _Choice:
             least, mentioned = self._mentioned()
             for slot in unsized:
                 low = least.get(id(slot), 0)
-                slot.size = solve.Cell(f"{slot.path}.size()", slot.span, solve.Integer(low, MAX_SIZE))
+                domain = solve.Integer(low, MAX_SIZE)
+                self._slots.stand_for(slot, solve.Cell(f"{slot.path}.size()", slot.span, domain))
             for slot in unsized:
                 if id(slot) in mentioned:
                     self._gathering.expand()
@@ -319,9 +321,7 @@ class _Choice:
     def _value(self, slot: Slot) -> Value:
         """The value of what is no cell; once all cells are final, it stays."""
         if slot.definition is not None:
-            assert slot.definition.value is not None
-            around = replace(slot.definition.environment, path=slot.path)
-            value = self._evaluate(slot.definition.value, around)
+            value = self._defined(slot, slot.definition)
         elif "lower" in slot.parts:
             low, high = (part.holder.fields[part.key] for part in slot.parts.values())
             value = Range(cast(float, low), cast(float, high))
@@ -332,6 +332,16 @@ class _Choice:
         if self._is_final:
             _assign(slot, value)
         return value
+
+    def _defined(self, slot: Slot, definition: Rule) -> Value:
+        assert definition.value is not None
+        if id(slot) in self._open:
+            raise EvaluationError(f"the value of `{slot.path}` depends on itself", slot.span)
+        self._open.add(id(slot))
+        try:
+            return self._evaluate(definition.value, replace(definition.environment, path=slot.path))
+        finally:
+            self._open.remove(id(slot))
 
     def _finish(self) -> None:
         """Compute what is no cell, check what could not be told before, and leave plain fields behind."""

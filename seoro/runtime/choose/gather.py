@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from seoro.lang.plan import (
     ActorType,
-    Compare,
     Constraint,
     ConstraintMember,
     Construct,
-    Contains,
     Expression,
     FieldDeclaration,
     Latent,
@@ -33,21 +31,13 @@ from seoro.lang.plan import (
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
+from seoro.runtime.choose.subjects import Removal, Subjects
 from seoro.runtime.environment import Environment, EvaluationError, NoChoice
 from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 NESTED = 8  # instances of one type, each inside of the one before
 INVOCATION = 1  # the depths, negated, of what stands around the instance
 OVERRIDE = 2
-
-
-@dataclass(frozen=True)
-class Removal:
-    """`remove_default` of a path."""
-
-    order: tuple[int, int]
-    environment: Environment
-    parameter: Expression
 
 
 class Gathering:
@@ -62,7 +52,8 @@ class Gathering:
         self.rules: list[Rule] = []
         self.latents: list[tuple[Slot, Latent]] = []
         self._structures = structures
-        self._removals: list[Removal] = []
+        self._subjects = Subjects(self.slots)
+        self._count = 0  # of rules and removals
         self._queue: deque[Slot] = deque()
         self._within: dict[int, tuple[str, ...]] = {}  # by the identity of what is made here
 
@@ -130,8 +121,8 @@ class Gathering:
             slot.is_given = True
             holder.fields[declared.name] = given[declared.name]  # type: ignore[index] # all holders have a dict
         elif declared.default is not None:
-            rule = Rule(self._order(depth), environment, None, True, declared.default.span, slot, declared.default)
-            self.rules.append(rule)
+            order, span = self._order(depth), declared.default.span
+            self._add_rule(Rule(order, environment, None, True, span, slot, declared.default))
 
     def _add_slot(self, slot: Slot) -> None:
         self.slots.add(slot)
@@ -141,12 +132,17 @@ class Gathering:
         order = self._order(depth)
         match member:
             case Constraint(condition, is_default, span):
-                self.rules.append(Rule(order, environment, condition, is_default, span))
+                self._add_rule(Rule(order, environment, condition, is_default, span))
             case RemoveDefault(parameter):
-                self._removals.append(Removal(order, environment, parameter))
+                self._subjects.add(Removal(order, environment, parameter))
+
+    def _add_rule(self, rule: Rule) -> None:
+        self.rules.append(rule)
+        self._subjects.add(rule)
 
     def _order(self, depth: int) -> tuple[int, int]:
-        return -depth, len(self.rules) + len(self._removals)
+        self._count += 1
+        return -depth, self._count
 
     # ------------------------------------------------------------ expansion
 
@@ -161,6 +157,7 @@ class Gathering:
                     self._expand_instance(slot, slot.type)
                 case ListType() | RangeType():
                     slot.definition = self._definition(slot)
+                    self._subjects.fill(slot)
                     if slot.definition is None and isinstance(slot.type, RangeType):
                         self._expand_range(slot, slot.type)
                 case _:
@@ -172,6 +169,7 @@ class Gathering:
         definition = self._definition(slot)
         if definition is not None and not isinstance(definition.value, Construct):
             slot.definition = definition
+            self._subjects.fill(slot)
             return
         arguments: tuple[tuple[str, Expression], ...] = ()
         if definition is not None:
@@ -183,7 +181,8 @@ class Gathering:
             hint = "say which one it is, such as `keep(a.other == b)`"
             raise NoChoice(what, "E0443", ((slot.span, "nothing says which one it is"),), hint)
         structure = slot.structure = self._structures.of(type_)
-        made = slot.made = empty(structure, slot.path, Fields())
+        made = empty(structure, slot.path, Fields())
+        self.slots.make(slot, made)
         self._within[id(made)] = (*slot.within, type_.name)
         slot.holder.fields[slot.key] = made  # type: ignore[index] # all holders have a dict
         self._add_made(slot, structure, {})
@@ -191,13 +190,14 @@ class Gathering:
             assert definition is not None
             part = self.slots.of(made)[name]
             rule = replace(definition, condition=None, subject=part, value=value, span=value.span, is_done=False)
-            self.rules.append(rule)
+            self._add_rule(rule)
 
     def _add_made(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
         made = slot.made
         assert made is not None
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(structure.members, made, inside, slot.depth, given)
+        self._subjects.fill(slot)
         self.latents += [(slot, latent) for latent in structure.latents]
 
     def _expand_range(self, slot: Slot, type_: RangeType) -> None:
@@ -216,6 +216,7 @@ class Gathering:
             part.within = slot.within
             slot.parts[key] = part
             self._add_slot(part)
+        self._subjects.fill(slot)
 
     def add_latent(self, slot: Slot, latent: Latent) -> None:
         """Add what a conditional subtype adds to a value that turned out to be of it."""
@@ -228,57 +229,37 @@ class Gathering:
                 raise EvaluationError(reason, slot.span)
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(latent.members, made, inside, slot.depth, {})
+        self._subjects.fill(slot)
+        self._subjects.add_fields()
 
     # ------------------------------------------------------------ what overrides what
 
     def _definition(self, slot: Slot) -> Rule | None:
         """The equality that says what a slot holds, of those that are known by now; hard ones before defaults."""
-        found = [rule for rule in self.rules if self._subject(rule) is slot and rule.value is not None]
+        found = self._subjects.equalities(slot)
         self._override(found, slot)
-        active = sorted(
-            (rule for rule in found if not rule.is_void), key=lambda rule: (rule.is_default, rule.order)
-        )
-        return active[0] if active else None
+        active = [rule for rule in found if not rule.is_void and not self._leads_back(rule, slot)]
+        return min(active, key=lambda rule: (rule.is_default, rule.order), default=None)
+
+    def _leads_back(self, rule: Rule, slot: Slot) -> bool:
+        """Whether what a slot is equal to has its value from the slot itself."""
+        assert rule.value is not None
+        other = self.slots.find(rule.value, rule.environment)
+        return other is not None and self.slots.source(other) is slot
 
     def _override(self, rules: list[Rule], slot: Slot) -> None:
         """Void the defaults among equalities of a slot that others come after."""
-        last = max((rule.order for rule in rules), default=None)
-        removed = [self._removed_at(removal, slot) for removal in self._removals]
+        orders = [rule.order for rule in rules]
+        removed = self._subjects.removed(slot)
+        last = max([*orders, removed] if removed is not None else orders, default=None)
         for rule in rules:
-            is_later = last is not None and rule.order < last
-            is_removed = any(order is not None and rule.order < order for order in removed)
-            rule.is_void = rule.is_void or (rule.is_default and (is_later or is_removed))
-
-    def _removed_at(self, removal: Removal, slot: Slot) -> tuple[int, int] | None:
-        found = self.slots.find(removal.parameter, removal.environment)
-        return removal.order if found is slot else None
-
-    def _subject(self, rule: Rule) -> Slot | None:
-        """What a rule gives its value, or the range of it."""
-        if rule.subject is None:
-            match rule.condition:
-                case Compare("==", left, right):
-                    rule.subject = self.slots.find(left, rule.environment)
-                    rule.value = right if rule.subject is not None else None
-                case Contains(item):
-                    rule.subject = self.slots.find(item, rule.environment)
-                case _:
-                    pass
-        return rule.subject
+            rule.is_void = rule.is_void or (rule.is_default and last is not None and rule.order < last)
 
     def settle_defaults(self) -> None:
         """Void every default that something after it overrides or removes (7.3.11.3.2)."""
         overriding: dict[int, tuple[int, int]] = {}  # by the slot
-        for rule in self.rules:
-            subject = self._subject(rule)
-            if subject is not None:
-                latest = overriding.get(id(subject))
-                overriding[id(subject)] = max(latest, rule.order) if latest is not None else rule.order
-        for removal in self._removals:
-            found = self.slots.find(removal.parameter, removal.environment)
-            if found is not None:
-                latest = overriding.get(id(found))
-                overriding[id(found)] = max(latest, removal.order) if latest is not None else removal.order
+        for slot, order in self._subjects.places():
+            overriding[id(slot)] = max(overriding.get(id(slot), order), order)
         for rule in self.rules:
             if rule.is_default and not rule.is_void:
                 concerned = [rule.subject] if rule.subject is not None else []

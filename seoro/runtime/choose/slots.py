@@ -12,6 +12,7 @@ from seoro.lang.plan import (
     Field,
     Global,
     Index,
+    ListType,
     Literal,
     Member,
     Self,
@@ -111,6 +112,8 @@ class Slots:
     def __init__(self) -> None:
         self.all: list[Slot] = []
         self._by_holder: dict[int, dict[str, Slot]] = {}
+        self._by_made: dict[int, Slot] = {}
+        self._by_cell: dict[Cell, Slot] = {}
         self._holders: list[object] = []  # kept alive, so that their ids stay theirs
 
     def add(self, slot: Slot) -> None:
@@ -121,18 +124,33 @@ class Slots:
             self._by_holder[key] = {}
             self._holders.append(slot.holder)
         self._by_holder[key][slot.key] = slot
+        if slot.made is not None:
+            self.make(slot, slot.made)
 
     def of(self, holder: object) -> Mapping[str, Slot]:
         """The slots of an instance; none if it had its values before."""
         return self._by_holder.get(id(holder), {})
 
+    def make(self, slot: Slot, made: Struct | Actor) -> None:
+        """Note the struct or actor that is made in a slot."""
+        slot.made = made
+        self._by_made[id(made)] = slot
+
+    def stand_for(self, slot: Slot, cell: Cell) -> None:
+        """Note the cell that stands for the value of a slot, or for its size."""
+        if isinstance(slot.type, ListType):
+            slot.size = cell
+        else:
+            slot.cell = cell
+        self._by_cell[cell] = slot
+
     def holding(self, made: object) -> Slot | None:
         """The slot in which a value is made."""
-        return next((slot for slot in self.all if slot.made is made), None)
+        return self._by_made.get(id(made))
 
     def with_cell(self, cell: Cell) -> Slot:
         """The slot that a cell stands for."""
-        return next(slot for slot in self.all if slot.cell is cell or slot.size is cell)
+        return self._by_cell[cell]
 
     def find(self, expression: Expression, environment: Environment) -> Slot | None:
         """The slot that a path leads to; None if it is no path, or leads to none."""
@@ -161,15 +179,22 @@ class Slots:
 
     def _part(self, slot: Slot, name: str) -> Slot | None:
         """A field of what a slot holds, where that is known by now."""
+        slot = self.source(slot)
         if slot.made is not None:
             return self.of(slot.made).get(name)
-        if slot.is_given:
-            return self.of(slot.holder.fields[slot.key]).get(name)
-        definition = slot.definition
-        if definition is not None and definition.value is not None:
+        return self.of(slot.holder.fields[slot.key]).get(name) if slot.is_given else None
+
+    def source(self, slot: Slot) -> Slot:
+        """The slot that gives a slot its value, by as many definitions as are known; often itself."""
+        passed: set[int] = set()
+        while (definition := slot.definition) is not None and id(slot) not in passed:
+            passed.add(id(slot))
+            assert definition.value is not None
             other = self.find(definition.value, definition.environment)
-            return self._part(other, name) if other is not None else None
-        return None
+            if other is None:
+                break
+            slot = other
+        return slot
 
 
 def slots_named(expression: Expression, environment: Environment, slots: Slots) -> list[Slot]:
