@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from seoro.lang import ast, plan
-from seoro.lang.check.expressions import Expressions, Scope, scope_of
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import Labels, labelled
+from seoro.lang.check.scopes import Scope, scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.parser import parse_expression
 from seoro.lang.source import SourceFile

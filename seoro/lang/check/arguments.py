@@ -19,7 +19,8 @@ from seoro.lang.traits import ParameterTrait
 from seoro.lang.types import CompositionObject, EventObject, RangeOf, Structured, is_known, is_number
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, ParameterTrait]]
 """What Python takes for the parameters of actions and modifiers, by their names; of the rest, it takes values."""

@@ -9,10 +9,11 @@ from seoro.lang.check.arguments import bind
 from seoro.lang.check.compositions import COMPOSITIONS
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
-from seoro.lang.check.expressions import Expressions, running_scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.heads import head
 from seoro.lang.check.labels import Labels, labelled
 from seoro.lang.check.modifications import Modifications, WithBlocks
+from seoro.lang.check.scopes import running_scope
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
 from seoro.lang.diagnostics import behaviors as messages

@@ -18,7 +18,8 @@ from seoro.lang.symbols import FieldSymbol, Home, Space
 from seoro.lang.types import BOOL, INT, STRING, UINT, UNKNOWN, ListOf, RangeOf, Type, is_known
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 _LIST_METHODS = ("size", *(operator.value for operator in plan.Bulk))
 _STRING_METHODS: Mapping[plan.StringMethod, tuple[tuple[tuple[str, Type], ...], Type]] = {

@@ -15,7 +15,8 @@ from seoro.lang.symbols import Declaration, Kind, MethodSymbol, TypeSymbol, all_
 from seoro.lang.types import INT, UINT, Structured, is_known
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 
 class Calls:

@@ -23,7 +23,8 @@ from seoro.lang.types import (
 )
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 
 class Casts:

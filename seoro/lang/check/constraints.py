@@ -11,7 +11,8 @@ from seoro.lang.symbols import FieldSymbol
 from seoro.lang.types import BOOL
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 
 class Constraints:

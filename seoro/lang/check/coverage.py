@@ -20,9 +20,10 @@ from dataclasses import replace
 from seoro.lang import ast, plan
 from seoro.lang.check.coverage_arguments import Argument, collect
 from seoro.lang.check.coverage_items import Draft, Item, Items
-from seoro.lang.check.expressions import Expressions, Scope, running_scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.heads import head
 from seoro.lang.check.labels import Labels
+from seoro.lang.check.scopes import Scope, running_scope
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.source import Span

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from seoro.lang import ast
-from seoro.lang.check.expressions import Scope
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import coverage as messages

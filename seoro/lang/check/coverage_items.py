@@ -15,8 +15,9 @@ from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
-from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.rewrite import rewrite
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names

@@ -5,8 +5,9 @@ from __future__ import annotations
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.events import Events
-from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.heads import head
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable

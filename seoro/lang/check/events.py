@@ -9,8 +9,9 @@ from typing import NamedTuple, assert_never
 from seoro.lang import ast, plan
 from seoro.lang.check.compositions import TIME
 from seoro.lang.check.convert import Typed
-from seoro.lang.check.expressions import Expressions, Scope, running_scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import Labels, names_of, path_of
+from seoro.lang.check.scopes import Scope, running_scope
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable

@@ -8,7 +8,6 @@ place is for `Converter.convert`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import assert_never
 
 from seoro.lang import ast, plan
@@ -21,27 +20,20 @@ from seoro.lang.check.compositions import ANY_BEHAVIOR, OVERLAP_KIND
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Converter, Typed, nothing
 from seoro.lang.check.holders import Holders, implicit_duration
-from seoro.lang.check.labels import Labels
 from seoro.lang.check.lookup import Lookup, candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.operators import Operators
-from seoro.lang.check.plan_types import enum_value
+from seoro.lang.check.references import References
 from seoro.lang.check.resolve import Resolver
+from seoro.lang.check.scopes import Scope
 from seoro.lang.check.values import Values
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.members import MemberTable
-from seoro.lang.recorder import EnumMember
-from seoro.lang.source import Span
 from seoro.lang.symbols import (
-    EnumSymbol,
     FieldSymbol,
-    Home,
-    Kind,
     Program,
-    QuantitySymbol,
     Space,
     TypeSymbol,
     all_fields,
@@ -54,9 +46,7 @@ from seoro.lang.types import (
     INT,
     STRING,
     UINT,
-    UNKNOWN,
     CompositionObject,
-    Enumeration,
     EventObject,
     ListOf,
     Structured,
@@ -64,59 +54,10 @@ from seoro.lang.types import (
     is_integer,
     is_known,
     is_number,
-    quantity,
 )
-from seoro.lang.units import to_si
 
 MAX_DEPTH = 120  # of nested expressions
 MAX_CHAIN = 20_000  # of operands in a row
-
-
-@dataclass(frozen=True)
-class Scope:
-    """What names mean where an expression stands.
-
-    Args:
-        owner: The type whose fields can be named; None if there is none.
-        space: The scope of the text's namespace statement.
-        bindings: `actor`, the event objects of `as` clauses, and parameters of a method.
-        fields: The fields that can be named.
-        it: The type of `it`; None if it stands for nothing.
-        is_it_bound: Whether `it` is a binding.
-        it_value: What `it` stands for if it is no binding; None for the instance itself.
-        labels: The labels that stand for what was invoked under them; None before anything runs.
-    """
-
-    owner: TypeSymbol | None
-    space: Space
-    bindings: Mapping[str, Type] = field(default_factory=dict)
-    fields: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
-    it: Type | None = None
-    is_it_bound: bool = False
-    it_value: plan.Expression | None = None
-    labels: Labels | None = None
-
-
-def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
-    """The scope of the members of a type, in its declaration or an extension; of None, of global parameters."""
-    if owner is None:
-        return Scope(None, home.space)
-    bindings: dict[str, Type] = {"actor": Structured(owner.actor)} if owner.actor is not None else {}
-    if owner.kind is Kind.MODIFIER:
-        return Scope(owner, home.space, bindings, all_fields(owner), _modified(owner), is_it_bound=True)
-    return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner))
-
-
-def _modified(modifier: TypeSymbol) -> Type:
-    """The type of `it` in a modifier: of what it modifies (7.4.1.3)."""
-    if modifier.of is not None:
-        return Structured(modifier.of)
-    return UNKNOWN if is_open(modifier) else ANY_BEHAVIOR
-
-
-def running_scope(owner: TypeSymbol, home: Home, labels: Labels) -> Scope:
-    """The scope of the members of a type that are evaluated while an instance of it runs."""
-    return replace(scope_of(owner, home), labels=labels)
 
 
 class Expressions:
@@ -143,6 +84,7 @@ class Expressions:
         self.calls = Calls(self)
         self.casts = Casts(self)
         self.holders = Holders(self)
+        self.references = References(self)
         self.applications = Applications()
         self.strict = strict
         self._traits = traits
@@ -173,15 +115,15 @@ class Expressions:
             case ast.FloatLiteral(number, span):
                 return Typed(plan.Literal(number, span), FLOAT)
             case ast.PhysicalLiteral():
-                return self._physical(node)
+                return self.references.physical(node)
             case ast.BoolLiteral(truth, span):
                 return Typed(plan.Literal(truth, span), BOOL)
             case ast.StringLiteral(text, span):
                 return Typed(plan.Literal(text, span), STRING)
             case ast.EnumValueReference():
-                return self._enum_value(node, scope)
+                return self.references.enum_value(node, scope)
             case ast.NameExpression(name):
-                return self._name(name, scope, expected)
+                return self.references.name(name, scope, expected)
             case ast.FieldAccess():
                 return self._field_access(node, scope)
             case ast.ElementAccess():
@@ -206,7 +148,7 @@ class Expressions:
             case ast.RangeConstructor():
                 return self.aggregates.range_of(node, scope, expected)
             case ast.It(span):
-                return self._it(span, scope)
+                return self.references.it(span, scope)
             case ast.CastExp():
                 return self.casts.cast(node, scope)
             case ast.TypeTestExp():
@@ -221,112 +163,6 @@ class Expressions:
     def traits_of(self, symbol: TypeSymbol) -> Mapping[str, ParameterTrait]:
         """What the Python implementation of an action or a modifier takes for parameters."""
         return self._traits.get((symbol.kind, symbol.plan_name), {})
-
-    # ------------------------------------------------------------ literals and names
-
-    def _physical(self, node: ast.PhysicalLiteral) -> Typed:
-        unit = self.program.units.get(node.unit.text)
-        if unit is None:
-            if not self.program.is_lenient:
-                self.bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self.program.units)))
-            return nothing(node.span)
-        if self.program.recorder is not None:
-            self.program.recorder.name(node.unit.span, unit)
-        if unit.dimension is None:
-            return nothing(node.span)
-        value = to_si(node.value, unit.factor, unit.offset)
-        return Typed(plan.Literal(value, node.span), quantity(unit.dimension))
-
-    def _enum_value(self, node: ast.EnumValueReference, scope: Scope) -> Typed:
-        assert node.enum is not None
-        enum = self.lookup.type(scope.space, node.enum)
-        if isinstance(enum, EnumSymbol):
-            return self._member(enum, node.member.text, node.span)
-        if enum is not None:
-            self.bag.add(names.WrongKind(node.enum.span, node.enum.text, "no enumeration", "one with members"))
-        elif not self.program.is_lenient:
-            known = tuple(s.name for s in self.program.types.values() if isinstance(s, EnumSymbol))
-            self.bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
-        return nothing(node.span)
-
-    def _member(self, enum: EnumSymbol, member: str, span: Span) -> Typed:
-        if member in enum.members:
-            if self.program.recorder is not None:
-                self.program.recorder.name(span, EnumMember(enum, member))
-            return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
-        if not self.program.is_lenient:
-            self.bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))
-        return nothing(span)
-
-    def _name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
-        if name.namespace is None and name.text in scope.bindings:
-            return Typed(plan.Binding(name.text, name.span), scope.bindings[name.text])
-        if expected == OVERLAP_KIND and name.namespace is None and name.text in OVERLAP_KIND.symbol.members:
-            return Typed(plan.Literal(enum_value(OVERLAP_KIND.symbol, name.text), name.span), OVERLAP_KIND)
-        found = self.lookup.member(scope.space, scope.fields, name)
-        enum = expected.symbol if isinstance(expected, Enumeration) else None
-        is_other = found is None or found.type != expected
-        if enum is not None and is_other and self.lookup.is_member(scope.space, enum, name):
-            return self._member(enum, name.text, name.span)
-        if found is not None:
-            return Typed(plan.Field(found.name, name.span), found.type)
-        parameter = self.lookup.global_parameter(scope.space, name)
-        if parameter is not None:
-            return Typed(plan.Global(parameter.name, name.span), parameter.type)
-        enums = self.lookup.enumerations(scope.space, name)
-        if len(enums) == 1:
-            return self._member(enums[0], name.text, name.span)
-        if enums:
-            self.bag.add(names.AmbiguousMember(name.span, name.text, tuple(enum.name for enum in enums)))
-            return nothing(name.span)
-        return self._unknown_name(name, scope, expected)
-
-    def is_open_member(self, node: ast.Expression, scope: Scope) -> bool:
-        """Whether a name can only be a member of an enumeration, of which the other operand has to tell."""
-        match node:
-            case ast.NameExpression(name):
-                is_bound = name.namespace is None and name.text in scope.bindings
-                is_field = self.lookup.member(scope.space, scope.fields, name) is not None
-                return not is_bound and not is_field and bool(self.lookup.enumerations(scope.space, name))
-            case ast.ListConstructor(items):
-                return any(self.is_open_member(item, scope) for item in items)
-            case _:
-                return False
-
-    def _it(self, span: Span, scope: Scope) -> Typed:
-        if scope.it is None:
-            self.bag.add(method_messages.NoIt(span))
-            return nothing(span)
-        if scope.is_it_bound:
-            return Typed(plan.Binding("it", span), scope.it)
-        if scope.it_value is not None:
-            return Typed(replace(scope.it_value, span=span), scope.it)
-        return Typed(plan.Self(span), scope.it)
-
-    def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
-        program = self.program
-        if program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
-            return nothing(name.span)
-        if isinstance(expected, Enumeration):
-            self.bag.add(
-                names.UnknownMember(name.span, expected.symbol.name, name.text, tuple(expected.symbol.members))
-            )
-            return nothing(name.span)
-        symbol = self.lookup.type(scope.space, name)
-        if symbol is not None:
-            kind = "a unit's type" if isinstance(symbol, QuantitySymbol) else "a type"
-            hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
-            self.bag.add(messages.NotAValue(name.span, name.text, kind, hint))
-        elif self.methods.own(name, scope) is not None:
-            self.bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
-        elif scope.owner is not None and name.text in (labels := Labels(scope.owner, self)):
-            is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
-            self.bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
-        else:
-            members = candidates((*scope.fields.values(), *program.globals.values()), name)
-            known = (*members, *scope.bindings, *program.holders)
-            self.bag.add(names.UnknownName(name.span, name.text, known))
-        return nothing(name.span)
 
     # ------------------------------------------------------------ postfix operators
 
@@ -422,8 +258,8 @@ class Expressions:
     def _operands(self, node: ast.Relation, left: Typed | None, scope: Scope) -> tuple[Typed, Typed]:
         """The operands of a relation; members of enumerations take their type from the other side."""
         is_in = node.operator == "in"
-        is_right_open = self.is_open_member(node.right, scope)
-        if left is None and not is_right_open and self.is_open_member(node.left, scope):
+        is_right_open = self.references.is_open_member(node.right, scope)
+        if left is None and not is_right_open and self.references.is_open_member(node.left, scope):
             right = self.value(node.right, scope)
             hint = right.type.element if is_in and isinstance(right.type, ListOf) else right.type
             return self.value(node.left, scope, hint), right
@@ -456,7 +292,3 @@ def _integer_type(value: int, expected: Type | None) -> Type:
 
 def _signed(expected: Type | None) -> Type | None:
     return INT if expected == UINT else expected
-
-
-def _is_struct(symbol: QuantitySymbol | EnumSymbol | TypeSymbol) -> bool:
-    return isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT

@@ -12,7 +12,8 @@ from seoro.lang.symbols import FieldSymbol
 from seoro.lang.types import Structured
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
+    from seoro.lang.check.scopes import Scope
 
 
 class Holders:

@@ -14,6 +14,7 @@ from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.plan_types import plan_type
+from seoro.lang.check.scopes import Scope, scope_of
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
@@ -22,7 +23,7 @@ from seoro.lang.symbols import MethodSymbol, all_methods
 from seoro.lang.types import UNKNOWN, Primitive, Type
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
 
 
 class Methods:
@@ -124,8 +125,6 @@ class Methods:
         return made
 
     def _scope(self, symbol: MethodSymbol) -> Scope:
-        from seoro.lang.check.expressions import Scope, scope_of  # noqa: PLC0415 - they need each other
-
         if symbol.owner is not None:
             return scope_of(symbol.owner, symbol.home)
         return Scope(None, symbol.home.space, it=symbol.receiver, is_it_bound=True)

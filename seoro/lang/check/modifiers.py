@@ -8,8 +8,9 @@ from typing import NamedTuple
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.declare import OVERRIDE
-from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import WrongLabel, names_of
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import modifiers as messages
 from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, all_methods, is_open, lineage

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from seoro.lang import plan
 from seoro.lang.check.compositions import duration_of
+from seoro.lang.check.scopes import Scope
 from seoro.lang.symbols import FieldSymbol, Program, all_fields
 from seoro.lang.types import CompositionObject, ListOf, Structured, Type
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Scope
 
 
 def paths_in(

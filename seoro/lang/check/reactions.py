@@ -10,9 +10,10 @@ from seoro.lang.check.compositions import parameters_of_invocation
 from seoro.lang.check.declare import describe_kind
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
-from seoro.lang.check.expressions import Expressions, running_scope
+from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
+from seoro.lang.check.scopes import running_scope
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import names
 from seoro.lang.symbols import EventSymbol, Kind, Program, TypeSymbol, all_events, has_phases, lineage

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from seoro.lang import ast, plan
+from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.symbols import Home, Kind, TypeSymbol, all_methods, lineage
@@ -31,8 +32,6 @@ class Targets:
     """
 
     def __init__(self, expressions: Expressions, owner: TypeSymbol, home: Home) -> None:
-        from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
-
         self._expressions = expressions
         self._bag = expressions.bag
         self._program = expressions.program

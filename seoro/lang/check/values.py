@@ -18,6 +18,7 @@ from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.plan_types import enum_value, plan_type
 from seoro.lang.check.rewrite import names_used
+from seoro.lang.check.scopes import Scope, scope_of
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as type_messages
@@ -48,7 +49,7 @@ from seoro.lang.types import (
 )
 
 if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions, Scope
+    from seoro.lang.check.expressions import Expressions
 
 MAX_DEPTH = 50  # of values within values, which are made recursively
 STANDARD_TYPES = "stdtypes"  # the namespace of `osc.types`
@@ -343,8 +344,6 @@ class Values:
                 return None
 
     def _scope(self, owner: TypeSymbol | None, home: Home) -> Scope:
-        from seoro.lang.check.expressions import scope_of  # noqa: PLC0415 - they need each other
-
         key = (owner, home)
         if key not in self._scopes:
             self._scopes[key] = scope_of(owner, home)

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from seoro.errors import InvalidScenario
 from seoro.lang import ast, plan
 from seoro.lang.check.checker import Checked
-from seoro.lang.check.expressions import Expressions, scope_of
+from seoro.lang.check.expressions import Expressions
+from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower.entry import find_entry

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from seoro.lang import plan
-from seoro.lang.check.expressions import Expressions, Scope
+from seoro.lang.check.expressions import Expressions
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import near

@@ -1,0 +1,151 @@
+"""What names, members of enumerations, numbers with units and `it` stand for (7.4.1)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from seoro.lang import ast, plan
+from seoro.lang.check.compositions import OVERLAP_KIND
+from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.labels import Labels
+from seoro.lang.check.lookup import candidates
+from seoro.lang.check.plan_types import enum_value
+from seoro.lang.check.scopes import Scope
+from seoro.lang.diagnostics import methods as method_messages
+from seoro.lang.diagnostics import names
+from seoro.lang.diagnostics import types as messages
+from seoro.lang.recorder import EnumMember
+from seoro.lang.source import Span
+from seoro.lang.symbols import EnumSymbol, Kind, QuantitySymbol, TypeSymbol, is_open
+from seoro.lang.types import Enumeration, Type, quantity
+from seoro.lang.units import to_si
+
+if TYPE_CHECKING:
+    from seoro.lang.check.expressions import Expressions
+
+
+class References:
+    """Resolves what stands for a value by itself.
+
+    Args:
+        expressions: For lookup and methods, and for messages.
+    """
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._program = expressions.program
+        self._bag = expressions.bag
+        self._lookup = expressions.lookup
+
+    def physical(self, node: ast.PhysicalLiteral) -> Typed:
+        """A number with a unit."""
+        unit = self._program.units.get(node.unit.text)
+        if unit is None:
+            if not self._program.is_lenient:
+                self._bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self._program.units)))
+            return nothing(node.span)
+        if self._program.recorder is not None:
+            self._program.recorder.name(node.unit.span, unit)
+        if unit.dimension is None:
+            return nothing(node.span)
+        value = to_si(node.value, unit.factor, unit.offset)
+        return Typed(plan.Literal(value, node.span), quantity(unit.dimension))
+
+    def enum_value(self, node: ast.EnumValueReference, scope: Scope) -> Typed:
+        """A member of an enumeration that is named."""
+        assert node.enum is not None
+        enum = self._lookup.type(scope.space, node.enum)
+        if isinstance(enum, EnumSymbol):
+            return self._member(enum, node.member.text, node.span)
+        if enum is not None:
+            self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "no enumeration", "one with members"))
+        elif not self._program.is_lenient:
+            known = tuple(s.name for s in self._program.types.values() if isinstance(s, EnumSymbol))
+            self._bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
+        return nothing(node.span)
+
+    def _member(self, enum: EnumSymbol, member: str, span: Span) -> Typed:
+        if member in enum.members:
+            if self._program.recorder is not None:
+                self._program.recorder.name(span, EnumMember(enum, member))
+            return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
+        if not self._program.is_lenient:
+            self._bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))
+        return nothing(span)
+
+    def name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
+        """What a name means; members of the enumeration that is expected come before other ones."""
+        if name.namespace is None and name.text in scope.bindings:
+            return Typed(plan.Binding(name.text, name.span), scope.bindings[name.text])
+        if expected == OVERLAP_KIND and name.namespace is None and name.text in OVERLAP_KIND.symbol.members:
+            return Typed(plan.Literal(enum_value(OVERLAP_KIND.symbol, name.text), name.span), OVERLAP_KIND)
+        found = self._lookup.member(scope.space, scope.fields, name)
+        enum = expected.symbol if isinstance(expected, Enumeration) else None
+        is_other = found is None or found.type != expected
+        if enum is not None and is_other and self._lookup.is_member(scope.space, enum, name):
+            return self._member(enum, name.text, name.span)
+        if found is not None:
+            return Typed(plan.Field(found.name, name.span), found.type)
+        parameter = self._lookup.global_parameter(scope.space, name)
+        if parameter is not None:
+            return Typed(plan.Global(parameter.name, name.span), parameter.type)
+        enums = self._lookup.enumerations(scope.space, name)
+        if len(enums) == 1:
+            return self._member(enums[0], name.text, name.span)
+        if enums:
+            self._bag.add(names.AmbiguousMember(name.span, name.text, tuple(enum.name for enum in enums)))
+            return nothing(name.span)
+        return self._unknown_name(name, scope, expected)
+
+    def is_open_member(self, node: ast.Expression, scope: Scope) -> bool:
+        """Whether a name can only be a member of an enumeration, of which the other operand has to tell."""
+        match node:
+            case ast.NameExpression(name):
+                is_bound = name.namespace is None and name.text in scope.bindings
+                is_field = self._lookup.member(scope.space, scope.fields, name) is not None
+                return not is_bound and not is_field and bool(self._lookup.enumerations(scope.space, name))
+            case ast.ListConstructor(items):
+                return any(self.is_open_member(item, scope) for item in items)
+            case _:
+                return False
+
+    def it(self, span: Span, scope: Scope) -> Typed:
+        """What `it` stands for."""
+        if scope.it is None:
+            self._bag.add(method_messages.NoIt(span))
+            return nothing(span)
+        if scope.is_it_bound:
+            return Typed(plan.Binding("it", span), scope.it)
+        if scope.it_value is not None:
+            return Typed(replace(scope.it_value, span=span), scope.it)
+        return Typed(plan.Self(span), scope.it)
+
+    def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
+        program = self._program
+        if program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
+            return nothing(name.span)
+        if isinstance(expected, Enumeration):
+            self._bag.add(
+                names.UnknownMember(name.span, expected.symbol.name, name.text, tuple(expected.symbol.members))
+            )
+            return nothing(name.span)
+        symbol = self._lookup.type(scope.space, name)
+        if symbol is not None:
+            kind = "a unit's type" if isinstance(symbol, QuantitySymbol) else "a type"
+            hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
+            self._bag.add(messages.NotAValue(name.span, name.text, kind, hint))
+        elif self._expressions.methods.own(name, scope) is not None:
+            self._bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
+        elif scope.owner is not None and name.text in (labels := Labels(scope.owner, self._expressions)):
+            is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
+            self._bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
+        else:
+            members = candidates((*scope.fields.values(), *program.globals.values()), name)
+            known = (*members, *scope.bindings, *program.holders)
+            self._bag.add(names.UnknownName(name.span, name.text, known))
+        return nothing(name.span)
+
+
+def _is_struct(symbol: QuantitySymbol | EnumSymbol | TypeSymbol) -> bool:
+    return isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT
