@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Final
 
 from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell
@@ -25,8 +24,6 @@ from seoro.lang.solve.terms import (
     cells_of,
     operands,
 )
-
-OPAQUE_COST: Final = 30  # that of a term that is evaluated elsewhere
 
 
 class Node(frozen.Frozen):
@@ -99,7 +96,7 @@ def _part(source: int, term: Term, numbers: Mapping[Cell, int]) -> Part:
     partial = any(_is_partial(node.term) for node in nodes)
     listed = repeated or any(_is_coarse(node.term) for node in nodes)
     solvable = () if repeated else _solvable(term, numbers)
-    cost = sum(OPAQUE_COST if isinstance(node.term, Opaque) else 1 for node in nodes)
+    cost = sum(node.term.cost if isinstance(node.term, Opaque) else 1 for node in nodes)
     return Part(
         source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed, cost
     )

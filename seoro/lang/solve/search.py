@@ -29,6 +29,7 @@ from seoro.lang.solve.sets import (
     members,
     single,
 )
+from seoro.lang.solve.terms import OPAQUE_COST
 
 # How often a group is drawn as a whole before its cells are chosen one by one, and looking at how many terms.
 TRIES: Final = 64
@@ -117,7 +118,9 @@ def choose(store: Store, group: list[int], streams: Streams) -> None:
 
 def _has_few_combinations(store: Store, group: list[int]) -> bool:
     """Whether the values of a group can all be tried."""
-    combinations = 1
+    combinations = (
+        max([OPAQUE_COST, *(store.parts[number].cost for number in store.parts_of(group))]) // OPAQUE_COST
+    )
     for cell in group:
         listed = members(store.sets[cell])
         if listed is None:

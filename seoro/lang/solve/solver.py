@@ -9,13 +9,13 @@ from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.conflict import smallest_conflict
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.parts import conjuncts
-from seoro.lang.solve.problem import Problem, Solution, Unsolved
+from seoro.lang.solve.problem import Conflict, Problem, Solution, Unsolved
 from seoro.lang.solve.propagate import Clash
 from seoro.lang.solve.sets import contains, hull, natural
 from seoro.lang.solve.terms import CellRef, Compare, Term, Unevaluable
 
 
-def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
+def solve(problem: Problem, seed: int, *, engine: Engine = "auto", explain: bool = True) -> Solution:
     """Give each cell a value such that all constraints hold.
 
     Args:
@@ -23,6 +23,7 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
         seed: What free choices are drawn from; the same problem and seed give the same values on any machine.
         engine: `auto` searches, and asks z3 where that does not decide; `search` does without z3; `z3` asks it for
             all that propagation leaves open.
+        explain: Whether a conflict is made as small as possible, which may take longer than to find it.
 
     Raises:
         Conflict: Some constraints cannot all hold.
@@ -37,15 +38,17 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto") -> Solution:
     try:
         return Solution(attempt(problem, seed, engine, wrapping=False))
     except Contradiction as contradiction:
-        found = contradiction
-    if not has_whole_arithmetic(problem):
-        raise smallest_conflict(problem, found, wrapping=False)
-    try:
-        return Solution(attempt(problem, seed, "search", wrapping=True))
-    except Contradiction as contradiction:
-        raise smallest_conflict(problem, contradiction, wrapping=True) from None
-    except Unsolved:
-        raise smallest_conflict(problem, found, wrapping=False) from None
+        found, wrapping = contradiction, False
+    if has_whole_arithmetic(problem):
+        try:
+            return Solution(attempt(problem, seed, "search", wrapping=True))
+        except Contradiction as contradiction:
+            found, wrapping = contradiction, True
+        except Unsolved:
+            pass
+    if explain:
+        raise smallest_conflict(problem, found, wrapping)
+    raise Conflict(tuple(problem.constraints[number] for number in sorted(found.constraints)), (), found.reason)
 
 
 def lowest(problem: Problem, cell: Cell) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
-from typing import Literal, TypeAlias, assert_never
+from typing import Final, Literal, TypeAlias, assert_never
 
 from seoro.lang import frozen
 from seoro.lang.solve.cells import Cell, Value
@@ -121,6 +121,9 @@ class IfThenElse(frozen.Value):
     otherwise: Term
 
 
+OPAQUE_COST: Final = 30
+
+
 class Opaque(frozen.Value):
     """Anything else: looked at only when all its cells have values.
 
@@ -128,11 +131,13 @@ class Opaque(frozen.Value):
         cells: What it depends on.
         evaluate: Its value; pure. May raise `Unevaluable`.
         label: What people call it.
+        cost: How long it takes to evaluate it, in terms of the other kinds.
     """
 
     cells: tuple[Cell, ...]
     evaluate: Callable[[Mapping[Cell, Value]], Value]
     label: str
+    cost: int = OPAQUE_COST
 
 
 Term: TypeAlias = (

@@ -179,10 +179,10 @@ class _Choice:
         cells = [cell for slot in self._slots.all for cell in (slot.cell, slot.size) if cell is not None]
         return solve.Problem(tuple(cells), (*rules, *more))
 
-    def _solve(self, rules: Rules, more: list[solve.Constraint]) -> solve.Solution:
+    def _solve(self, rules: Rules, more: list[solve.Constraint], *, explain: bool = True) -> solve.Solution:
         problem = self._problem(rules, more)
         try:
-            return solve.solve(problem, self._seed)
+            return solve.solve(problem, self._seed, explain=explain)
         except solve.Conflict as conflict:
             raise _conflict(conflict, rules) from conflict
         except solve.Unbounded as unbounded:
@@ -289,18 +289,20 @@ class _Choice:
         assert size is not None
         rules = dict(self._constraints())
         low = int(solve.lowest(self._problem(rules, self._pins), size))
+        any_size: solve.Value | None = None
         for candidate in range(low, min(low + SIZES_TRIED, MAX_SIZE)):
             term = terms.Compare("==", terms.CellRef(size), terms.Const(candidate))
             pin = solve.Constraint(term, slot.span, f"{slot.path}.size() == {candidate}")
             try:
-                self._solve(rules, [*self._pins, pin])
+                self._solve(rules, [*self._pins, pin], explain=False)
             except NoChoice as reason:
-                conflict = reason.__cause__
-                if not isinstance(conflict, solve.Conflict) or pin not in conflict.constraints:
-                    raise  # for other sizes too
+                if not isinstance(reason.__cause__, solve.Conflict):
+                    raise
             else:
                 return candidate
-        return cast(int, self._solve(rules, self._pins).values[size])
+            if any_size is None:
+                any_size = self._solve(rules, self._pins).values[size]  # else no other size helps
+        return cast(int, any_size)
 
     # ------------------------------------------------------------ values
 

@@ -21,6 +21,7 @@ from seoro.lang.plan import (
     Cast,
     Compare,
     Conditional,
+    Construct,
     Contains,
     Convert,
     Expression,
@@ -74,6 +75,8 @@ from seoro.runtime.choose.slots import Slot, Slots
 from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
 from seoro.runtime.methods import MAX_DEPTH, implementation, inside
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
+
+CHOICE_COST = 2000  # of an expression that chooses values itself, in terms
 
 
 class Translation:
@@ -352,7 +355,8 @@ class Translation:
             except EvaluationError as error:
                 raise terms.Unevaluable(str(error)) from error
 
-        return terms.Opaque(tuple(cells), value, expression.span.text)
+        cost = CHOICE_COST if _chooses(expression) else terms.OPAQUE_COST
+        return terms.Opaque(tuple(cells), value, expression.span.text, cost)
 
     def _named(self, expression: Expression, environment: Environment) -> list[Slot]:
         """The slots that an expression may look at; of its own instance, all, if a method may."""
@@ -407,6 +411,17 @@ class Translation:
             self._open.pop()
         for part in slot.parts.values():
             self._collect(part, cells)
+
+
+def _chooses(expression: Expression) -> bool:
+    """Whether values of an instance have to be chosen to evaluate an expression."""
+    pending = [expression]
+    while pending:
+        current = pending.pop()
+        if isinstance(current, Construct) and not current.structures.of(current.type).is_plain:
+            return True
+        pending += parts(current)
+    return False
 
 
 def _concrete(environment: Environment, chosen: Mapping[solve.Cell, solve.Value]) -> Environment:
