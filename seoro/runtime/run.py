@@ -19,7 +19,7 @@ import anyio
 from seoro.errors import BackendError, InvalidUse
 from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions import BoundAction
-from seoro.runtime.agenda import Agenda
+from seoro.runtime.agenda import Agenda, StepOrder
 from seoro.runtime.applied import apply, with_nested
 from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded, within
@@ -55,6 +55,7 @@ class Settings:
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Of seoro; stands in the trace.
+        step_order: The order of steps in a round, as `Agenda` takes it; for tests that it changes nothing.
     """
 
     seed: int
@@ -66,6 +67,7 @@ class Settings:
     output_directory: Path | None = None
     grace: float = 5.0
     version: str = ""
+    step_order: StepOrder | None = None
 
 
 class Execution:
@@ -78,7 +80,7 @@ class Execution:
     def __init__(self, plan: Plan, settings: Settings) -> None:
         self._plan = plan
         self._settings = settings
-        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed)
+        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         refuse_unsupported(plan)
