@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.embed import Run, Scenario, Simulator, load, start
+    from seoro.embed import Run, Scenario, Simulator, load, run, start
     from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
     from seoro.lang.plan.types import EnumValue
     from seoro.runtime.actions import action
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from seoro.runtime.contracts import Child, ModifierContext, Orientation3D, Pose3D, Position3D
     from seoro.runtime.method_context import MethodContext
     from seoro.runtime.modifiers import modifier
+    from seoro.runtime.reading import TraceReader
     from seoro.runtime.values import Actor, Range, Struct, Variable
     from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
@@ -46,16 +47,18 @@ __all__ = [
     "Simulator",
     "Status",
     "Struct",
+    "TraceReader",
     "Variable",
     "Verdict",
     "action",
     "load",
     "modifier",
+    "run",
     "start",
 ]
 
 _MODULES = {
-    "seoro.embed": ("Run", "Scenario", "Simulator", "load", "start"),
+    "seoro.embed": ("Run", "Scenario", "Simulator", "load", "run", "start"),
     "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
     "seoro.lang.plan.types": ("EnumValue",),
     "seoro.runtime.actions": ("action",),
@@ -63,6 +66,7 @@ _MODULES = {
     "seoro.runtime.contracts": ("Child", "ModifierContext", "Orientation3D", "Pose3D", "Position3D"),
     "seoro.runtime.method_context": ("MethodContext",),
     "seoro.runtime.modifiers": ("modifier",),
+    "seoro.runtime.reading": ("TraceReader",),
     "seoro.runtime.values": ("Actor", "Range", "Struct", "Variable"),
     "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -16,11 +17,13 @@ async def background() -> AsyncIterator[TaskGroup]:
     An exception of the block comes out as it is, not wrapped in a group as a plain task group would have it: the
     tasks only accompany what the block is about.
     """
-    raised: Exception | None = None
+    raised: BaseException | None = None
     async with anyio.create_task_group() as group:
         try:
             yield group
-        except Exception as error:
+        except asyncio.CancelledError:
+            raise
+        except BaseException as error:
             raised = error
         group.cancel_scope.cancel()
     if raised is not None:

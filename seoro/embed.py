@@ -7,11 +7,13 @@
     result = await run.result()
 
 A run lives inside of the caller's event loop, in a task group of its own. It installs no signal handlers, touches
-no global logging, and when the caller is cancelled it cleans up and leaves nothing behind.
+no global logging, and when the caller is cancelled it cleans up and leaves nothing behind. `run` is for scripts
+that have no event loop.
 """
 
 from __future__ import annotations
 
+import asyncio
 import math
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
@@ -19,9 +21,10 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
 
 import anyio
+import anyio.lowlevel
 
 from seoro import __version__
 from seoro.background import background
@@ -36,6 +39,7 @@ from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
+from seoro.runtime.reading import ReadClock, Readers, TraceReader
 from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
 
@@ -44,6 +48,7 @@ if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
 
 SEED_BITS = 32  # of a seed that is drawn
+MAX_SEED = 2**63 - 1  # goes into messages for simulators
 
 ClockName = Literal["real", "virtual", "sim"]
 
@@ -124,12 +129,10 @@ class Simulator:
 class Run:
     """A run that has been started with `start`."""
 
-    def __init__(
-        self, execution: Execution, seed: int, simulator: SimulatorNode | None, recorder: _Recorder
-    ) -> None:
+    def __init__(self, execution: Execution, seed: int, simulator: SimulatorNode | None, readers: Readers) -> None:
         self._execution = execution
         self._simulator = simulator
-        self._recorder = recorder
+        self._readers = readers
         self._done = anyio.Event()
         self.seed = seed
 
@@ -148,16 +151,16 @@ class Run:
         """The simulator of the run, if it has one."""
         return self._simulator
 
-    async def trace(self) -> AsyncIterator[dict[str, Any]]:
-        """The records of the trace, from the first to `run.end`, as they come."""
-        position = 0
-        while True:
-            while position < len(self._recorder.records):
-                yield self._recorder.records[position]
-                position += 1
-            if self._done.is_set():
-                return
-            await self._recorder.wait_for_more()
+    def trace(self) -> TraceReader:
+        """The records of the trace, from the first to `run.end`, as they come.
+
+        Any number of readers may read at once. A run that is started without `keep_trace` keeps the last 1000
+        records only, and waits for slow readers if its clock is virtual or a simulator's: begin to read early.
+
+        Raises:
+            InvalidUse: The first records are not kept any more.
+        """
+        return self._readers.open()
 
     async def result(self) -> Verdict:
         """The verdict, once there is one. Does not raise when the scenario fails."""
@@ -167,10 +170,12 @@ class Run:
 
     def stop(self, reason: str = "stopped by the program") -> None:
         """Cancel the run; what it started is cleaned up first."""
+        self._readers.wait_no_more()
         self._execution.stop(reason)
 
     def give_up(self, reason: str) -> None:
         """End the run as an error, without a verdict on the system under test."""
+        self._readers.wait_no_more()
         self._execution.fail_backend(reason)
 
     async def artifacts(self) -> tuple[Artifact, ...]:
@@ -194,29 +199,12 @@ class Run:
 
     async def _carry(self) -> None:
         try:
+            # Also in a loop that starts tasks eagerly, the block begins before the run, and can read it all.
+            await anyio.lowlevel.cancel_shielded_checkpoint()
             await self._execution.run()
         finally:
             self._done.set()
-            self._recorder.notify()
-
-
-@dataclass(eq=False)
-class _Recorder:
-    """Keeps the trace for `Run.trace`."""
-
-    records: list[dict[str, Any]] = field(default_factory=list)
-    _more: anyio.Event = field(default_factory=anyio.Event)
-
-    def record(self, record: dict[str, Any]) -> None:
-        self.records.append(record)
-        self.notify()
-
-    def notify(self) -> None:
-        self._more.set()
-        self._more = anyio.Event()
-
-    async def wait_for_more(self) -> None:
-        await self._more.wait()
+            self._readers.end()
 
 
 @dataclass(frozen=True)
@@ -232,7 +220,7 @@ class Options:
         simulator: To start or to connect to.
         observers: Called with every record of the trace.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
-        keep_trace: Whether to hold the whole trace in memory, for `Run.trace`.
+        keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
         grace: Time for the clean-up of a cancelled action [s].
     """
 
@@ -244,7 +232,7 @@ class Options:
     simulator: Simulator | None = None
     observers: Sequence[Observer] = ()
     output_directory: Path | None = None
-    keep_trace: bool = True
+    keep_trace: bool = False
     grace: float = 5.0
 
 
@@ -279,6 +267,33 @@ async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIte
         yield run
 
 
+def run(scenario: Scenario, **options: Unpack[OptionFields]) -> Verdict:
+    """Run a scenario to its end, for scripts that have no event loop: one is made for it.
+
+    Ctrl-C stops the run, which cleans up, and is raised then.
+
+    Args:
+        scenario: What `load` returned.
+        options: The fields of `Options`, by name; `observers` see the trace.
+
+    Raises:
+        InvalidScenario, InvalidUse, BackendError: As `start`; `InvalidUse` also if there is an event loop.
+    """
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return asyncio.run(_run(scenario, options))
+    raise InvalidUse(
+        "`seoro.run` makes an event loop, and here is one already",
+        help="run it there: `async with seoro.start(scenario) as run: verdict = await run.result()`",
+    )
+
+
+async def _run(scenario: Scenario, options: OptionFields) -> Verdict:
+    async with start(scenario, **options) as started:
+        return await started.result()
+
+
 @asynccontextmanager
 async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     """Instantiate a run without starting it; what it needs is open while the block lasts.
@@ -286,24 +301,25 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     Raises:
         InvalidScenario, InvalidUse, BackendError: As `start`.
     """
+    clock = _check(options)
     plan = lower(scenario.checked, options.name, _overrides(scenario, options))
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
-    recorder = _Recorder()
+    readers = Readers(options.keep_trace)
     async with AsyncExitStack() as stack:
         simulator = options.simulator
         node = await stack.enter_async_context(_open(simulator, seed)) if simulator is not None else None
         settings = Settings(
             seed=seed,
-            clock=_clock(options.clock, node, simulator),
+            clock=_clock(clock, node, options, readers),
             backends=(node,) if node is not None else (),
-            observers=(*([recorder] if options.keep_trace else []), *options.observers),
+            observers=(readers, *options.observers),
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,
             grace=options.grace,
             version=__version__,
         )
-        yield Run(Execution(plan, settings), seed, node, recorder)
+        yield Run(Execution(plan, settings), seed, node, readers)
 
 
 def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:
@@ -320,8 +336,6 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
 
     options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path))
-    if (simulator.name is None) == (simulator.endpoint is None):
-        raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
     if simulator.name is not None:
         async with start_simulator(simulator.name, options) as node:
             yield node
@@ -330,17 +344,31 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
             yield node
 
 
-def _clock(name: ClockName | None, node: SimulatorNode | None, simulator: Simulator | None) -> Clock:
-    if node is not None and simulator is not None:
-        if name not in (None, "sim"):
-            raise InvalidUse(f"the clock '{name}' does not go with a simulator", help="leave out `--clock`")
-        return SimulatorClock(node, simulator.rate)
-    match name:
-        case None | "real":
-            return RealClock()
-        case "virtual":
-            return VirtualClock()
-        case "sim":
+def _check(options: Options) -> ClockName:
+    """Refuse options that cannot be, before anything is started; returns the clock of the run."""
+    simulator = options.simulator
+    if options.seed is not None and not 0 <= options.seed <= MAX_SEED:
+        raise InvalidUse(f"a seed is a whole number from 0 to {MAX_SEED}, not {options.seed}")
+    if not options.grace >= 0:
+        raise InvalidUse(f"the time for a clean-up is a number of seconds from 0, not {options.grace}")
+    if options.clock not in (None, *get_args(ClockName)):
+        raise InvalidUse(f"there is no clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
+    if simulator is None:
+        if options.clock == "sim":
             raise InvalidUse(
                 "the clock 'sim' is that of a simulator, and there is none", help="add `--sim mujoco`"
             )
+        return options.clock or "real"
+    if options.clock not in (None, "sim"):
+        raise InvalidUse(f"the clock '{options.clock}' does not go with a simulator", help="leave out `--clock`")
+    if (simulator.name is None) == (simulator.endpoint is None):
+        raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
+    if not simulator.rate > 0:
+        raise InvalidUse(f"the rate of a simulator is above 0, not {simulator.rate}")
+    return "sim"
+
+
+def _clock(name: ClockName, node: SimulatorNode | None, options: Options, readers: Readers) -> Clock:
+    if node is not None and options.simulator is not None:
+        return ReadClock(SimulatorClock(node, options.simulator.rate), readers)
+    return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()

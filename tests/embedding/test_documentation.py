@@ -1,0 +1,89 @@
+"""The examples of `docs/embedding.md` do what it says."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "embedding.md"
+EXAMPLE = re.compile(r"`([\w.]+\.\w+)`:\n\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+# What the kernel of a notebook does with a cell: in the loop that is running, as ipykernel does it.
+NOTEBOOK = """
+import asyncio
+import sys
+from pathlib import Path
+from IPython.core.interactiveshell import InteractiveShell
+
+async def main():
+    shell = InteractiveShell()
+    cell = Path("cell.py").read_text()
+    transformed = shell.transform_cell(cell)
+    assert shell.should_run_async(cell, transformed_cell=transformed)
+    result = await shell.run_cell_async(cell, transformed_cell=transformed, store_history=False)
+    result.raise_error()
+    print(result.result)
+    print(shell.user_ns["verdict"].status.value)
+
+asyncio.run(main())
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The files of the document."""
+    for name, text in EXAMPLE.findall(DOCUMENT.read_text()):
+        (tmp_path / name).write_text(text)
+    (tmp_path / "notebook.py").write_text(NOTEBOOK)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "printed"),
+    [
+        ("script.py", "passed 4.5 s\n"),
+        ("program.py", "2.0 round done\n4.0 round done\n6.0 round done\npassed\n"),
+        ("many.py", "20 of 20 passed\n"),
+        ("notebook.py", "[2.0, 4.0, 6.0]\npassed\n"),
+    ],
+)
+def test_the_example_runs(folder: Path, file: str, printed: str) -> None:
+    done = subprocess.run(
+        [sys.executable, file],
+        cwd=folder,
+        env={**os.environ, "IPYTHONDIR": str(folder / "ipython")},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stderr == ""
+    assert printed in done.stdout
+    assert done.returncode == 0
+
+
+def test_a_scenario_with_errors_ends_a_script_with_all_of_them(folder: Path) -> None:
+    (folder / "patrol.osc").write_text("scenario patrol:\n    do serial:\n        one()\n        two()\n")
+    done = subprocess.run(
+        [sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert "patrol.osc:3:9" in done.stderr
+    assert "patrol.osc:4:9" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_examples_have_types(folder: Path) -> None:
+    files = ["script.py", "program.py", "many.py"]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--no-incremental", *files],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
