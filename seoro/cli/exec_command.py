@@ -39,6 +39,9 @@ exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 
 reached, 4 cancelled (130 by Ctrl-C)"""
 
 
+DEFAULT_RATE = 1.0  # simulated seconds per second
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("file", metavar="FILE", help="the scenario file (.osc)")
@@ -83,7 +86,7 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
     )
     parser.add_argument(
-        "--rate", type=_rate, default=1.0, metavar="R", help="simulated seconds per second, or max (default: 1)"
+        "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
     )
     parser.add_argument(
         "--model-path",
@@ -262,14 +265,16 @@ def _write(path: Path, data: bytes) -> None:
 
 def _simulator(options: argparse.Namespace) -> Simulator | None:
     if options.sim is None and options.connect is None:
-        if options.world is not None:
-            raise InvalidUse("`--world` is a simulator's, and there is none", help="add `--sim mujoco`")
+        theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
+        given = [name for name, value in theirs.items() if value is not None]
+        if given:
+            raise InvalidUse(f"`{given[0]}` is a simulator's, and there is none", help="add `--sim mujoco`")
         return None
     return Simulator(
         name=options.sim,
         endpoint=options.connect,
         world=_world(options.world),
-        rate=options.rate,
+        rate=DEFAULT_RATE if options.rate is None else options.rate,
         model_path=options.model_path,
     )
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from seoro import __version__
 from seoro.cli import check_command, exec_command, explain_command, fmt_command, lsp_command, sim_command
+from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
 from seoro.cli.output import print_error
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
@@ -24,8 +25,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
+    options, unknown = _parser().parse_known_args(arguments)
+    if unknown:
+        options.parser.refuse_unknown(unknown)
     try:
         return int(options.run(options))
     except (InvalidScenario, InvalidUse) as error:
@@ -52,8 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return Exit.ERROR
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="seoro",
         description="Run OpenSCENARIO DSL scenarios against simulated and real robots.",
         allow_abbrev=False,
@@ -71,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
         )
         module.add_arguments(command)
         command.add_argument("--debug", action="store_true", help="show Python tracebacks of faults")
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, parser=command)
     return parser
 
 

@@ -164,7 +164,11 @@ def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.C
         (["--scenario", "other"], "declares no scenario `other`"),
         (["--sim", "gazebo"], "there is no simulator 'gazebo'"),
         (["--world", "maze"], "`--world` is a simulator's"),
+        (["--rate", "2"], "`--rate` is a simulator's"),
+        (["--model-path", "models"], "`--model-path` is a simulator's"),
         (["--clock", "sim"], "the clock 'sim' is that of a simulator"),
+        (["--clock", "virtual", "--connect", "tcp/127.0.0.1:1"], "the clock 'virtual' does not go with"),
+        (["--seed", str(2**63)], "a seed is a whole number from 0 to 9223372036854775807"),
         (["-o", "/proc/nowhere"], "cannot write /proc/nowhere"),
         (["--connect", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
     ],
@@ -180,12 +184,30 @@ def test_what_cannot_be_done_is_said(
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--dryrun"], ["--seed", "-1"], ["--rate", "0"], ["--rate", "fast"], ["--timeout", "nan"]]
+    ("arguments", "message"),
+    [
+        (["--dryrun"], "has no option `--dryrun`\n  = help: did you mean `--dry-run`?\n"),
+        (["--clck=real"], "has no option `--clck`\n  = help: did you mean `--clock`?\n"),
+        (["--zzz"], "has no option `--zzz`\n  = help: `seoro exec --help` lists those that it has\n"),
+        (["other.osc"], "`other.osc` is too much: `seoro exec` takes no more arguments"),
+        (["--seed", "-1"], "argument --seed"),
+        (["--rate", "0"], "expected a positive number, not '0'"),
+        (["--rate", "fast"], "expected a positive number, not 'fast'"),
+        (["--timeout", "nan"], "expected a positive number, not 'nan'"),
+        (["--clock", "virtua"], "invalid choice: 'virtua' (choose from"),
+        (["--sim", "mujoco", "--connect", "x"], "not allowed with argument --sim"),
+    ],
 )
-def test_a_wrong_option_is_refused(write: Write, arguments: list[str]) -> None:
+def test_a_wrong_option_is_one_clear_error(
+    write: Write, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["exec", write(GREETING), *arguments])
     assert caught.value.code == 2
+    out, err = capsys.readouterr()
+    assert err.startswith("error: ")
+    assert message in err
+    assert (err.count("\n"), out) == (2, "")
 
 
 def test_a_missing_file_is_one_clear_error(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
