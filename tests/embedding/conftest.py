@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 import warnings
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -158,9 +159,11 @@ def state_of_the_loop() -> dict[str, object]:
 async def as_it_was() -> AsyncIterator[None]:
     """After the block, everything is as it was before, and nothing is left that was not there."""
     await asyncio.to_thread(len, "")  # the first thread of the loop's executor may bring a file
-    before = state_of_the_program(), state_of_the_loop(), holdings()
+    gc.collect()  # nothing of other tests is to go in the meantime
+    before, held = (state_of_the_program(), state_of_the_loop()), holdings()
     yield
-    assert (state_of_the_program(), state_of_the_loop(), holdings()) == before
+    assert (state_of_the_program(), state_of_the_loop()) == before
+    assert not holdings() - held
 
 
 def _umask() -> int:
@@ -169,20 +172,19 @@ def _umask() -> int:
     return mask
 
 
-def holdings() -> dict[str, object]:
+def holdings() -> Counter[str]:
     """What a run may have, and has to give back: tasks, threads, children, files; asyncio's own threads apart."""
     own = "asyncio"  # those of its executor stay, and those that wait for processes end a moment after them
-    return {
-        "tasks": asyncio.all_tasks(),
-        "threads": {thread for thread in threading.enumerate() if not thread.name.startswith(own)},
-        "children": _children(),
-        "files": sorted(_files()),
-    }
-
-
-def _children() -> set[str]:
-    """Process ids of the children of all threads of this process."""
-    return {child for file in Path("/proc/self/task").glob("*/children") for child in file.read_text().split()}
+    threads = (thread.name for thread in threading.enumerate() if not thread.name.startswith(own))
+    children = (file.read_text().split() for file in Path("/proc/self/task").glob("*/children"))
+    return Counter(
+        [
+            *(f"task {task.get_name()}" for task in asyncio.all_tasks()),
+            *(f"thread {name}" for name in threads),
+            *(f"child {number}" for numbers in children for number in numbers),
+            *(f"file {name}" for name in _files()),
+        ]
+    )
 
 
 def _files() -> list[str]:
