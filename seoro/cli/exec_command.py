@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
+import asyncio
 import math
 import signal
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
 
 import anyio
 
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
-from seoro.cli.output import Progress, print_reason
+from seoro.cli.output import Progress, print_reason, reason_text
+from seoro.cli.results import STDOUT, ResultFiles, result, untraced
 from seoro.embed import Options, Run, Scenario, Simulator, load, prepare
-from seoro.errors import InvalidUse
-from seoro.runtime.contracts import Observer
-from seoro.runtime.junit import junit
-from seoro.runtime.trace import JsonLines
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.runtime.jsonl import to_json
+from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict
-
-if TYPE_CHECKING:
-    from seoro.bridges.wire import Artifact
 
 NAME = "exec"
 HELP = "run a scenario here, in this process"
@@ -37,6 +32,8 @@ EXAMPLES = """examples:
 
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
+
+_LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
 
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -100,26 +97,37 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    scenario = load(options.file)
-    return anyio.run(_Exec(options, scenario).main)
+    files = ResultFiles(options)
+    try:
+        return anyio.run(_Exec(options, load(options.file), files).main)
+    except (InvalidScenario, InvalidUse) as error:
+        files.write_invalid(options.file, error)
+        raise
 
 
 class _Exec:
     """One run of the command."""
 
-    def __init__(self, options: argparse.Namespace, scenario: Scenario) -> None:
+    def __init__(self, options: argparse.Namespace, scenario: Scenario, files: ResultFiles) -> None:
         self._options = options
         self._scenario = scenario
+        self._files = files
         self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         # Where stdout is for a program, people are told on stderr.
-        self._progress = Progress(sys.stderr if options.json or options.trace == "-" else sys.stdout)
+        self._progress = Progress(sys.stderr if options.json or options.trace == STDOUT else sys.stdout)
 
     async def main(self) -> int:
         """Run, and see to Ctrl-C from the first moment to the last."""
         async with background() as group:
             group.start_soon(self._watch_signals, group.cancel_scope)
-            return await self._prepare_and_run()
+            with self._files:
+                try:
+                    return await self._prepare_and_run()
+                finally:
+                    with anyio.move_on_after(_LAST_WORDS, shield=True):
+                        await self._files.finish()
+                        await self._progress.finish()
         return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _watch_signals(self, scope: anyio.CancelScope) -> None:
@@ -137,29 +145,32 @@ class _Exec:
 
     async def _prepare_and_run(self) -> Exit:
         options = self._options
-        with self._observers() as observers:
-            settings = Options(
-                name=options.scenario,
-                seed=options.seed,
-                overrides=_overrides(options.set),
-                parameters=options.params,
-                clock=options.clock,
-                simulator=_simulator(options),
-                observers=observers,
-                output_directory=options.output_dir,
-                keep_trace=False,
-            )
-            async with prepare(self._scenario, settings) as run:
-                if options.dry_run:
-                    self._print_parameters(run)
-                    return Exit.PASSED
-                self._announce(run)
-                self._run = run
-                async with run.running():
-                    verdict = await self._await_verdict(run)
-                artifacts = await run.artifacts() if options.output_dir else ()
-        files = self._write_results(verdict, run, artifacts)
-        self._print_end(verdict, run, files)
+        settings = Options(
+            name=options.scenario,
+            seed=options.seed,
+            overrides=_overrides(options.set),
+            parameters=options.params,
+            clock=options.clock,
+            simulator=_simulator(options),
+            observers=(self._progress, *self._files.traces),
+            output_directory=options.output_dir,
+            keep_trace=False,
+        )
+        loop = asyncio.get_running_loop()
+        async with prepare(self._scenario, settings) as run:
+            if options.dry_run:
+                self._print_parameters(run)
+                return Exit.PASSED
+            self._announce(run)
+            self._run = run
+            self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
+            async with run.running():
+                verdict = await self._await_verdict(run)
+            artifacts = await run.artifacts() if options.output_dir else ()
+        if (error := await self._files.finish()) is not None:
+            verdict = untraced(verdict, error)
+        written = self._files.write(verdict, run.parameters, reason_text(verdict), artifacts)
+        await self._print_end(verdict, run, written)
         return self._interrupted or OF_STATUS[verdict.status]
 
     async def _await_verdict(self, run: Run) -> Verdict:
@@ -169,38 +180,7 @@ class _Exec:
         run.give_up(f"no verdict within {limit:g} s of wall time (`--timeout`)")
         return await run.result()
 
-    # -------------------------------------------------------- results
-
-    @contextmanager
-    def _observers(self) -> Iterator[Sequence[Observer]]:
-        """Who sees the trace: the terminal, and the files that were asked for."""
-        options = self._options
-        with ExitStack() as stack:
-            observers: list[Observer] = [self._progress]
-            if options.trace == "-":
-                observers.append(JsonLines(sys.stdout))
-            elif options.trace:
-                observers.append(JsonLines(stack.enter_context(_create(Path(options.trace)))))
-            if options.output_dir:
-                observers.append(JsonLines(stack.enter_context(_create(options.output_dir / "trace.jsonl"))))
-            yield observers
-
-    def _write_results(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> list[tuple[Path, str]]:
-        """Write what the run leaves; returns the files, and what they are."""
-        options = self._options
-        written: list[tuple[Path, str]] = []
-        if options.junit:
-            _write(options.junit, junit([(verdict, run.parameters)]).encode())
-            written.append((options.junit, "result as JUnit XML"))
-        if options.output_dir:
-            written.append((options.output_dir / "trace.jsonl", "every step of the run"))
-            _write(options.output_dir / "test.xml", junit([(verdict, run.parameters)]).encode())
-            written.append((options.output_dir / "test.xml", "result as JUnit XML"))
-            for artifact in artifacts:
-                path = options.output_dir / Path(artifact.name).name
-                _write(path, artifact.data)
-                written.append((path, artifact.description))
-        return written
+    # -------------------------------------------------------- output
 
     def _announce(self, run: Run) -> None:
         simulator = run.simulator
@@ -209,55 +189,23 @@ class _Exec:
 
     def _print_parameters(self, run: Run) -> None:
         if self._options.json:
-            print(json.dumps({"seed": run.seed, "parameters": run.parameters}))
+            print(to_json({"seed": run.seed, "parameters": run.parameters}))
             return
         self._progress.say(f"{self._options.file} can be run: seed {run.seed}")
         for name, value in run.parameters.items():
-            self._progress.say(f"  {name} = {json.dumps(value, ensure_ascii=False)}")
+            self._progress.say(f"  {name} = {to_json(value)}")
 
-    def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
+    async def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
         self._progress.verdict(verdict)
         width = max((len(str(path)) for path, _ in files), default=0)
         for path, what in files:
             self._progress.say(f"  {path!s:{width}}  {what}")
+        await self._progress.finish()
         print_reason(verdict)
         if run.fault is not None and self._options.debug:
             traceback.print_exception(run.fault)
         if self._options.json:
-            print(json.dumps(_result(verdict, run, files)))
-
-
-def _result(verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> dict[str, Any]:
-    return {
-        "status": verdict.status.value,
-        "reason": verdict.reason,
-        "source": str(verdict.span) if verdict.span else "",
-        "scenario": verdict.scenario,
-        "file": verdict.file,
-        "seed": verdict.seed,
-        "duration": verdict.duration,
-        "wall_duration": verdict.wall_duration,
-        "parameters": run.parameters,
-        "coverage": [item.plain() for item in verdict.coverage],
-        "files": [str(path) for path, _ in files],
-    }
-
-
-def _create(path: Path) -> IO[str]:
-    """Open a file for writing, in a folder that is made for it."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("w", encoding="utf-8")
-    except OSError as error:
-        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
-
-
-def _write(path: Path, data: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    except OSError as error:
-        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+            print(to_json(result(verdict, run.parameters, files)))
 
 
 # ---------------------------------------------------------------- option values

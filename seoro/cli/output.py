@@ -5,34 +5,37 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import IO, Any
+from contextlib import suppress
+from typing import IO, Any, TextIO
 
-from rich.console import Console
-from rich.text import Text
-
+from seoro.cli.results import silence
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.lang.source import Span
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import RunStatus, Verdict
+from seoro.runtime.writer import Writer
 
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
 _MAX_ITEMS = 20  # of coverage, on the terminal
-_MARKS = {"succeeded": ("+", "green"), "failed": ("x", "red"), "cancelled": ("-", "yellow")}
 
+# Select Graphic Rendition (ECMA-48).
+_RED, _GREEN, _YELLOW, _DIM = "31", "32", "33", "2"
+_MARKS = {"succeeded": ("+", _GREEN), "failed": ("x", _RED), "cancelled": ("-", _YELLOW)}
+_LEVELS = {"warning": _YELLOW, "error": _RED, "debug": _DIM}
 _STATUS_STYLES = {
-    RunStatus.PASSED: "bold green",
-    RunStatus.FAILED: "bold red",
-    RunStatus.ERROR: "bold magenta",
-    RunStatus.CANCELLED: "bold yellow",
+    RunStatus.PASSED: "1;32",
+    RunStatus.FAILED: "1;31",
+    RunStatus.ERROR: "1;35",
+    RunStatus.CANCELLED: "1;33",
 }
 
 
 def use_colour(file: IO[str]) -> bool:
     """Whether a file is a terminal of someone who has not refused colours."""
-    return file.isatty() and not os.environ.get("NO_COLOR")
+    return file.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def print_error(error: Exception) -> None:
@@ -50,12 +53,18 @@ def print_error(error: Exception) -> None:
 
 
 def print_reason(verdict: Verdict) -> None:
-    """Print on stderr why a run did not pass, with the text of the scenario that decided, if any did."""
+    """Print on stderr why a run did not pass."""
+    text = reason_text(verdict, colour=use_colour(sys.stderr))
+    if text:
+        print("\n" + text, file=sys.stderr)
+
+
+def reason_text(verdict: Verdict, colour: bool = False) -> str:
+    """Why a run did not pass, with the text of the scenario that decided, if any did."""
     if verdict.span is not None:
         found = _at_run(InvalidUse(verdict.reason, verdict.span), verdict.span)
-        print("\n" + render_text(found, colour=use_colour(sys.stderr)), file=sys.stderr)
-    elif verdict.reason:
-        print(f"\n{verdict.status.value}: {verdict.reason}", file=sys.stderr)
+        return render_text(found, colour=colour)
+    return f"{verdict.status.value}: {verdict.reason}" if verdict.reason else ""
 
 
 def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
@@ -64,24 +73,19 @@ def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
     return Diagnostic(Severity.ERROR, error.code, str(error), first, tuple(others), help=error.help)
 
 
-class _Console(Console):
-    """A console that falls silent when nobody reads it any more, as after `| head`: the run goes on."""
-
-    def on_broken_pipe(self) -> None:
-        self.quiet = True
-        # Else Python itself would complain when it flushes stdout at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
-
-
 class Progress:
-    """Prints what happens in a run, as it happens.
+    """Prints what happens in a run, as it happens, without holding up the run.
+
+    When nobody reads it any more, as after `| head`, it falls silent, and the run goes on.
 
     Args:
         file: Where to.
     """
 
-    def __init__(self, file: IO[str]) -> None:
-        self._console = _Console(file=file, no_color=not use_colour(file), highlight=False, soft_wrap=True)
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+        self._colour = use_colour(file)
+        self._writer = Writer[str](file.buffer, "terminal", lambda line: line.encode(file.encoding, "replace"))
         self._running: dict[int, tuple[str, float]] = {}
 
     def record(self, record: dict[str, Any]) -> None:
@@ -94,11 +98,10 @@ class Progress:
             case "behavior.end" if record["id"] in self._running:
                 self._end(record)
             case "log":
-                style = {"warning": "yellow", "error": "red"}.get(record["level"], "")
-                self._line(record["t"], style, " ", record["message"])
+                self._line(record["t"], _LEVELS.get(record["level"], ""), " ", str(record["message"]))
             case "event" if record["name"] == "contact":
                 arguments = record["arguments"]
-                self._line(record["t"], "red", "!", f"{arguments['first']} touches {arguments['second']}")
+                self._line(record["t"], _RED, "!", f"{arguments['first']} touches {arguments['second']}")
 
     def _end(self, record: dict[str, Any]) -> None:
         name, started = self._running.pop(record["id"])
@@ -109,20 +112,30 @@ class Progress:
         self._line(record["t"], style, mark, f"{name}  {record['status']} after {took:.2f} s")
 
     def _line(self, time: float, style: str, mark: str, text: str) -> None:
-        self._console.print(Text.assemble((f"{time:9.3f} s  ", "dim"), (f"{mark} {text}", style)))
+        stamp = self._paint(_DIM, f"{time:9.3f} s")
+        for part in _printable(text).split("\n"):
+            self.say(f"{stamp}  " + self._paint(style, f"{mark} {part}"))
+
+    def _paint(self, style: str, text: str) -> str:
+        return f"\x1b[{style}m{text}\x1b[0m" if self._colour and style else text
 
     def say(self, text: str) -> None:
         """Print a line."""
-        self._console.print(Text(text))
+        with suppress(OSError):
+            self._writer.put(text + "\n")
+
+    async def finish(self) -> None:
+        """Wait until everything is printed."""
+        try:
+            await self._writer.finish()
+        except OSError:
+            silence(self._file)
 
     def verdict(self, verdict: Verdict) -> None:
         """Print the end of a run."""
-        line = Text.assemble(
-            (verdict.status.value, _STATUS_STYLES[verdict.status]),
-            f"  {verdict.scenario} in {verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real",
-        )
-        self._console.print()
-        self._console.print(line)
+        status = self._paint(_STATUS_STYLES[verdict.status], verdict.status.value)
+        times = f"{verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real"
+        self.say(f"\n{status}  {verdict.scenario} in {times}")
         self._coverage([item for item in verdict.coverage if item.grade is not None])
 
     def _coverage(self, items: Sequence[ItemCoverage]) -> None:
@@ -132,3 +145,8 @@ class Progress:
             self.say(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
         if len(items) > _MAX_ITEMS:
             self.say(f"  and {len(items) - _MAX_ITEMS} more items: `--json` has all of them")
+
+
+def _printable(text: str) -> str:
+    """A text of a scenario or an action without what would control the terminal."""
+    return text if text.isprintable() else "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)

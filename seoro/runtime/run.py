@@ -35,7 +35,7 @@ from seoro.runtime.invocation import Decision, Instance, Invoked, Place, Service
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
-from seoro.runtime.trace import Trace
+from seoro.runtime.trace import Trace, unwritten
 from seoro.runtime.unsupported import refuse_unsupported
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
@@ -164,8 +164,7 @@ class Execution:
         self._services.decide(RunStatus.FAILED, reason, waits[0] if waits else None)
 
     def _observer_failed(self, error: Exception) -> None:
-        reason = f"the trace cannot be written: {type(error).__name__}: {error}"
-        self._services.decide(RunStatus.ERROR, reason, None)
+        self._services.decide(RunStatus.ERROR, unwritten(error), None)
 
     def _clock_failed(self, error: Exception) -> None:
         self.fail_backend(str(error))
@@ -261,6 +260,7 @@ class Execution:
             file=self._plan.file,
             cancelled=tuple(services.cancelled),
             coverage=self._coverage.results(),
+            logs=self._trace.last_logs,
         )
 
     def _record_end(self, verdict: Verdict) -> None:

@@ -1,19 +1,21 @@
-"""The trace of a run: records as they happen, handed to observers; JSON Lines is one of them."""
+"""The trace of a run: records as they happen, handed to observers."""
 
 from __future__ import annotations
 
-import json
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import count
-from typing import IO, Any
+from typing import Any, Final
 
 from seoro.runtime.contracts import Observer
 from seoro.runtime.values import Value, plain
 
+LOGS_KEPT: Final = 20  # of the last ones, for the verdict
+
 
 class Trace:
-    """Numbers and stamps records.
+    """Numbers and stamps records, each of which is a copy of what it tells: it does not change afterwards.
 
     Args:
         observers: Who sees them.
@@ -28,9 +30,22 @@ class Trace:
         self._now = now
         self._failed = failed
         self._numbers = count()
+        self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
+
+    @property
+    def last_logs(self) -> tuple[str, ...]:
+        """The last logs, as people read them: time, level unless it is `info`, message."""
+        return tuple(
+            f"{time:9.3f} s  " + ("" if level == "info" else f"{level}: ") + message
+            for time, level, message in self._logs
+        )
 
     def record(self, kind: str, **fields: Any) -> None:
         """Add a record."""
+        if kind == "log":
+            self._logs.append((self._now(), fields["level"], str(fields["message"])))
+        if not self._observers:
+            return
         record = {
             "seq": next(self._numbers),
             "t": self._now(),
@@ -50,14 +65,10 @@ class Trace:
         self.record("event", name=path, arguments={name: plain(value) for name, value in arguments.items()})
 
 
-class JsonLines:
-    """Writes records to a text file, one JSON object a line."""
-
-    def __init__(self, file: IO[str]) -> None:
-        self._file = file
-
-    def record(self, record: dict[str, Any]) -> None:
-        """Write a record; at the end of the run, all of them are in the file."""
-        self._file.write(json.dumps(record, ensure_ascii=False) + "\n")
-        if record["kind"] == "run.end":
-            self._file.flush()
+def unwritten(error: Exception) -> str:
+    """What an observer's exception means for the run, in a sentence."""
+    match error:
+        case OSError(filename=str() as name, strerror=str() as why):
+            return f"the trace cannot be written to {name}: {why}"
+        case _:
+            return f"the trace cannot be written: {type(error).__name__}: {error}"

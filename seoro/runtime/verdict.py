@@ -63,6 +63,7 @@ class Verdict:
         file: Its file, as the user named it.
         cancelled: Paths of the behaviors that the end of the run cancelled.
         coverage: What was sampled by `cover` and `record`, in the order in which items were met.
+        logs: The last logs, as people read them.
     """
 
     status: RunStatus
@@ -75,6 +76,7 @@ class Verdict:
     file: str
     cancelled: tuple[str, ...] = ()
     coverage: tuple[ItemCoverage, ...] = ()
+    logs: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:

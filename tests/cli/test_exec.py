@@ -2,6 +2,9 @@
 
 import json
 import re
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as Xml
@@ -234,3 +237,46 @@ def test_coverage_is_in_the_result_and_on_the_terminal(capsys: pytest.CaptureFix
     assert found["load.mass"]["kind"] == "record"
     assert "leg.target_speed: 2 of 4 buckets (50%)" in err
     assert "load.mass" not in err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("text", [GREETING, "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"])
+def test_a_full_disk_ends_the_run_as_an_error(write: Write, capsys: pytest.CaptureFixture[str], text: str) -> None:
+    assert main(["exec", write(text), "--trace", "/dev/full"]) == 3
+    assert "the trace cannot be written to /dev/full: No space left on device" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [[], ["--scenario", "other"]])
+def test_a_file_that_cannot_be_run_has_a_result_too(write: Write, arguments: list[str]) -> None:
+    text = GREETING if arguments else GREETING.replace("log(", "shout(")
+    assert main(["exec", write(text), "--junit", "out/test.xml", *arguments]) == 2
+    error = Xml.parse("out/test.xml").find(".//error")
+    assert error is not None
+    assert error.get("type") == "invalid"
+    assert "test.osc" in (error.text or "")
+
+
+def test_a_trace_that_nobody_reads_any_more_ends_the_run_as_an_error(write: Write) -> None:
+    file = write("import osc.types\nscenario main:\n    do wait elapsed(1h)\n")
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", file, "--trace", "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        error = process.stderr.read().decode()
+        assert process.wait(timeout=20) == 3
+    assert "the trace cannot be written to stdout: nobody reads it any more" in error
+    assert "Exception ignored" not in error
+
+
+def test_a_run_that_is_killed_leaves_what_had_happened(write: Write, tmp_path: Path) -> None:
+    file = write(
+        'import osc.helpers\nscenario main:\n    do serial:\n        log("here")\n        wait elapsed(1h)\n'
+    )
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", file, "--trace", "trace.jsonl"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        end = time.monotonic() + 20
+        while '"here"' not in (Path("trace.jsonl").read_text() if Path("trace.jsonl").exists() else ""):
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        process.kill()
+    assert records("trace.jsonl")[-1]["kind"] == "behavior.start"

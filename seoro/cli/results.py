@@ -1,0 +1,173 @@
+"""The files that a run leaves: traces, which grow with it, and its result as JUnit XML and JSON."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import IO, TYPE_CHECKING, Any, Self
+
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.runtime.jsonl import JsonLines
+from seoro.runtime.junit import Case, case_of, invalid_case, junit
+from seoro.runtime.trace import unwritten
+from seoro.runtime.verdict import RunStatus, Verdict
+
+if TYPE_CHECKING:
+    from seoro.bridges.wire import Artifact
+
+STDOUT = "-"
+
+
+class ResultFiles:
+    """The files that the options of a command line ask for; traces are open while the block lasts.
+
+    Args:
+        options: With `trace`, `junit` and `output_dir`.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self._open = ExitStack()
+        self.traces: list[JsonLines] = []  # observers
+
+    def __enter__(self) -> Self:
+        """Open the traces.
+
+        Raises:
+            InvalidUse: One cannot be written.
+        """
+        options = self._options
+        with ExitStack() as opened:
+            if options.trace == STDOUT:
+                self.traces.append(JsonLines(sys.stdout.buffer, "stdout"))
+            elif options.trace:
+                self.traces.append(self._trace(Path(options.trace), opened))
+            if options.output_dir:
+                self.traces.append(self._trace(options.output_dir / "trace.jsonl", opened))
+            self._open = opened.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(OSError):  # said by `finish`
+            self._open.close()
+
+    @staticmethod
+    def _trace(path: Path, opened: ExitStack) -> JsonLines:
+        return JsonLines(opened.enter_context(_create(path)), str(path))
+
+    def when_failed(self, tell: Callable[[Exception], object]) -> None:
+        """Have something called, in another thread, as soon as a trace cannot be written."""
+        for trace in self.traces:
+            trace.when_failed(tell)
+
+    async def finish(self) -> Exception | None:
+        """Wait until the traces are complete; returns why one is not."""
+        failed: Exception | None = None
+        for trace in self.traces:
+            try:
+                await trace.finish()
+            except Exception as error:
+                failed = failed or error
+                if isinstance(error, OSError) and error.filename == "stdout":
+                    silence(sys.stdout)
+        return failed
+
+    def write(
+        self, verdict: Verdict, parameters: Mapping[str, object], why: str, artifacts: Sequence[Artifact]
+    ) -> list[tuple[Path, str]]:
+        """Write the rest; returns all files, and what they are.
+
+        Raises:
+            InvalidUse: One cannot be written.
+        """
+        written: list[tuple[Path, str]] = []
+        folder: Path | None = self._options.output_dir
+        if self._options.trace not in (None, STDOUT):
+            written.append((Path(self._options.trace), "every step of the run"))
+        if folder:
+            written.append((folder / "trace.jsonl", "every step of the run"))
+            for artifact in artifacts:
+                path = folder / Path(artifact.name).name
+                _write(path, artifact.data)
+                written.append((path, artifact.description))
+        return written + self._write_junit(case_of(verdict, parameters, why))
+
+    def write_invalid(self, file: str, error: InvalidScenario | InvalidUse) -> None:
+        """Write the result of a file that cannot be run; what cannot be written is not said besides."""
+        message = str(error)
+        if isinstance(error, InvalidScenario):
+            more = len(error.diagnostics) - 1
+            message = error.diagnostics[0].message + (f", and {more} more" if more else "")
+        with suppress(InvalidUse):
+            self._write_junit(invalid_case(file, message, str(error)))
+
+    def _write_junit(self, case: Case) -> list[tuple[Path, str]]:
+        folder = self._options.output_dir
+        paths = [
+            *([self._options.junit] if self._options.junit else []),
+            *([folder / "test.xml"] if folder else []),
+        ]
+        for path in paths:
+            _write(path, junit([case]).encode())
+        return [(path, "result as JUnit XML") for path in paths]
+
+
+def untraced(verdict: Verdict, error: Exception) -> Verdict:
+    """The verdict of a run whose trace could not be completed after it: there is no proof of it."""
+    if verdict.status is RunStatus.ERROR:
+        return verdict
+    found = f"{verdict.status.value}, {verdict.reason}" if verdict.reason else verdict.status.value
+    return replace(verdict, status=RunStatus.ERROR, reason=f"{unwritten(error)}; the run itself: {found}")
+
+
+def result(
+    verdict: Verdict, parameters: Mapping[str, object], files: Sequence[tuple[Path, str]]
+) -> dict[str, Any]:
+    """The result of a run as plain data, for `--json`."""
+    return {
+        "status": verdict.status.value,
+        "reason": verdict.reason,
+        "source": str(verdict.span) if verdict.span else "",
+        "scenario": verdict.scenario,
+        "file": verdict.file,
+        "seed": verdict.seed,
+        "duration": verdict.duration,
+        "wall_duration": verdict.wall_duration,
+        "parameters": parameters,
+        "coverage": [item.plain() for item in verdict.coverage],
+        "files": [str(path) for path, _ in files],
+    }
+
+
+def silence(file: IO[str]) -> None:
+    """Let what is still written to a file that nobody reads any more, such as a pipe to `head`, go nowhere.
+
+    Else Python itself would complain when it flushes the file at its end.
+    """
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
+
+
+def _create(path: Path) -> IO[bytes]:
+    """Open a file for writing, in a folder that is made for it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path.open("wb")
+    except OSError as error:
+        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    except OSError as error:
+        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
