@@ -7,13 +7,29 @@ import sys
 from collections.abc import Sequence
 
 from seoro import __version__
-from seoro.cli import check_command, exec_command, explain_command, fmt_command, lsp_command, sim_command
+from seoro.cli import (
+    check_command,
+    exec_command,
+    explain_command,
+    fmt_command,
+    lsp_command,
+    sim_command,
+    trace_command,
+)
 from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
 from seoro.cli.output import print_error
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 
-COMMANDS = (exec_command, check_command, fmt_command, explain_command, lsp_command, sim_command)
+COMMANDS = (
+    exec_command,
+    check_command,
+    trace_command,
+    fmt_command,
+    explain_command,
+    lsp_command,
+    sim_command,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -38,6 +38,11 @@ def use_colour(file: IO[str]) -> bool:
     return file.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
+def paint(style: str, text: str, *, on: bool) -> str:
+    """A text in a style, as parameters of Select Graphic Rendition (ECMA-48); as it is if not `on`, or without."""
+    return f"\x1b[{style}m{text}\x1b[0m" if on and style else text
+
+
 def print_error(error: Exception) -> None:
     """Print an error on stderr; with the text of the scenario, where there is one."""
     colour = use_colour(sys.stderr)
@@ -117,7 +122,7 @@ class Progress:
             self.say(f"{stamp}  " + self._paint(style, f"{mark} {part}"))
 
     def _paint(self, style: str, text: str) -> str:
-        return f"\x1b[{style}m{text}\x1b[0m" if self._colour and style else text
+        return paint(style, text, on=self._colour)
 
     def say(self, text: str) -> None:
         """Print a line."""

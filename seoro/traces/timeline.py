@@ -1,0 +1,130 @@
+"""A trace for people: a line for what happens, indented by what it happens in.
+
+Of what starts and ends in one step nothing but its end is shown. Lines come as records are read, and memory holds
+what runs at one time only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from seoro.traces.read import Record, shown
+
+MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
+_MAX_DEPTH = 30  # of indentation
+
+
+@dataclass
+class _Open:
+    """A behavior that runs."""
+
+    name: str
+    source: str
+    depth: int
+    start: float
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a timeline.
+
+    Args:
+        time: [s]
+        depth: How far it is indented.
+        mark: What happens, as a sign: `>` a start, `+ x -` an end, `@` an event, `=` a variable, `#` coverage.
+        text: What.
+        note: More of it: how long, where in the scenario.
+        tone: The status of what ended, the level of a log, else empty.
+    """
+
+    time: float
+    depth: int
+    mark: str
+    text: str
+    note: str = ""
+    tone: str = ""
+
+    def __str__(self) -> str:
+        text = self.text.replace("\n", "\n" + " " * (15 + 2 * self.depth))
+        note = f"  {self.note}" if self.note else ""
+        return f"{self.time:10.3f}  {'  ' * self.depth}{self.mark} {text}{note}"
+
+
+def timeline(records: Iterable[Record]) -> Iterator[Line]:
+    """The lines of a timeline."""
+    running: dict[int, _Open] = {}
+    held: Record | None = None  # a start whose end may follow at once
+    depth = 0  # of what happens next
+    for record in records:
+        is_end = record["kind"] == "behavior.end"
+        is_short = held is not None and is_end and (record["id"], record["t"]) == (held["id"], held["t"])
+        if held is not None and not is_short:
+            yield _started(held, running[held["id"]])
+        held = None
+        if record["kind"] == "behavior.start":
+            running[record["id"]] = started = _open(record, running)
+            held, depth = record, min(started.depth + 1, _MAX_DEPTH)
+        elif is_end:
+            unknown = _Open(f"behavior {record['id']}", "", 0, record["t"])
+            ended = running.pop(record["id"], unknown)
+            yield _ended(record, ended, is_short)
+            depth = ended.depth
+        else:
+            yield _line(record, depth, running)
+    if held is not None:
+        yield _started(held, running[held["id"]])
+
+
+def _open(record: Record, running: dict[int, _Open]) -> _Open:
+    around = running.get(record["parent"]) if isinstance(record.get("parent"), int) else None
+    depth = min(around.depth + 1, _MAX_DEPTH) if around else 0
+    kind, name = record["type"], record["name"]
+    text = name if name == kind or kind in ("action", "call") else f"{kind} {name}"
+    return _Open(text, record["source"], depth, record["t"])
+
+
+def _started(record: Record, opened: _Open) -> Line:
+    return Line(record["t"], opened.depth, ">", opened.name, opened.source)
+
+
+def _ended(record: Record, opened: _Open, is_short: bool = False) -> Line:
+    status = record["status"]
+    took = record["t"] - opened.start
+    parts = [
+        status if status != "succeeded" else "",
+        f"after {took:.3f} s" if took else "",
+        str(record.get("reason", "")),
+        opened.source if is_short else "",
+    ]
+    note = ", ".join(part for part in parts if part)
+    return Line(record["t"], opened.depth, MARKS.get(status, "?"), opened.name, note, status)
+
+
+def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
+    """A line for what is no behavior, in the depth of what happened last; a log stands within what wrote it."""
+    time, kind = record["t"], record["kind"]
+    match kind:
+        case "run.start":
+            text = f"run of `{record['scenario']}` in {record['file']}"
+            return Line(time, 0, "|", text, f"seed {record.get('seed')}, {record.get('clock')} clock")
+        case "run.end":
+            status = record["status"]
+            note = "\n" + record["reason"] if record["reason"] else ""
+            return Line(time, 0, "|", status + note, "", "succeeded" if status == "passed" else status)
+        case "log":
+            level = record["level"]
+            around = [opened.depth for opened in running.values() if opened.source == record.get("source")]
+            text = record["message"] if level == "info" else f"{level}: {record['message']}"
+            return Line(time, around[-1] + 1 if around else depth, '"', text, "", level)
+        case "event":
+            arguments = record.get("arguments") or {}
+            return Line(time, depth, "@", record["name"], shown(arguments) if arguments else "")
+        case "variable":
+            return Line(time, depth, "=", record["path"], shown(record.get("value")))
+        case "cover" | "record":
+            unit = f" {record['unit']}" if record.get("unit") else ""
+            return Line(time, depth, "#", record["item"], f"{shown(record.get('value'))}{unit}")
+        case _:
+            rest = {name: value for name, value in record.items() if name not in ("seq", "t", "wall", "kind")}
+            return Line(time, depth, "?", kind, shown(rest))
