@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from seoro.runtime.method_context import MethodContext
     from seoro.runtime.modifiers import modifier
     from seoro.runtime.reading import TraceReader
+    from seoro.runtime.threads import ThreadContext
     from seoro.runtime.values import Actor, Range, Struct, Variable
     from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
@@ -47,6 +48,7 @@ __all__ = [
     "Simulator",
     "Status",
     "Struct",
+    "ThreadContext",
     "TraceReader",
     "Variable",
     "Verdict",
@@ -67,6 +69,7 @@ _MODULES = {
     "seoro.runtime.method_context": ("MethodContext",),
     "seoro.runtime.modifiers": ("modifier",),
     "seoro.runtime.reading": ("TraceReader",),
+    "seoro.runtime.threads": ("ThreadContext",),
     "seoro.runtime.values": ("Actor", "Range", "Struct", "Variable"),
     "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }

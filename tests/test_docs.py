@@ -7,19 +7,25 @@ import pytest
 
 from seoro.cli.main import main
 
-LIBRARIES = Path(__file__).parents[1] / "docs" / "libraries.md"
+DOCS = Path(__file__).parents[1] / "docs"
+LIBRARIES = DOCS / "libraries.md"
 FILE = re.compile(r"^`([\w./]+)`:\n\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture
 def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The files of the example, in the working directory."""
-    for name, text in FILE.findall(LIBRARIES.read_text()):
-        path = tmp_path / name
+    """The files of the example of a library, in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    write_example(LIBRARIES)
+    return tmp_path
+
+
+def write_example(page: Path) -> None:
+    """Write the files that a page shows into the working directory."""
+    for name, text in FILE.findall(page.read_text()):
+        path = Path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def test_the_library_in_a_folder_runs(example: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -37,3 +43,15 @@ def test_the_modifier_fits_its_declaration(example: Path, capsys: pytest.Capture
     (example / "seoro.libraries/patience.py").write_text(python)
     Path("main.osc").write_text("import osc.patience\n")
     assert main(["check", "main.osc"]) == 0, capsys.readouterr().err
+
+
+def test_the_actions_of_the_page_about_actions_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_example(DOCS / "actions.md")
+    assert main(["exec", "main.osc", "--clock", "virtual"]) == 0
+    out = capsys.readouterr().out
+    assert re.search(r"0\.000 s +red: 1\n", out)
+    assert re.search(r"0\.000 s +green is at 3/3\n", out)
+    assert re.search(r"1\.000 s +red is off\n", out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -143,6 +144,9 @@ def bind_implementations(checked: Checked, found: Implementations, fitting: Fitt
         symbol = symbols.get(key)
         if symbol is None:
             _report_undeclared(made, symbols, bag)
+        elif isinstance(made.mark, Mark) and inspect.iscoroutinefunction(made.function) == made.mark.thread:
+            message = messages.AsyncInThread if made.mark.thread else messages.PlainFunction
+            bag.add(message(symbol.span, function_name(made.function), made.mark.name))
         elif symbol.span.file not in wrong:
             try:
                 _match(symbol, made, checked, fitting, bound)

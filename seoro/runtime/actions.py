@@ -8,13 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from seoro.runtime.fitting import Converter, Fitting
-from seoro.runtime.signatures import Declaration, match_coroutine
+from seoro.runtime.signatures import Declaration, match_function
+from seoro.runtime.threads import run_in_thread
 from seoro.runtime.values import Actor, Value
 
-ActionFunction = Callable[..., Coroutine[Any, Any, None]]
+if TYPE_CHECKING:
+    from seoro.runtime.context import ActionContext
+
+AsyncFunction: TypeAlias = Callable[..., Coroutine[Any, Any, None]]
+PlainFunction: TypeAlias = Callable[..., object]
+ActionFunction: TypeAlias = AsyncFunction | PlainFunction
 
 ACTION_MARK = "__seoro_action__"
 
@@ -27,11 +33,39 @@ class Mark:
     home: type[Any] | None
     anywhere: type[Any] | None
     open_ended: bool
+    thread: bool
+
+
+@overload
+def action(
+    name: str,
+    *,
+    home: type[Any] | None = None,
+    anywhere: type[Any] | None = None,
+    open_ended: bool = False,
+    thread: Literal[False] = False,
+) -> Callable[[AsyncFunction], AsyncFunction]: ...
+
+
+@overload
+def action(
+    name: str,
+    *,
+    home: type[Any] | None = None,
+    anywhere: type[Any] | None = None,
+    open_ended: bool = False,
+    thread: Literal[True],
+) -> Callable[[PlainFunction], PlainFunction]: ...
 
 
 def action(
-    name: str, *, home: type[Any] | None = None, anywhere: type[Any] | None = None, open_ended: bool = False
-) -> Callable[[ActionFunction], ActionFunction]:
+    name: str,
+    *,
+    home: type[Any] | None = None,
+    anywhere: type[Any] | None = None,
+    open_ended: bool = False,
+    thread: bool = False,
+) -> Callable[[Any], Any]:
     """Say that a function carries out an action.
 
     The function is `async`, takes an `ActionContext`, then for an action of an actor the actor, then the
@@ -43,10 +77,12 @@ def action(
         anywhere: Contract that some backend of the run has to serve.
         open_ended: Whether it has no end of its own and goes on until something ends it, such as driving at a
             speed; what ends it then, a `duration` or the primary member of `parallel`, does not find it late.
+        thread: Whether it is a plain function that blocks: it is called in a thread of its own, takes a
+            `ThreadContext` in place of the `ActionContext`, and everything else goes on meanwhile.
     """
 
     def mark(function: ActionFunction) -> ActionFunction:
-        setattr(function, ACTION_MARK, Mark(name, home, anywhere, open_ended))
+        setattr(function, ACTION_MARK, Mark(name, home, anywhere, open_ended, thread))
         return function
 
     return mark
@@ -61,11 +97,17 @@ class BoundAction:
     function: ActionFunction
     converters: Mapping[str, Converter]
 
-    async def call(self, context: Any, actor: Actor | None, arguments: Mapping[str, Value]) -> None:
+    def call(
+        self, context: ActionContext, actor: Actor | None, arguments: Mapping[str, Value]
+    ) -> Coroutine[Any, Any, None]:
         """Carry the action out; a value that the function's own types refuse is a fault of the function."""
         converted = {name: self.converters[name](value) for name, value in arguments.items()}
-        leading = (context,) if not self.declaration.has_actor else (context, actor)
-        await self.function(*leading, **converted)
+        leading = () if not self.declaration.has_actor else (actor,)
+        if self.mark.thread:
+            return run_in_thread(context, lambda inside: self.function(inside, *leading, **converted))
+        begun = self.function(context, *leading, **converted)
+        assert isinstance(begun, Coroutine), "it is `async`, which was checked when the scenario was loaded"
+        return begun
 
 
 def bind(declaration: Declaration, mark: Mark, function: ActionFunction, fitting: Fitting) -> BoundAction:
@@ -74,8 +116,8 @@ def bind(declaration: Declaration, mark: Mark, function: ActionFunction, fitting
     Raises:
         Misfit: It takes other parameters.
     """
-    leading = {"ctx": "ActionContext"}
+    leading = {"ctx": "ThreadContext" if mark.thread else "ActionContext"}
     if declaration.has_actor:
         leading["actor"] = "Actor"
-    converters = match_coroutine(function, leading, declaration.parameters, fitting)
+    converters = match_function(function, leading, declaration.parameters, fitting, is_async=not mark.thread)
     return BoundAction(declaration, mark, function, converters)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from threading import Thread
 from typing import TypeVar, cast
 
 from seoro.errors import ActionFailed
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Waiter
+from seoro.runtime.blocking import Meter
 from seoro.runtime.contracts import Report
 from seoro.runtime.invocation import Place
 from seoro.runtime.values import Actor, Value, Variable
@@ -44,9 +46,16 @@ class ActionContext:
     `ask`, `report`) is for the action's own task, not for tasks that it starts.
     """
 
-    def __init__(self, place: Place, invocation: InvokeAction) -> None:
+    def __init__(self, place: Place, invocation: InvokeAction, meter: Meter) -> None:
         self._place = place
         self._invocation = invocation
+        self._meter = meter
+        self.thread: Thread | None = None  # in which it blocks, if it does
+
+    @property
+    def name(self) -> str:
+        """The name of the action."""
+        return self._invocation.action
 
     @property
     def now(self) -> float:
@@ -55,7 +64,9 @@ class ActionContext:
 
     def log(self, message: str, level: str = "info") -> None:
         """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
+        self._meter.hand_over()  # who reads the trace may be slow
         self._place.services.trace.record("log", level=level, message=message, source=str(self._invocation.span))
+        self._meter.take_back()
 
     def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).
@@ -77,7 +88,7 @@ class ActionContext:
         self._check_task()
         waiter = Waiter(self._place.flow)
         self._place.agenda.fire_at(self.now + duration, waiter)
-        await self._place.agenda.wait(waiter)
+        await self._wait(waiter)
 
     async def ask(self, request: Awaitable[T]) -> T:
         """Await a request to a backend, which takes no time of the run's clock."""
@@ -96,9 +107,16 @@ class ActionContext:
             waiter = Waiter(self._place.flow)
             pending._waiter = (self._place, waiter)
             with self._place.agenda.expecting():
-                await self._place.agenda.wait(waiter)
+                await self._wait(waiter)
         assert pending._report is not None
         return pending._report
+
+    async def _wait(self, waiter: Waiter) -> None:
+        self._meter.hand_over()  # when the last flow parks, the agenda goes on within its call
+        try:
+            await self._place.agenda.wait(waiter)
+        finally:
+            self._meter.take_back()
 
     def _check_task(self) -> None:
         """The agenda knows one task for a flow; another that waits would be taken for it."""

@@ -15,6 +15,7 @@ from contextlib import suppress
 from typing import Any
 
 from seoro.runtime.agenda import Agenda, Flow
+from seoro.runtime.blocking import Meter
 
 
 class Drive:
@@ -24,7 +25,8 @@ class Drive:
         coroutine: Of the action.
         flow: In which it runs.
         agenda: Of the run.
-        grace: Time for its clean-up when it is cancelled [s].
+        meter: Measures its steps.
+        grace: Gives the time for its clean-up [s], when it is cancelled.
         overrun: Called when the clean-up takes longer; it is then cancelled once more, and after another
             grace period it is left where it stands.
     """
@@ -34,12 +36,14 @@ class Drive:
         coroutine: Coroutine[Any, Any, None],
         flow: Flow,
         agenda: Agenda,
-        grace: float,
+        meter: Meter,
+        grace: Callable[[], float],
         overrun: Callable[[], None],
     ) -> None:
         self._coroutine = coroutine
         self._flow = flow
         self._agenda = agenda
+        self._meter = meter
         self._grace = grace
         self._overrun = overrun
         self._deadline: asyncio.TimerHandle | None = None
@@ -61,13 +65,15 @@ class Drive:
                 self._deadline.cancel()
 
     def _resume(self, error: BaseException | None) -> Any:
-        if error is None:
-            return self._coroutine.send(None)
-        if self._overruns > 1:
+        if error is not None and self._overruns > 1:
             raise error
         if isinstance(error, asyncio.CancelledError) and self._deadline is None:
-            self._deadline = asyncio.get_running_loop().call_later(self._grace, self._give_up)
-        return self._coroutine.throw(error)
+            self._set_deadline()
+        self._meter.begin()
+        try:
+            return self._coroutine.send(None) if error is None else self._coroutine.throw(error)
+        finally:
+            self._meter.end()
 
     def _await(self, awaited: Any) -> Generator[Any, None, BaseException | None]:
         """Wait for what the action awaits; returns what is to be raised in it."""
@@ -97,7 +103,10 @@ class Drive:
         self._overruns += 1
         self._overrun()
         self._agenda.cancel_again(self._flow)
-        self._deadline = asyncio.get_running_loop().call_later(self._grace, self._give_up)
+        self._set_deadline()
+
+    def _set_deadline(self) -> None:
+        self._deadline = asyncio.get_running_loop().call_later(self._grace(), self._give_up)
 
 
 def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:

@@ -33,6 +33,7 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
+from seoro.runtime.blocking import Share
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
@@ -83,6 +84,8 @@ class Services:
     cancelled: list[str] = field(default_factory=list)
     overriding: dict[Overriding, None] = field(default_factory=dict)  # what holds at present
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
+    share: Share = field(default_factory=Share)
+    blocking: set[tuple[Span, str]] = field(default_factory=set)  # where actions have blocked the event loop
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
     _ids: count[int] = field(default_factory=count)
     _starts: int = 0

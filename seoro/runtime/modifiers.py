@@ -20,7 +20,7 @@ from typing import Any
 
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.fitting import Converter, Fitting
-from seoro.runtime.signatures import Declaration, Misfit, match_coroutine, signature_of, type_name
+from seoro.runtime.signatures import Declaration, Misfit, match_function, signature_of, type_name
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import Outcome
 
@@ -80,7 +80,7 @@ def bind_modifier(declaration: Declaration, function: ModifierFunction, fitting:
     leading = {"ctx": "ModifierContext", "actor": "Actor", "child": "Child"}
     if not declaration.has_actor:
         del leading["actor"]
-    converters = match_coroutine(function, leading, declaration.parameters, fitting)
+    converters = match_function(function, leading, declaration.parameters, fitting)
     returned = signature_of(function).return_annotation
     if returned is not inspect.Signature.empty and returned is not Outcome:
         raise Misfit(f"it returns `{type_name(returned)}`, not `Outcome`")

@@ -77,16 +77,22 @@ def _trait(annotation: Any) -> ParameterTrait:
     return ParameterTrait.NUMBER if get_args(annotation) == (float,) else ParameterTrait.VARIABLE
 
 
-def match_coroutine(
-    function: Callable[..., Any], leading: Mapping[str, str], declared: Mapping[str, ValueType], fitting: Fitting
+def match_function(
+    function: Callable[..., Any],
+    leading: Mapping[str, str],
+    declared: Mapping[str, ValueType],
+    fitting: Fitting,
+    *,
+    is_async: bool = True,
 ) -> Mapping[str, Converter]:
-    """Match an `async` function with the parameters of a declaration; returns how their values become its own.
+    """Match a function with the parameters of a declaration; returns how their values become its own.
 
     Args:
         function: The function.
         leading: What it takes before the parameters: names, for messages, and annotations.
         declared: Types of the parameters by their names, by which it takes them.
         fitting: For their types.
+        is_async: Whether it has to be `async`, and not a plain function.
 
     Raises:
         Misfit: They do not match.
@@ -97,17 +103,18 @@ def match_coroutine(
             *(f"{name}: {annotation_for(type_)}" for name, type_ in declared.items()),
         ]
     )
+    kind = "async def" if is_async else "def"
     try:
+        if is_async and not inspect.iscoroutinefunction(function):
+            raise Misfit("it is no `async` function")
         return _match(function, len(leading), declared, fitting)
     except Misfit as misfit:
-        raise Misfit(str(misfit), f"async def {function.__name__}({expected})") from misfit
+        raise Misfit(str(misfit), f"{kind} {function.__name__}({expected})") from misfit
 
 
 def _match(
     function: Callable[..., Any], leading: int, declared: Mapping[str, ValueType], fitting: Fitting
 ) -> Mapping[str, Converter]:
-    if not inspect.iscoroutinefunction(function):
-        raise Misfit("it is no `async` function")
     taken = list(signature_of(function).parameters.values())
     by_name = {parameter.name: parameter for parameter in taken[leading:] if parameter.kind in BY_NAME}
     is_led = all(parameter.kind in _LEADING for parameter in taken[:leading])

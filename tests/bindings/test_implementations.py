@@ -10,7 +10,7 @@ async def water(ctx: ActionContext, gardener: Actor, plant: str, litres: float) 
 
 @modifier("patiently")
 async def patiently(ctx: ModifierContext, child: Child, duration: float) -> Outcome:
-    return await child.run(duration) or Outcome(Status.FAILED, "it took too long")
+    return Outcome(Status.FAILED, "it took too long")
 """
 
 
@@ -46,7 +46,15 @@ def test_what_fits_is_no_message(check_garden: CheckGarden) -> None:
         ("plant: str", "plant: 'Unheard'", "E0604", "its annotations cannot be evaluated: NameError"),
         ("plant: str", "plant: object", "", ""),
         ("litres: float", "litres: float | None", "", ""),
-        ("async def water", "def water", "E0604", "it is no `async` function"),
+        ("async def water", "def water", "E0610", '`@action("gardener.water", thread=True)`'),
+        ('@action("gardener.water")', '@action("gardener.water", thread=True)', "E0611", "and is `async`"),
+        (
+            '@action("gardener.water")\nasync def',
+            '@action("gardener.water", thread=True)\ndef',
+            "",
+            "",
+        ),
+        ("async def patiently", "def patiently", "E0604", "it is no `async` function"),
         ("gardener.water", "gardener.watr", "E0603", "did you mean `gardener.water`?"),
         ("gardener.water", "tools.sharpen", "E0603", "take `@action` away"),
         ("'patiently'", "'patently'", "", ""),

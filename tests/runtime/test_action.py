@@ -7,6 +7,7 @@ import pytest
 
 from seoro import ActionContext, ActionFailed, InvalidUse, action
 from seoro.embed import Options
+from seoro.runtime.actions import ActionFunction
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare, RunText
 
@@ -291,3 +292,29 @@ async def test_a_failure_in_a_task_of_an_action_is_a_failure(run_text: RunText) 
     )
     assert ran.verdict.status is RunStatus.FAILED
     assert ran.verdict.reason == "`work` failed: a fell"
+
+
+@action("work")
+async def work_that_cancels_itself(ctx: ActionContext, name: str, seconds: float) -> None:
+    task = asyncio.create_task(asyncio.sleep(3600))
+    task.cancel()
+    await task
+
+
+@action("work")
+async def work_that_exits(ctx: ActionContext, name: str, seconds: float) -> None:
+    raise SystemExit(3)
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        (work_that_cancels_itself, "`work` raised CancelledError, and nothing has cancelled it"),
+        (work_that_exits, "`work` raised SystemExit: 3"),
+    ],
+)
+async def test_no_exception_of_an_action_is_taken_for_something_else(
+    function: ActionFunction, reason: str, run_text: RunText
+) -> None:
+    ran = await run_text(DECLARATIONS + 'scenario main:\n    do work("a", 1.0)\n', actions=[function])
+    assert (ran.verdict.status, ran.verdict.reason) == (RunStatus.ERROR, reason)

@@ -1,4 +1,4 @@
-"""Messages of libraries and external methods whose Python does not fit (E0601 to E0609)."""
+"""Messages of libraries and external methods whose Python does not fit (E0601 to E0611)."""
 
 from __future__ import annotations
 
@@ -144,3 +144,31 @@ class OtherArguments(Frozen):
         """The message."""
         text = f"`{self.path}` cannot be the method `{self.method}`: {self.reason}"
         return error("E0609", self.span, text)
+
+
+class PlainFunction(Frozen):
+    """A plain function that carries out an action, and does not say that it runs in a thread."""
+
+    span: Span
+    function: str
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.function}` carries out the action `{self.name}`, and is not `async`"
+        hint = f'make it `async def`, or say `@action("{self.name}", thread=True)`: then it is called in a thread'
+        return error("E0610", self.span, text, help=hint)
+
+
+class AsyncInThread(Frozen):
+    """An `async` function that carries out an action, and says that it runs in a thread."""
+
+    span: Span
+    function: str
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"`{self.function}` carries out the action `{self.name}` with `thread=True`, and is `async`"
+        hint = "make it a plain `def`, or take `thread=True` away: an `async` function needs no thread"
+        return error("E0611", self.span, text, help=hint)

@@ -12,8 +12,10 @@ import asyncio
 from collections.abc import Awaitable
 
 from seoro.lang.plan import InvokeAction
+from seoro.runtime.actions import BoundAction
 from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
+from seoro.runtime.blocking import Meter, place_of_thread
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
 from seoro.runtime.invocation import Instance, Place
@@ -24,26 +26,26 @@ def run_action(plan: InvokeAction, place: Place) -> Awaitable[Outcome]:
     """Carry it out."""
     instance = place.take_invoked()
     if not (instance.reacts or place.services.coverage.concerns(instance)):
-        return _drive(plan, instance, place)
-    return run_instance(instance, place, lambda inside: _drive(plan, instance, inside))
+        return _carry_out(plan, instance, place)
+    return run_instance(instance, place, lambda inside: _carry_out(plan, instance, inside))
 
 
-async def _drive(plan: InvokeAction, instance: Instance, place: Place) -> Outcome:
+async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Outcome:
     """Carry out an instance of an action."""
     services = place.services
-    arguments = {name: instance.fields[name] for name in instance.declaration.structure.fields}
-    coroutine = services.actions[plan.action].call(ActionContext(place, plan), instance.actor, arguments)
-
-    def overrun() -> None:
-        reason = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"
-        services.decide(RunStatus.ERROR, reason, plan.span)
-
+    bound = services.actions[plan.action]
     outcome = SUCCEEDED
-    place.flow.open_ended = services.actions[plan.action].mark.open_ended
+    place.flow.open_ended = bound.mark.open_ended
     try:
-        await Drive(coroutine, place.flow, place.agenda, services.grace, overrun)
+        await _drive(bound, instance, plan, place)
     except Exception as error:
         outcome = judge(error, plan.action, plan.span, place)
+    except SystemExit as error:
+        services.decide(RunStatus.ERROR, f"`{plan.action}` raised SystemExit: {error}", plan.span)
+    except asyncio.CancelledError:
+        if place.flow.ended is None:
+            reason = f"`{plan.action}` raised CancelledError, and nothing has cancelled it"
+            services.decide(RunStatus.ERROR, reason, plan.span)
     finally:
         place.flow.open_ended = False
     if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
@@ -53,3 +55,33 @@ async def _drive(plan: InvokeAction, instance: Instance, place: Place) -> Outcom
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
     return outcome
+
+
+async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> None:
+    """Drive the function of an action to its end, and tell of what it does that harms others."""
+    services = place.services
+
+    def blocked(duration: float, where: str) -> None:
+        if (plan.span, where) in services.blocking:
+            return
+        services.blocking.add((plan.span, where))
+        message = (
+            f"`{plan.action}` blocked everything else for {duration:.2f} s (in {where}); await what takes time, "
+            "or make it a plain function with `@action(..., thread=True)`"
+        )
+        services.trace.record("log", level="warning", message=message, source=str(plan.span))
+
+    def overrun() -> None:
+        text = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"
+        where = meter.place
+        if context.thread is not None:
+            text = f"the thread of `{plan.action}` has not ended {services.grace:g} s after it was cancelled"
+            where = place_of_thread(context.thread, bound.function)
+        services.decide(RunStatus.ERROR, f"{text}; it is at {where}" if where else text, plan.span)
+
+    meter = Meter(services.share, blocked)
+    context = ActionContext(place, plan, meter)
+    arguments = {field: instance.fields[field] for field in instance.declaration.structure.fields}
+    coroutine = bound.call(context, instance.actor, arguments)
+    meter.attach(coroutine)
+    await Drive(coroutine, place.flow, place.agenda, meter, lambda: services.grace, overrun)
