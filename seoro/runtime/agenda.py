@@ -71,12 +71,12 @@ class Flow:
     Args:
         path: Position in the tree of invocations; flows are stepped in its order.
         parent: The scope from which it was forked; None for the run itself.
-        started: Its number in the order of starts.
+        started: Its place in the order of starts: the round and the path; the order of steps does not matter.
     """
 
     path: tuple[int, ...]
     parent: Scope | None
-    started: int
+    started: tuple[int, tuple[int, ...]]
     task: asyncio.Task[Any] | None = None  # once it has begun
     on_end: Callable[[Flow], None] | None = None
     guard: Callable[[Flow], None] | None = None  # called when its next wait is over, between rounds
@@ -169,14 +169,15 @@ class Agenda:
         self._expected = 0  # answers that a backend will give as time goes on
         self._open = False  # whether the instant has not settled
         self._finished = False
-        self._starts = count()
-        self._flows: dict[Flow, None] = {}  # alive, in the order of starts
+        self._round = 0
+        self._flows: dict[Flow, None] = {}  # alive
         self._ready: list[tuple[Any, Callable[[], None]]] = []
         self._current: deque[Callable[[], None]] = deque()
         self._writes: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._checks: list[tuple[tuple[int, ...], Callable[[], None]]] = []
         self._ends: list[tuple[tuple[int, ...], Callable[[], None]]] = []
-        self._emissions: list[Callable[[], None]] = []
+        self._emissions: list[tuple[tuple[str, str], Callable[[], None]]] = []
+        self._closings: list[Callable[[], None]] = []
         self._fired: list[Waiter] = []
         self._timers: list[tuple[float, int, Waiter | Timer | Limit]] = []
         self._due_limits: list[Limit] = []
@@ -188,7 +189,7 @@ class Agenda:
 
     def fork(self, path: tuple[int, ...], parent: Scope | None) -> Flow:
         """A new flow, which may take its first step in the next round. Run its task with `run`."""
-        flow = Flow(path, parent, next(self._starts))
+        flow = Flow(path, parent, (self._round, path))
         flow.scopes.append(Scope(flow, 0))
         if parent is not None:
             flow.past = parent.flow.past.fork()
@@ -304,9 +305,18 @@ class Agenda:
         self._ends.append((path, effect))
         self._poke()
 
-    def emit(self, effect: Callable[[], None]) -> None:
-        """Put down an emission; it takes hold between rounds, after what ends behaviors."""
-        self._emissions.append(effect)
+    def emit(self, occurrence: tuple[str, str], effect: Callable[[], None]) -> None:
+        """Put down an emission; it takes hold between rounds, after what ends behaviors.
+
+        Args:
+            occurrence: The event and its arguments; those of one round take hold in the order of that.
+            effect: Called then.
+        """
+        self._emissions.append((occurrence, effect))
+
+    def close(self, effect: Callable[[], None]) -> None:
+        """Put down the end of what hears emissions; it takes hold after all of the same round."""
+        self._closings.append(effect)
 
     @contextmanager
     def expecting(self) -> Generator[None]:
@@ -331,7 +341,7 @@ class Agenda:
 
     def flows_in(self, scope: Scope) -> list[Flow]:
         """The flows that were forked in a scope and have not ended, in the order of their starts."""
-        return [flow for flow in self._flows if flow.within(scope)]
+        return sorted((flow for flow in self._flows if flow.within(scope)), key=lambda flow: flow.started)
 
     def left(self, scope: Scope) -> bool:
         """Whether a cancellation that arrives here was meant for this scope; if so, the flow goes on."""
@@ -383,12 +393,12 @@ class Agenda:
                     self._deliver_in_turn(flows)
 
                 flow.on_end = ended
-            self._ready.append(((0, -flow.started), partial(self._cancel, flow)))
+            self._ready.append(((0, flow.path), partial(self._cancel, flow)))
             return
 
     def cancel_again(self, flow: Flow) -> None:
         """Cancel a flow whose clean-up takes too long."""
-        self._ready.append(((0, -flow.started), partial(self._cancel, flow)))
+        self._ready.append(((0, flow.path), partial(self._cancel, flow)))
         self._poke()
 
     def _cancel(self, flow: Flow) -> None:
@@ -460,6 +470,7 @@ class Agenda:
                     self._open = False
                     self._settled.set()
                     return
+                self._round += 1
                 self._ready.sort(key=_order)
                 self._current.extend(go for _, go in self._ready)
                 self._ready.clear()
@@ -477,9 +488,12 @@ class Agenda:
             for _, effect in ends:
                 effect()
             if not self._ends:
-                emissions, self._emissions = self._emissions, []
-                for emission in emissions:
+                emissions, self._emissions = sorted(self._emissions, key=_order), []
+                for _, emission in emissions:
                     emission()
+        closings, self._closings = self._closings, []
+        for close in closings:
+            close()
         fired = sorted((w for w in self._fired if not w.over), key=lambda waiter: waiter.flow.path)
         self._fired = []
         for waiter in fired:

@@ -49,7 +49,7 @@ from seoro.lang.source import Span
 from seoro.runtime.choose import construct
 from seoro.runtime.conversions import cast as convert
 from seoro.runtime.conversions import is_of, to_float
-from seoro.runtime.environment import Deferred, Environment, EvaluationError
+from seoro.runtime.environment import Deferred, Environment, EvaluationError, NotInvoked
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
 from seoro.runtime.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable, wrap_int, wrap_uint
@@ -138,9 +138,11 @@ def _labelled(path: tuple[str, ...], environment: Environment, span: Span) -> In
     """What was invoked last under a label, and under one of that, and so on."""
     found = cast(Invoker, environment.instance)
     for label in path:
+        if environment.reads is not None:
+            environment.reads.fields[id(found), label] = found
         latest = found.invoked(label)
         if latest is None:
-            raise EvaluationError(f"nothing has been invoked under the label `{label}` yet", span)
+            raise NotInvoked(f"nothing has been invoked under the label `{label}` yet", span)
         found = latest
     return found
 

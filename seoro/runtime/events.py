@@ -68,7 +68,7 @@ class Events:
         self._emitted = emitted
         self._numbers = count()
         self._instant = -1
-        self._pending: dict[tuple[int, str], Occurrence] = {}  # of this instant, by event and arguments
+        self._pending: dict[tuple[Event, str], Occurrence] = {}  # of this instant, by event and arguments
         self._of_objects: WeakKeyDictionary[Struct | Actor, dict[str, Event]] = WeakKeyDictionary()
 
     def of_object(self, holder: Struct | Actor, name: str) -> Event:
@@ -79,12 +79,12 @@ class Events:
     def emit(self, event: Event, arguments: Mapping[str, Value], past: Past) -> None:
         """Emit; it takes hold between this round and the next, and is in the past of who emits."""
         self._begin_instant(event)
-        key = (id(event), repr([(name, plain(value)) for name, value in arguments.items()]))
-        occurrence = self._pending.get(key)
+        shown = repr([(name, plain(value)) for name, value in arguments.items()])
+        occurrence = self._pending.get((event, shown))
         if occurrence is None:
-            occurrence = self._pending[key] = Occurrence(next(self._numbers), dict(arguments))
+            occurrence = self._pending[event, shown] = Occurrence(next(self._numbers), dict(arguments))
             self._emitted(event.path, arguments)
-            self._agenda.emit(lambda: self._take_hold(event, occurrence))
+            self._agenda.emit((event.path, shown), lambda: self._take_hold(event, occurrence))
         past.of(self._agenda.instant).add(occurrence.number)
 
     def derive(self, event: Event) -> Occurrence:

@@ -336,6 +336,7 @@ class Place:
         position: Its position in the tree of invocations.
         path: The same, for people.
         invoked: For what modifies an invocation, and for what carries it out: what is invoked.
+        runs: How many times each modifier around it has started what it modifies.
     """
 
     services: Services
@@ -345,6 +346,12 @@ class Place:
     position: tuple[int, ...]
     path: str
     invoked: Invoked | None = None
+    runs: tuple[int, ...] = ()
+
+    @property
+    def purpose(self) -> str:
+        """Names what is drawn here: the same in any order of steps, another in each repetition."""
+        return f"{self.path} {'.'.join(map(str, self.runs))}"
 
     def take_invoked(self) -> Instance:
         """What is carried out here by an invocation."""
@@ -365,7 +372,7 @@ class Place:
         all_bindings = {**(bindings or {}), **self.instance.bindings}
         if self.invoked is not None:
             all_bindings["it"] = self.invoked.instance
-        seed = derived_seed(self.services.seed, f"{self.path} {self.parent}")
+        seed = derived_seed(self.services.seed, self.purpose)
         return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
 
 

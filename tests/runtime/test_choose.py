@@ -451,3 +451,20 @@ scenario main:
         keep(it.msg == "by constraint")
 """
     assert [message for _, message in (await run_text(text)).logs] == ["by constraint"]
+
+
+async def test_an_argument_overrides_a_default_constraint_like_any_default(run_text: RunText) -> None:
+    text = """
+import osc.helpers
+scenario tell:
+    n: int
+    keep(default n == 1)
+    do log(n)
+scenario main:
+    var given: int = 3
+    do serial:
+        tell()
+        tell(2)
+        tell(n: given)
+"""
+    assert [message for _, message in (await run_text(text)).logs] == ["1", "2", "3"]

@@ -187,3 +187,41 @@ scenario main:
     assert ran.verdict.duration == 1.0
     assert ran.verdict.span is not None
     assert ran.verdict.span.text == "6 / which.part"
+
+
+async def test_events_of_instances_that_follow_each_other_in_an_instant_are_not_taken_for_one(
+    run_text: RunText,
+) -> None:
+    ran = await run_text("""
+scenario inner:
+    event done
+    do emit done
+
+scenario main:
+    do serial:
+        inner()
+    with:
+        repeat(50)
+""")
+    occurred = [record["name"].rpartition(".")[2] for record in ran.records if record["kind"] == "event"]
+    assert {name: occurred.count(name) for name in ("start", "done", "end")} == {
+        "start": 51,
+        "done": 50,
+        "end": 51,
+    }
+
+
+async def test_what_occurs_in_one_round_is_consumed_in_the_order_of_arguments(run_text: RunText) -> None:
+    for emissions in ((1, 2), (2, 1)):
+        ran = await run_text(f"""
+scenario main:
+    event told(level: int)
+    do parallel:
+        emit told({emissions[0]})
+        emit told({emissions[1]})
+        serial:
+            wait @told
+            wait @told as it_was if it_was.level == 2
+            log("two")
+""")
+        assert ran.logs == [(0.0, "two")]

@@ -75,3 +75,22 @@ scenario main:
     ran = await run_text(text, actions=[lift])
     assert ran.logs == [(0, "7")]
     assert [r["value"] for r in ran.records if r["kind"] == "record"] == [2]
+
+
+async def test_a_condition_on_what_is_not_invoked_yet_holds_once_it_is_and_says_so(run_text: RunText) -> None:
+    text = f"""{INNER}
+scenario main:
+    do parallel:
+        serial:
+            wait first.n == 2
+            log("two")
+        serial:
+            wait rise(first.twice() > 3)
+            log("four")
+        serial:
+            wait elapsed(1s)
+            first: inner(2)
+"""
+    ran = await run_text(text)
+    assert sorted(ran.logs) == [(1, "four"), (1, "two")]
+    assert ran.verdict.passed

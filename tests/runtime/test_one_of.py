@@ -129,3 +129,25 @@ scenario main:
 """)
     assert ran.logs == [(2.0, "guarded")]
     assert ran.verdict.passed
+
+
+async def test_what_is_drawn_does_not_depend_on_what_else_has_started_before(run_text: RunText) -> None:
+    chosen = []
+    for number in range(8):
+        logs = "\n".join(["            log(0)"] * number)
+        ran = await run_text(f"""
+scenario main:
+    do parallel:
+        serial:
+            wait elapsed(0s)
+{logs}
+        serial:
+            wait elapsed(1s)
+            one_of:
+                log("a")
+                log("b")
+                log("c")
+                log("d")
+""")
+        chosen.append(ran.logs[-1])
+    assert len(set(chosen)) == 1

@@ -66,7 +66,7 @@ async def run_instance(instance: Instance, place: Place, carry: Carry) -> Outcom
             outcome = scope.outcome
         reacting = armed.pop_all()
     _emit_phase(instance, Phase.FAIL if outcome.failed else Phase.END, place)
-    agenda.emit(reacting.close)  # after its end, which is the last that it reacts to
+    agenda.close(reacting.close)  # after its end, which is the last that it reacts to
     return outcome
 
 

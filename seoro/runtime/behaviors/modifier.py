@@ -164,6 +164,7 @@ class _Child:
         if place.flow.ended is not None:
             raise asyncio.CancelledError  # the modifier has not let itself be cancelled
         self._runs += 1
+        place = replace(place, runs=(*place.runs, self._runs))
         with self._waiting.given():
             if self._runs > 1:
                 place.services.count_start(self._span, len(place.position))

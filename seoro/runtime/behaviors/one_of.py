@@ -40,7 +40,7 @@ class _Choice:
         self._decided: Flow | None = None
         self._failures: list[Outcome] = []
         unguarded = [(i, member) for i, member in enumerate(plan.members) if not _is_guarded(member)]
-        place.services.random(f"{place.path} {place.parent}").shuffle(unguarded)
+        place.services.random(place.purpose).shuffle(unguarded)
         self._untried = unguarded
 
     async def run(self) -> None:

@@ -64,7 +64,7 @@ def timing_of(plan: Parallel, place: Place) -> Timing:
         EvaluationError: An offset has no value, or the kind of overlap excludes it.
     """
     secondaries = len(plan.members) - 1
-    random = place.services.random(f"{place.path} {place.parent} offsets")
+    random = place.services.random(f"{place.purpose} offsets")
     offsets = [0.0] * (secondaries + 1)
     if plan.start_to_start is not None:
         starts = _bounds(plan.start_to_start, _STARTS[plan.overlap], plan.overlap, place)

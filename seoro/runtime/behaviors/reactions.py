@@ -136,7 +136,7 @@ class Reactions:
 
 
 def _context(place: Place, past: Past) -> Context:
-    return Context(place.agenda.now, past, place.position, f"{place.path} {place.parent}")
+    return Context(place.agenda.now, past, place.position, place.purpose)
 
 
 def _carry_out(member: Emit | CallMethod, place: Place, environment: Environment, past: Past) -> None:

@@ -63,7 +63,7 @@ def _arm(directives: Sequence[Until], place: Place, past: Past, scope: Scope, ar
             agenda.end(scope, SUCCEEDED)
 
     for number, directive in enumerate(directives):
-        purpose = f"{place.path} {place.parent} until {number}"
+        purpose = f"{place.purpose} until {number}"
         listener = Listener(place.services, Context(agenda.now, past, place.position, purpose))
         armed.callback(listener.listen(directive.event, place.environment(), meet))
     return is_met

@@ -24,7 +24,7 @@ async def run_wait(plan: Wait, place: Place) -> Outcome:
         agenda.fire(waiter)
         return True
 
-    context = Context(agenda.now, place.flow.past, place.position, f"{place.path} {place.parent}")
+    context = Context(agenda.now, place.flow.past, place.position, place.purpose)
     stop = Listener(place.services, context).listen(plan.event, place.environment(), meet)
     place.services.waits[place.flow] = plan.span
     try:

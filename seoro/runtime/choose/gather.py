@@ -2,7 +2,8 @@
 
 Types are gone through from the outside to the inside, since constraints outside may say what a slot inside holds:
 one that has to be equal to another value is no new one. Constraints are then put into the order of 7.3.11.3.2, in
-which those of inner instances come before those around them, and arguments and what is set from outside last.
+which those of inner instances come before those around them. Arguments come after what their instance says
+(7.3.5.1.3), and what is set from outside last.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ class Gathering:
         self.slots = Slots()
         self.rules: list[Rule] = []
         self.latents: list[tuple[Slot, Latent]] = []
+        self._arguments: list[tuple[Slot, tuple[int, int]]] = []  # with their places in the order
         self._structures = structures
         self._subjects = Subjects(self.slots)
         self._count = 0  # of rules and removals
@@ -69,6 +71,8 @@ class Gathering:
     ) -> None:
         """Add the fields and constraints of the instance itself, or of a modifier of it at the level of that."""
         self._add_members(structure.members, holder, environment, -level, given)
+        order = self._order(-level)
+        self._arguments += [(slot, order) for name, slot in self.slots.of(holder).items() if name in given]
 
     def add_value(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
         """Add a value that is made by itself: its fields, its constraints, and the subtypes that it may be of."""
@@ -258,7 +262,7 @@ class Gathering:
     def settle_defaults(self) -> None:
         """Void every default that something after it overrides or removes (7.3.11.3.2)."""
         overriding: dict[int, tuple[int, int]] = {}  # by the slot
-        for slot, order in self._subjects.places():
+        for slot, order in (*self._subjects.places(), *self._arguments):
             overriding[id(slot)] = max(overriding.get(id(slot), order), order)
         for rule in self.rules:
             if rule.is_default and not rule.is_void:

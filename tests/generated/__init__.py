@@ -1,0 +1,1 @@
+"""Programs that are made up: what the runtime promises of every scenario, it has to keep for them."""

@@ -1,0 +1,104 @@
+"""What the runtime promises of every scenario, it keeps for made-up ones (section 7.6.2 and the rules of rounds).
+
+The order in which the flows of a round are stepped changes nothing but the order of its records, the order of the
+members of `parallel` nothing at all; a run with the same seed is the same again, on any event loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+from collections.abc import Coroutine
+from typing import Any
+
+import pytest
+import uvloop
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from seoro.runtime.verdict import RunStatus
+from tests.generated.model import Program
+from tests.generated.running import Ran, execute, in_any_order, load_text
+from tests.generated.strategies import programs
+
+MAX_SECONDS = 20.0  # of the wall clock, for one run
+QUICK = settings(
+    max_examples=500, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+)
+LONG = settings(
+    QUICK, derandomize=False, max_examples=int(os.environ.get("SEORO_FUZZ_EXAMPLES", "25000")), print_blob=True
+)
+
+
+def on(loop_factory: Any, running: Coroutine[Any, Any, Ran]) -> Ran:
+    """What comes of a run on an event loop."""
+    with asyncio.Runner(loop_factory=loop_factory) as runner:
+        return runner.run(asyncio.wait_for(running, MAX_SECONDS))
+
+
+def keeps_its_promises(program: Program, order: int) -> None:
+    """Hold the runtime to what it promises of any program.
+
+    Args:
+        program: The program.
+        order: Decides the order in which the flows of a round are stepped.
+    """
+    loaded = load_text(program.text())
+    ran = on(asyncio.new_event_loop, execute(loaded))
+    assert ran.verdict is not None
+    assert ran.verdict.status in (RunStatus.PASSED, RunStatus.FAILED), ran.verdict.reason
+    assert lines(on(uvloop.new_event_loop, execute(loaded))) == lines(ran)
+    assert in_any_order(on(asyncio.new_event_loop, execute(loaded, order))) == in_any_order(ran)
+
+
+def lines(ran: Ran) -> list[str]:
+    """The trace as it stands in a file."""
+    return [json.dumps(record) for record in ran.records]
+
+
+def is_the_same_mirrored(program: Program) -> None:
+    """Hold the runtime to it that the order of the members of `parallel` changes nothing."""
+    forward, backward = (
+        outcome(on(asyncio.new_event_loop, execute(load_text(program.text(mirrored)))))
+        for mirrored in (False, True)
+    )
+    assert forward == backward
+
+
+def outcome(ran: Ran) -> Any:
+    """What of a run must not depend on the order of members: its verdict, its length, what was logged when."""
+    assert ran.verdict is not None
+    # Of two things that end the run in one round the first in the text is named as the reason.
+    status = "stuck" if "nothing can happen" in ran.verdict.reason else ran.verdict.status
+    logs = sorted((r["t"], r["message"]) for r in ran.records if r["kind"] == "log")
+    variables = [(r["t"], r["path"], r["value"]) for r in ran.records if r["kind"] == "variable"]
+    return status, ran.verdict.duration, logs, variables
+
+
+@QUICK
+@given(programs(), st.integers(0, 2**32))
+def test_a_run_is_the_same_again_on_any_loop_and_in_any_order_of_steps(program: Program, order: int) -> None:
+    keeps_its_promises(program, order)
+
+
+@settings(QUICK, max_examples=100)
+@given(programs(drawn=False))
+def test_the_order_of_parallel_members_changes_nothing(program: Program) -> None:
+    is_the_same_mirrored(program)
+
+
+@pytest.mark.slow
+@LONG
+@given(programs(), st.integers(0, 2**32))
+def test_very_many_runs_are_the_same_again_on_any_loop_and_in_any_order_of_steps(
+    program: Program, order: int
+) -> None:
+    keeps_its_promises(program, order)
+
+
+@pytest.mark.slow
+@LONG
+@given(programs(drawn=False))
+def test_the_order_of_parallel_members_changes_nothing_in_very_many_programs(program: Program) -> None:
+    is_the_same_mirrored(program)
