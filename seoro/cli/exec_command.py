@@ -15,10 +15,11 @@ import anyio
 
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
-from seoro.cli.output import Progress, print_reason, reason_text
+from seoro.cli.output import Progress, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, untraced
 from seoro.embed import Options, Run, Scenario, Simulator, load, prepare
 from seoro.errors import InvalidScenario, InvalidUse
+from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,6 +14,7 @@ from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.lang.source import Span
+from seoro.reasons import reason_text
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import RunStatus, Verdict
 from seoro.runtime.writer import Writer
@@ -59,17 +61,10 @@ def print_error(error: Exception) -> None:
 
 def print_reason(verdict: Verdict) -> None:
     """Print on stderr why a run did not pass."""
-    text = reason_text(verdict, colour=use_colour(sys.stderr))
+    width = shutil.get_terminal_size().columns if sys.stderr.isatty() else None
+    text = reason_text(verdict, colour=use_colour(sys.stderr), width=width)
     if text:
         print("\n" + text, file=sys.stderr)
-
-
-def reason_text(verdict: Verdict, colour: bool = False) -> str:
-    """Why a run did not pass, with the text of the scenario that decided, if any did."""
-    if verdict.span is not None:
-        found = _at_run(InvalidUse(verdict.reason, verdict.span), verdict.span)
-        return render_text(found, colour=colour)
-    return f"{verdict.status.value}: {verdict.reason}" if verdict.reason else ""
 
 
 def _at_run(error: InvalidUse, span: Span) -> Diagnostic:

@@ -136,6 +136,7 @@ def result(
         "status": verdict.status.value,
         "reason": verdict.reason,
         "source": str(verdict.span) if verdict.span else "",
+        "explanation": verdict.explanation.plain() if verdict.explanation else None,
         "scenario": verdict.scenario,
         "file": verdict.file,
         "seed": verdict.seed,

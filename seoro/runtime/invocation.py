@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakSet
 
 from seoro.lang import plan as plan_
@@ -38,6 +38,8 @@ from seoro.runtime.choose.fields import Fields
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
+from seoro.runtime.explain import explain
+from seoro.runtime.explanation import Explanation
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
@@ -61,6 +63,15 @@ class Decision:
     status: RunStatus
     reason: str
     span: Span | None
+    explanation: Explanation | None = None
+
+
+class Running(NamedTuple):
+    """A behavior that is being carried out: where, and since when [s]."""
+
+    behavior: Behavior
+    place: Place
+    since: float
 
 
 @dataclass(eq=False)
@@ -86,6 +97,8 @@ class Services:
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
     share: Share = field(default_factory=Share)
     blocking: set[tuple[Span, str]] = field(default_factory=set)  # where actions have blocked the event loop
+    running: dict[Flow, list[Running]] = field(default_factory=dict)  # what flows are in, the innermost last
+    emitted: dict[int, float] = field(default_factory=dict)  # when an `emit`, by its identity, was reached [s]
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
     _ids: count[int] = field(default_factory=count)
     _starts: int = 0
@@ -183,7 +196,8 @@ class Services:
     def decide(self, status: RunStatus, reason: str, span: Span | None) -> None:
         """End the run, between this round and the next; the first to say so decides."""
         if self.decision is None:
-            self.decision = Decision(status, reason, span)
+            explanation = explain(self, self.root.scopes[0], "", span) if self.root is not None else None
+            self.decision = Decision(status, reason, span, explanation)
             outcome = Outcome(Status.FAILED if status is RunStatus.FAILED else Status.CANCELLED, reason, span)
             self.agenda.after_round((), partial(self._end_run, outcome))
 

@@ -247,7 +247,10 @@ class Execution:
         assert services.root is not None and services.root.outcome is not None
         outcome = services.root.outcome
         decision = services.decision or Decision(
-            RunStatus.FAILED if outcome.failed else RunStatus.PASSED, outcome.reason, outcome.span
+            RunStatus.FAILED if outcome.failed else RunStatus.PASSED,
+            outcome.reason,
+            outcome.span,
+            outcome.explanation,
         )
         return Verdict(
             status=decision.status,
@@ -261,6 +264,7 @@ class Execution:
             cancelled=tuple(services.cancelled),
             coverage=self._coverage.results(),
             logs=self._trace.last_logs,
+            explanation=decision.explanation,
         )
 
     def _record_end(self, verdict: Verdict) -> None:
@@ -269,6 +273,7 @@ class Execution:
             status=verdict.status.value,
             reason=verdict.reason,
             source=str(verdict.span) if verdict.span else "",
+            explanation=verdict.explanation.plain() if verdict.explanation else None,
             duration=verdict.duration,
         )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from seoro.lang.source import Span
+from seoro.runtime.explanation import Explanation
 from seoro.runtime.tally import ItemCoverage
 
 
@@ -19,11 +20,12 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The end of a behavior: for a failure the reason, and the text that failed."""
+    """The end of a behavior: for a failure the reason, the text that failed, and what went on then."""
 
     status: Status
     reason: str = ""
     span: Span | None = None
+    explanation: Explanation | None = None
 
     @property
     def failed(self) -> bool:
@@ -34,9 +36,9 @@ class Outcome:
 SUCCEEDED = Outcome(Status.SUCCEEDED)
 
 
-def failure(reason: str, span: Span) -> Outcome:
+def failure(reason: str, span: Span, explanation: Explanation | None = None) -> Outcome:
     """The outcome of a behavior that failed here."""
-    return Outcome(Status.FAILED, reason, span)
+    return Outcome(Status.FAILED, reason, span, explanation)
 
 
 class RunStatus(Enum):
@@ -64,6 +66,7 @@ class Verdict:
         cancelled: Paths of the behaviors that the end of the run cancelled.
         coverage: What was sampled by `cover` and `record`, in the order in which items were met.
         logs: The last logs, as people read them.
+        explanation: What was waited for and carried out when it was decided; None for a run that passed.
     """
 
     status: RunStatus
@@ -77,6 +80,7 @@ class Verdict:
     cancelled: tuple[str, ...] = ()
     coverage: tuple[ItemCoverage, ...] = ()
     logs: tuple[str, ...] = ()
+    explanation: Explanation | None = None
 
     @property
     def passed(self) -> bool:

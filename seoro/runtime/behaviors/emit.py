@@ -10,6 +10,7 @@ from functools import partial
 from seoro.lang.plan import Emit, Phase, PhaseEvent
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
+from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place
 from seoro.runtime.past import Past
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
@@ -25,10 +26,13 @@ def run_emit(plan: Emit, place: Place, environment: Environment, past: Past) -> 
         past: Of who emits; the occurrence is in it from then on.
     """
     event = plan.event
+    place.services.emitted[id(plan)] = place.agenda.now
     if isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START:
         scope = place.instance.scope
         assert scope is not None, "its scenario is running"
-        outcome = SUCCEEDED if event.phase is Phase.END else failure("`emit fail`", plan.span)
+        outcome = SUCCEEDED
+        if event.phase is Phase.FAIL:
+            outcome = explained(failure("`emit fail`", plan.span), place, scope)
         place.agenda.after_round(place.position, partial(place.agenda.end, scope, outcome))
         return SUCCEEDED
     arguments = {name: evaluate(value, environment) for name, value in plan.arguments}

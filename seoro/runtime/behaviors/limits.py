@@ -11,6 +11,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from functools import partial
 
 from seoro.runtime.agenda import Agenda, Flow, Limit, Scope
+from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, Status
 
@@ -39,7 +40,7 @@ async def within_limit(
     agenda, flow = place.agenda, place.flow
     with agenda.scope(flow) as scope:
         scope.has_end = has_end
-        reached = Limit(scope, lambda: agenda.end(scope, judge(scope)))
+        reached = Limit(scope, lambda: agenda.end(scope, _explained(judge(scope), place, scope)))
         agenda.limit_at(agenda.now + limit, reached)
         try:
             return await behave(), False
@@ -50,6 +51,11 @@ async def within_limit(
             return scope.outcome, True
         finally:
             reached.over = True
+
+
+def _explained(outcome: Outcome, place: Place, scope: Scope) -> Outcome:
+    """What is asked for why something came to its limit; that it has succeeded needs no explanation."""
+    return outcome if outcome.status is Status.SUCCEEDED else explained(outcome, place, scope)
 
 
 def is_open_ended(agenda: Agenda, scope: Scope) -> bool:

@@ -19,6 +19,7 @@ from seoro.runtime.applied import Applied, Modifying
 from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
+from seoro.runtime.explanation import Explanation
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, Status
 
@@ -62,7 +63,9 @@ async def _run_function(applied: Applied, place: Place, inner: Carry) -> Outcome
         raise asyncio.CancelledError
     if place.services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
-    return outcome if not outcome.failed or outcome.span is not None else replace(outcome, span=span)
+    if not outcome.failed or outcome.span is not None:
+        return outcome
+    return replace(outcome, span=span, explanation=outcome.explanation or child.explanation)
 
 
 class _Waiting:
@@ -158,6 +161,7 @@ class _Child:
         self._inner = inner
         self._waiting = waiting
         self._runs = 0
+        self.explanation: Explanation | None = None  # of what was cut off at its limit
 
     async def run(self, limit: float | None = None) -> Outcome | None:
         place, agenda = self._place, self._place.agenda
@@ -174,4 +178,7 @@ class _Child:
             if limit is None:
                 return await behave()
             outcome, is_cut_off = await within_limit(place, limit, behave)
-            return None if is_cut_off else outcome
+            if not is_cut_off:
+                return outcome
+            self.explanation = outcome.explanation
+            return None

@@ -21,6 +21,7 @@ from seoro.runtime.agenda import TIME_DIGITS, Flow, Limit, Scope
 from seoro.runtime.behaviors.limits import is_open_ended
 from seoro.runtime.behaviors.members import Members, Perform, member_group
 from seoro.runtime.behaviors.overlap import Timing, timing_of
+from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place, name_of
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
@@ -53,6 +54,7 @@ class _Course:
         self.outcome = SUCCEEDED
         self._plan = plan
         self._agenda = place.agenda
+        self._place = place
         self._scope: Scope = place.flow.scopes[-1]
         self._timing = timing
         self._started: dict[Flow, int] = {}
@@ -154,7 +156,7 @@ class _Course:
     def _fail(self, outcome: Outcome) -> None:
         if self.outcome.failed:
             return
-        self.outcome = outcome
+        self.outcome = explained(outcome, self._place, self._scope)
         for other in self.members.alive:
             self._agenda.end_flow(other, Outcome(Status.CANCELLED, "a parallel member failed"))
         self.members.wake()

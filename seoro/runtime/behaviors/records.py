@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from seoro.lang.plan import Behavior
-from seoro.runtime.invocation import Place, name_of, type_of
+from seoro.runtime.invocation import Place, Running, name_of, type_of
 from seoro.runtime.verdict import Outcome
 
 
 def record_start(behavior: Behavior, place: Place) -> int:
     """Record the start of a behavior; returns its number."""
-    number = place.services.new_id()
-    place.services.trace.record(
+    services = place.services
+    number = services.new_id()
+    services.running.setdefault(place.flow, []).append(Running(behavior, place, services.agenda.now))
+    services.trace.record(
         "behavior.start",
         id=number,
         parent=place.parent,
@@ -24,4 +26,9 @@ def record_start(behavior: Behavior, place: Place) -> int:
 
 def record_end(number: int, outcome: Outcome, place: Place) -> None:
     """Record the end of the behavior with that number."""
-    place.services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    services = place.services
+    stack = services.running[place.flow]
+    stack.pop()
+    if not stack:
+        del services.running[place.flow]
+    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
