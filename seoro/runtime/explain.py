@@ -11,7 +11,20 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from seoro.lang.plan import DeclaredEvent, Elapsed, Emit, EventSpecification, InvokeAction, OnEvent, Until, Wait
+from seoro.lang.plan import (
+    CallMethod,
+    DeclaredEvent,
+    Elapsed,
+    Emit,
+    EventSpecification,
+    InvokeAction,
+    InvokeScenario,
+    OneOf,
+    OnEvent,
+    Serial,
+    Until,
+    Wait,
+)
 from seoro.runtime.emitters import doing, emitters_of
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.explanation import Activity, Doing, Explanation, Kind
@@ -87,6 +100,8 @@ def _activity(flow: Flow, running: Running, services: Services) -> Iterator[Acti
                 yield Activity(Kind.HOLDS, what)
             else:
                 yield _awaiting(Kind.HOLDS, what, until.event, place.environment(), place, since)
+        case Serial() | OneOf() | InvokeScenario() | CallMethod():
+            return  # between its members
         case _:
             yield Activity(Kind.RUNS, doing(running))
 
