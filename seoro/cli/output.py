@@ -47,16 +47,20 @@ def paint(style: str, text: str, *, on: bool) -> str:
 
 def print_error(error: Exception) -> None:
     """Print an error on stderr; with the text of the scenario, where there is one."""
-    colour = use_colour(sys.stderr)
+    print(error_text(error, colour=use_colour(sys.stderr)), file=sys.stderr)
+
+
+def error_text(error: Exception, colour: bool = False) -> str:
+    """An error for people; with the text of the scenario, where there is one."""
     match error:
         case InvalidScenario(diagnostics=diagnostics):
-            print("\n\n".join(render_text(found, colour=colour) for found in diagnostics), file=sys.stderr)
+            return "\n\n".join(render_text(found, colour=colour) for found in diagnostics)
         case InvalidUse(span=Span() as span):
-            print(render_text(_at_run(error, span), colour=colour), file=sys.stderr)
+            return render_text(_at_run(error, span), colour=colour)
         case InvalidUse(help=hint) if hint:
-            print(f"error: {error}\n  = help: {hint}", file=sys.stderr)
+            return f"error: {error}\n  = help: {hint}"
         case _:
-            print(f"error: {error}", file=sys.stderr)
+            return f"error: {error}"
 
 
 def print_reason(verdict: Verdict) -> None:

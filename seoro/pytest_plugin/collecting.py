@@ -1,0 +1,157 @@
+"""Scenario files as collectors of pytest, their scenarios as its items.
+
+Items are functions to pytest, so that fixtures, marks and other plugins work as they do for tests in Python; the
+function of each runs one scenario with one choice of parameters.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.cli.output import error_text
+from seoro.embed import OptionFields, Scenario, check_file
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang.lower.entry import find_entry
+from seoro.lang.symbols import TypeSymbol
+from seoro.pytest_plugin.directives import INVALID, Directives, FileDirectives, read_directives
+from seoro.pytest_plugin.running import Case, run_case
+
+MAX_VALUE = 40  # characters of a value in the name of a test
+CHECK = "check"  # the test of a file of which no scenario can be run
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One choice of what the comments of a scenario vary.
+
+    Args:
+        name: What stands in brackets behind the name of the test; empty if nothing is varied.
+        overrides: Values of parameters.
+        parameters: A parameter file.
+        seed: None for the one that pytest was given.
+    """
+
+    name: str = ""
+    overrides: dict[str, str] = field(default_factory=dict)
+    parameters: Path | None = None
+    seed: int | None = None
+
+
+class OscFile(pytest.Module):
+    """A scenario file; to pytest a module, so that fixtures of modules have a place."""
+
+    obj = None
+
+    def collect(self) -> Iterator[OscItem]:
+        """One item for each scenario and variant; one that fails if the file cannot be run at all."""
+        scenario = check_file(_shown(self.path))
+        symbols = _top_scenarios(scenario)
+        try:
+            found = read_directives(scenario.checked.sources.entry.file, frozenset(s.span.line for s in symbols))
+            tests = [] if scenario.checked.errors else list(_tests(scenario, symbols, found))
+        except (InvalidScenario, InvalidUse) as error:
+            yield self._check(Directives(), error)
+            return
+        if scenario.checked.errors:
+            yield self._check(found.common, InvalidScenario(scenario.checked.errors))
+        for name, line, case in tests:
+            yield OscItem.from_parent(self, name=name, callobj=_function(case), line=line)
+
+    def _check(self, directives: Directives, error: InvalidScenario | InvalidUse) -> OscItem:
+        """The item of a file that is not right; it passes if that is expected."""
+
+        def check() -> None:
+            if directives.expect != INVALID or directives.reason not in str(error):
+                pytest.fail(error_text(error), pytrace=False)
+
+        check.pytestmark = list(directives.marks)  # type: ignore[attr-defined]
+        return OscItem.from_parent(self, name=CHECK, callobj=check, line=1)
+
+
+class OscItem(pytest.Function):
+    """A scenario as a test.
+
+    Args:
+        line: Where it is declared, from 1.
+    """
+
+    def __init__(self, *, line: int, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._line = line
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Where the test is, and how a report calls it."""
+        return self.path, self._line - 1, self.name
+
+
+def _shown(path: Path) -> str:
+    """How messages call a file: from the working directory, if it is below."""
+    folder = Path.cwd()
+    return os.fspath(path.relative_to(folder) if path.is_relative_to(folder) else path)
+
+
+def _top_scenarios(scenario: Scenario) -> list[TypeSymbol]:
+    """The scenarios that the file itself declares, but those of actors, in the order of the text."""
+    file = scenario.checked.sources.entry.file
+    symbols = scenario.checked.program.behaviors.values()
+    own = [
+        symbol for symbol in symbols if symbol.span.file is file and symbol.plan_name in scenario.checked.scenarios
+    ]
+    return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
+
+
+def _tests(
+    scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
+) -> Iterator[tuple[str, int, Case]]:
+    """Name, line and content of each test: of scenarios with comments, else of the entry, else of all."""
+    chosen = [symbol for symbol in symbols if symbol.span.line in found.scenarios]
+    if not chosen and symbols:
+        try:
+            chosen = [find_entry(scenario.checked, None)]
+        except InvalidScenario:
+            chosen = list(symbols)
+    for symbol in chosen:
+        directives = found.scenarios.get(symbol.span.line, found.common)
+        bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
+        for variant in _variants(directives):
+            name = f"{bare}[{variant.name}]" if variant.name else bare
+            options = OptionFields(
+                name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters
+            )
+            if variant.seed is not None:
+                options["seed"] = variant.seed
+            yield name, symbol.span.line, Case(scenario, directives, options)
+
+
+def _variants(directives: Directives) -> Iterator[Variant]:
+    """All choices; their names are such that `-k` can select them, and each is another."""
+    choices = [[(axis.name, value) for value in axis.values] for axis in directives.axes]
+    seen: Counter[str] = Counter()
+    for file, seed, values in product(directives.files or [None], directives.seeds or [None], product(*choices)):
+        parts = [
+            *([file.stem] if file else []),
+            *(f"{name}:{value[:MAX_VALUE]}" for name, value in values),
+            *([f"seed:{seed}"] if seed is not None else []),
+        ]
+        name = "-".join(parts)
+        again = f"-{seen[name]}" if seen[name] else ""
+        seen[name] += 1
+        yield Variant(name + again, dict(values), file, seed)
+
+
+def _function(case: Case) -> Callable[..., None]:
+    """What pytest calls, with fixtures by the names of its parameters."""
+
+    def run(request: pytest.FixtureRequest, osc_options: OptionFields, tmp_path: Path) -> None:
+        run_case(case, request.node, osc_options, tmp_path)
+
+    run.pytestmark = list(case.directives.marks)  # type: ignore[attr-defined]
+    return run

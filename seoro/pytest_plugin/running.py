@@ -1,0 +1,196 @@
+"""Running a scenario as a test: with which options, and what a failure says."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import shlex
+import traceback
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Unpack
+
+import pytest
+
+from seoro.cli.output import error_text, reason_text
+from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
+from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.pytest_plugin.directives import INVALID, Directives
+from seoro.runtime.verdict import Verdict
+
+MAX_LOGS = 200  # of a failed scenario in the report
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scenario with one choice of parameters.
+
+    Args:
+        scenario: Its file.
+        directives: What the comments say.
+        options: The choice; goes before what the fixture says.
+    """
+
+    scenario: Scenario
+    directives: Directives
+    options: OptionFields
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a scenario.
+
+    Args:
+        verdict: How the run ended.
+        parameters: The chosen values.
+        records: The trace.
+        fault: The exception of an action's own code that ended the run, if one did.
+    """
+
+    verdict: Verdict
+    parameters: dict[str, object]
+    records: Sequence[dict[str, Any]]
+    fault: Exception | None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the scenario passed."""
+        return self.verdict.passed
+
+    @property
+    def logs(self) -> list[str]:
+        """The messages that were logged."""
+        return [record["message"] for record in self.records if record["kind"] == "log"]
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict.scenario}: {self.verdict.status.value} {self.verdict.reason!r}>"
+
+
+class RunScenario:
+    """Runs scenarios for a test in Python; what the fixture `osc_run` is.
+
+    Args:
+        item: The test.
+        folder: From which paths are taken.
+        options: Of all its runs.
+        results: Where the trace of a run that does not pass goes.
+    """
+
+    def __init__(self, item: pytest.Item, folder: Path, options: OptionFields, results: Path) -> None:
+        self._item = item
+        self._folder = folder
+        self._options = options
+        self._results = results
+
+    def __call__(self, file: str | Path | Scenario, **options: Unpack[OptionFields]) -> Result:
+        """Run a scenario to its end.
+
+        Args:
+            file: The scenario file, or what `seoro.load` returned.
+            options: Of `seoro.start`; they go before those of the fixture `osc_options`.
+
+        Raises:
+            InvalidScenario, InvalidUse, BackendError: It cannot be run.
+        """
+        scenario = file if isinstance(file, Scenario) else load(self._folder / file)
+        merged: OptionFields = {**self._options, **options}
+        result = _run(scenario, merged, None)
+        if not result.passed:
+            _report(self._item, result, self._results)
+        return result
+
+
+def options_of(config: pytest.Config) -> OptionFields:
+    """What pytest's command line says of runs."""
+    name, endpoint, world = (config.getoption(f"osc_{key}") for key in ("sim", "connect", "world"))
+    clock: ClockName | None = config.getoption("osc_clock")
+    seed: int | None = config.getoption("osc_seed")
+    options = OptionFields(clock=clock, seed=seed)
+    if name is not None or endpoint is not None:
+        options["simulator"] = Simulator(name=name, endpoint=endpoint, world=world)
+    return options
+
+
+def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path) -> None:
+    """Run a scenario, and fail the test with what people need to know if it does not end as expected."""
+    wanted, reason = case.directives.expect, case.directives.reason
+    limit: float | None = case.directives.timeout or item.config.getoption("osc_timeout")
+    merged: OptionFields = {**options, **case.options}
+    merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
+    if case.options.get("parameters") is None and "parameters" in options:
+        merged["parameters"] = options["parameters"]
+    try:
+        result = _run(case.scenario, merged, limit)
+    except (InvalidScenario, InvalidUse) as error:
+        if wanted != INVALID or reason not in str(error):
+            pytest.fail(error_text(error), pytrace=False)
+        return
+    except BackendError as error:
+        pytest.fail(error_text(error), pytrace=False)
+    verdict = result.verdict
+    item.user_properties.append(("seed", verdict.seed))
+    if verdict.status.value == wanted and reason in verdict.reason:
+        return
+    _report(item, result, results)
+    pytest.fail(_failure(case, result), pytrace=False)
+
+
+def _run(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
+    if options.get("clock") is None and options.get("simulator") is None:
+        options["clock"] = "virtual"
+    options["keep_trace"] = True
+    with suppress(RuntimeError):
+        asyncio.get_running_loop()
+        raise InvalidUse(
+            "a test with an event loop of its own runs scenarios there",
+            help="`async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
+        )
+    return asyncio.run(_run_to_end(scenario, options, limit))
+
+
+async def _run_to_end(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
+    async with start(scenario, **options) as run:
+        try:
+            async with asyncio.timeout(limit):
+                verdict = await run.result()
+        except TimeoutError:
+            run.give_up(f"no verdict within {limit:g} s of wall time")
+            verdict = await run.result()
+    return Result(verdict, run.parameters, [record async for record in run.trace()], run.fault)
+
+
+# ---------------------------------------------------------------- what a failure says
+
+
+def _failure(case: Case, result: Result) -> str:
+    verdict, expect = result.verdict, case.directives.expect
+    expected = expect + (f" for a reason with {case.directives.reason!r}" if case.directives.reason else "")
+    parts = [reason_text(verdict) or f"the scenario {verdict.status.value}"]
+    if expect != "passed":
+        parts.append(f"expected: {expected}\nended: {verdict.status.value}")
+    if result.fault is not None:
+        parts.append("".join(traceback.format_exception(result.fault)).rstrip())
+    command = ["seoro", "exec", verdict.file, "--scenario", verdict.scenario, "--seed", str(verdict.seed)]
+    command += ["--clock", str(result.records[0]["clock"])] if result.records[0]["clock"] != "sim" else []
+    for name, value in case.options.get("overrides", {}).items():
+        command += ["--set", f"{name}={value}"]
+    if file := case.options.get("parameters"):
+        command += ["--params", str(file)]
+    parts.append(f"run it alone: {shlex.join(command)}")
+    return "\n\n".join(parts)
+
+
+def _report(item: pytest.Item, result: Result, folder: Path) -> None:
+    """Add what was logged to the report of a test, and keep the trace."""
+    logs = [record for record in result.records if record["kind"] == "log"]
+    lines = [f"{record['t']:9.3f} s  {record['level']:7}  {record['message']}" for record in logs[-MAX_LOGS:]]
+    if len(logs) > MAX_LOGS:
+        lines.insert(0, f"({len(logs) - MAX_LOGS} more before)")
+    if lines:
+        item.add_report_section("call", "scenario log", "\n".join(lines))
+    trace = folder / "trace.jsonl"
+    with trace.open("w", encoding="utf-8", errors="backslashreplace") as file:
+        file.writelines(json.dumps(record, ensure_ascii=False) + "\n" for record in result.records)
+    item.add_report_section("call", "scenario trace", str(trace))

@@ -1,0 +1,105 @@
+"""What comments of a scenario file say, and what they cannot say."""
+
+from pathlib import Path
+
+import pytest
+
+from seoro.errors import InvalidUse
+from seoro.lang.source import SourceFile
+from seoro.pytest_plugin.directives import _READERS, Axis, Directives, FileDirectives, read_directives
+
+SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
+
+
+def read(text: str, *lines: int, path: Path | None = None) -> FileDirectives:
+    """What the comments of a text say, whose scenarios stand in some lines."""
+    return read_directives(SourceFile("test.osc", text, path), frozenset(lines))
+
+
+def test_comments_of_a_scenario_and_of_the_file() -> None:
+    text = f"# Two.\n# seoro: timeout 3s\n# pytest: skip\n\nimport osc.types\n# seoro: seed 1, 2\n{SCENARIO}"
+    found = read(text, 7)
+    assert found.common == Directives(timeout=3.0, marks=(pytest.mark.skip,))
+    assert found.scenarios == {7: Directives(timeout=3.0, marks=(pytest.mark.skip,), seeds=(1, 2))}
+
+
+def test_what_a_scenario_says_goes_before_what_the_file_says() -> None:
+    text = f"# seoro: expect failed: late\n# seoro: seed 1\n\n# seoro: expect error\n# seoro: seed 2\n{SCENARIO}"
+    found = read(text, 6)
+    assert (found.common.expect, found.common.reason, found.common.seeds) == ("failed", "late", (1,))
+    assert (found.scenarios[6].expect, found.scenarios[6].reason, found.scenarios[6].seeds) == ("error", "", (2,))
+
+
+def test_other_comments_may_stand_between() -> None:
+    found = read(f"import osc.types\n# seoro: seed 4\n# It is slow.\n#\n{SCENARIO}", 5)
+    assert found.scenarios[5].seeds == (4,)
+
+
+def test_values_may_hold_commas_brackets_and_quotes() -> None:
+    text = """# seoro: parametrize a.b=[f(1, 2), [1, 2], "],", ']', "\\""] c=[true]\n""" + SCENARIO
+    assert read(text, 2).scenarios[2].axes == (
+        Axis("a.b", ("f(1, 2)", "[1, 2]", '"],"', "']'", '"\\""')),
+        Axis("c", ("true",)),
+    )
+
+
+def test_marks_have_arguments() -> None:
+    marks = read("# pytest: skip(reason='x'), skipif(True, reason=\"y\")\n" + SCENARIO, 2).scenarios[2].marks
+    assert marks == (pytest.mark.skip(reason="x"), pytest.mark.skipif(True, reason="y"))
+
+
+def test_parameter_files_lie_beside_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "values").mkdir()
+    for name in ("b", "a"):
+        (tmp_path / "values" / f"{name}.yaml").write_text("")
+    (tmp_path / "c.yaml").write_text("")
+    found = read("# seoro: params values/*.yaml, c.yaml\n" + SCENARIO, 2, path=tmp_path / "test.osc")
+    assert [file.name for file in found.scenarios[2].files] == ["a.yaml", "b.yaml", "c.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("comment", "message"),
+    [
+        ("seoro: parametrise x=[1]", "there is no `parametrise` here"),
+        ("seoro: expect success", "a run does not end `success`"),
+        ("seoro: parametrize speed", "values of parameters look otherwise"),
+        ("seoro: parametrize speed=[1mps", "values of parameters look otherwise"),
+        ("seoro: parametrize speed=[1mps,,2mps]", "values of parameters look otherwise"),
+        ("seoro: parametrize", "no parameter is named here"),
+        ("seoro: parametrize a=[1] a=[2]", "`a` is varied twice"),
+        (f"seoro: parametrize a=[{','.join('1' * 1001)}]", "this makes more than 1000 tests"),
+        ("seoro: params none.yaml", "there is no parameter file `none.yaml`"),
+        ("seoro: params /etc/hosts", "there is no parameter file `/etc/hosts`"),
+        ("seoro: seed one", "seeds are whole numbers from 0"),
+        ("seoro: timeout never", "a limit of wall time is a number of seconds above 0"),
+        ("seoro: test it", "nothing stands behind `test`"),
+        ("pytest: unknown_mark", "not found in `markers`"),
+        ("pytest: os.system('true')", "these are no marks"),
+        ("pytest: _private", "Marker name must NOT start with underscore"),
+        ("pytest: smoke(open('x'))", "these are no marks"),
+        ("pytest: 3", "these are no marks"),
+        ("pytest:", "no mark is named here"),
+        ("pytest: parametrize('a', [1])", "scenarios are varied otherwise"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path: Path, comment: str, message: str) -> None:
+    with pytest.raises(InvalidUse) as caught:
+        read(f"# {comment}\n{SCENARIO}", 2, path=tmp_path / "test.osc")
+    assert message in str(caught.value)
+    assert str(caught.value.span) == "test.osc:1:1"
+
+
+@pytest.mark.parametrize("text", [f"{SCENARIO}    # seoro: seed 3\n", "import osc.types\n# seoro: seed 3\n\n"])
+def test_what_is_for_no_test_is_refused(text: str) -> None:
+    with pytest.raises(InvalidUse, match="this is for no test"):
+        read(text, 1)
+
+
+@pytest.mark.parametrize("text", ["# see oro: seed 3", "# The seoro: seed 3", "x # seoro: seed 3"])
+def test_other_comments_are_comments(text: str) -> None:
+    assert read(f"{text}\n{SCENARIO}", 2) == FileDirectives(Directives(), {})
+
+
+def test_every_comment_is_documented() -> None:
+    document = (Path(__file__).parents[2] / "docs" / "pytest.md").read_text()
+    assert [word for word in _READERS if f"| `# seoro: {word}" not in document] == []
