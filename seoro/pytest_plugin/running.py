@@ -14,10 +14,11 @@ from typing import Any, Unpack
 
 import pytest
 
-from seoro.cli.output import error_text, reason_text
+from seoro.cli.output import error_text
 from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.pytest_plugin.directives import INVALID, Directives
+from seoro.reasons import reason_text
 from seoro.runtime.verdict import Verdict
 
 MAX_LOGS = 200  # of a failed scenario in the report

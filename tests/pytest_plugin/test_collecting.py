@@ -132,9 +132,8 @@ def test_other_projects_are_left_alone() -> None:
         (["--osc-sim", "mujoco", "--osc-connect", "x"], "either started or connected to"),
     ],
 )
-def test_a_wrong_option_is_refused(
-    project: Project, capfd: pytest.CaptureFixture[str], arguments: list[str], message: str
-) -> None:
-    assert project(a=ONE).runpytest_inprocess(*arguments).ret == pytest.ExitCode.USAGE_ERROR
-    out, err = capfd.readouterr()
-    assert message in out + err
+def test_a_wrong_option_is_refused(project: Project, arguments: list[str], message: str) -> None:
+    # In a process of its own: pytest that ends so does not put its global settings back.
+    result = project(a=ONE).runpytest_subprocess(*arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert message in result.stdout.str() + result.stderr.str()
