@@ -17,6 +17,8 @@ from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import MobileRobots, Pose3D, Reporter
 from seoro.runtime.values import Actor
 
+BASE = "base"  # a robot drives to one place at a time
+
 
 @action("differential_drive_robot.init_nav2", home=MobileRobots)
 async def init_nav2(
@@ -38,7 +40,7 @@ async def init_nav2(
         await ctx.ask(robots.set_initial_pose(name, initial_pose))
 
 
-@action("differential_drive_robot.nav_to_pose", home=MobileRobots)
+@action("differential_drive_robot.nav_to_pose", home=MobileRobots, uses=BASE)
 async def nav_to_pose(
     ctx: ActionContext,
     robot: Actor,
@@ -52,7 +54,7 @@ async def nav_to_pose(
     await _drive(ctx, robot, (goal_pose,), stop_at_each=False, success_on_acceptance=success_on_acceptance)
 
 
-@action("differential_drive_robot.nav_through_poses", home=MobileRobots)
+@action("differential_drive_robot.nav_through_poses", home=MobileRobots, uses=BASE)
 async def nav_through_poses(
     ctx: ActionContext,
     robot: Actor,
@@ -68,7 +70,7 @@ async def nav_through_poses(
     await _drive(ctx, robot, goal_poses, stop_at_each=False, success_on_acceptance=success_on_acceptance)
 
 
-@action("differential_drive_robot.follow_waypoints", home=MobileRobots)
+@action("differential_drive_robot.follow_waypoints", home=MobileRobots, uses=BASE)
 async def follow_waypoints(
     ctx: ActionContext,
     robot: Actor,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from seoro.runtime.fitting import Converter, Fitting
 from seoro.runtime.signatures import Declaration, match_function
@@ -30,42 +30,35 @@ class Mark:
     """What `@action` says of a function."""
 
     name: str
+    home: type[Any] | None = None
+    anywhere: type[Any] | None = None
+    open_ended: bool = False
+    uses: str | None = None
+    thread: bool = False
+
+
+class Terms(TypedDict, total=False):
+    """What `@action` may say of any function."""
+
     home: type[Any] | None
     anywhere: type[Any] | None
     open_ended: bool
-    thread: bool
+    uses: str | None
 
 
 @overload
 def action(
-    name: str,
-    *,
-    home: type[Any] | None = None,
-    anywhere: type[Any] | None = None,
-    open_ended: bool = False,
-    thread: Literal[False] = False,
+    name: str, *, thread: Literal[False] = False, **terms: Unpack[Terms]
 ) -> Callable[[AsyncFunction], AsyncFunction]: ...
 
 
 @overload
 def action(
-    name: str,
-    *,
-    home: type[Any] | None = None,
-    anywhere: type[Any] | None = None,
-    open_ended: bool = False,
-    thread: Literal[True],
+    name: str, *, thread: Literal[True], **terms: Unpack[Terms]
 ) -> Callable[[PlainFunction], PlainFunction]: ...
 
 
-def action(
-    name: str,
-    *,
-    home: type[Any] | None = None,
-    anywhere: type[Any] | None = None,
-    open_ended: bool = False,
-    thread: bool = False,
-) -> Callable[[Any], Any]:
+def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callable[[Any], Any]:
     """Say that a function carries out an action.
 
     The function is `async`, takes an `ActionContext`, then for an action of an actor the actor, then the
@@ -73,16 +66,17 @@ def action(
 
     Args:
         name: Qualified by the actor type as in the declaration: `differential_drive_robot.nav_to_pose`.
-        home: Contract that the backend in which the actor lives has to serve.
-        anywhere: Contract that some backend of the run has to serve.
-        open_ended: Whether it has no end of its own and goes on until something ends it, such as driving at a
-            speed; what ends it then, a `duration` or the primary member of `parallel`, does not find it late.
         thread: Whether it is a plain function that blocks: it is called in a thread of its own, takes a
             `ThreadContext` in place of the `ActionContext`, and everything else goes on meanwhile.
+        terms: `home`: contract that the backend in which the actor lives has to serve. `anywhere`: contract that
+            some backend of the run has to serve. `open_ended`: whether it has no end of its own and goes on until
+            something ends it, such as driving at a speed; what ends it then, a `duration` or the primary member
+            of `parallel`, does not find it late. `uses`: what of the actor it uses that is for one action at a
+            time, such as its `base`; for an action without an actor, of all that there is in the run.
     """
 
     def mark(function: ActionFunction) -> ActionFunction:
-        setattr(function, ACTION_MARK, Mark(name, home, anywhere, open_ended, thread))
+        setattr(function, ACTION_MARK, Mark(name, thread=thread, **terms))
         return function
 
     return mark

@@ -181,6 +181,7 @@ class Agenda:
         self._fired: list[Waiter] = []
         self._timers: list[tuple[float, int, Waiter | Timer | Limit]] = []
         self._due_limits: list[Limit] = []
+        self._at_settling: list[Callable[[], None]] = []
         self._numbers = count()
         self._settled = anyio.Event()
         self._interrupt = anyio.Event()
@@ -294,6 +295,10 @@ class Agenda:
     def limit_at(self, time: float, limit: Limit) -> None:
         """Let a limit act in the first instant at or after a time."""
         heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), limit))
+
+    def when_settled(self, act: Callable[[], None]) -> None:
+        """Let something act when the instant has otherwise settled, limits and all; flows may be outside still."""
+        self._at_settling.append(act)
 
     def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down a change of a variable; it takes hold between rounds, before all else, in order of paths."""
@@ -464,7 +469,7 @@ class Agenda:
                 self._take_hold()
                 if self._writes:
                     continue
-                if not self._ready and (self._fire_due() or self._reach_limits()):
+                if not self._ready and (self._fire_due() or self._reach_limits() or self._settle()):
                     continue
                 if not self._ready:
                     self._open = False
@@ -547,6 +552,13 @@ class Agenda:
             limit.over = True
             self._ends.append((limit.scope.flow.path, limit.act))
         return bool(reached)
+
+    def _settle(self) -> bool:
+        """Let those act who wait for the instant to settle; returns whether there were any."""
+        acts, self._at_settling = self._at_settling, []
+        for act in acts:
+            act()
+        return bool(acts)
 
     async def drive(self) -> None:
         """Let instants follow each other until `finish`; the one task that moves time."""

@@ -43,6 +43,7 @@ from seoro.runtime.explanation import Explanation
 from seoro.runtime.instantiate import derived_seed, types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
+from seoro.runtime.uses import Uses
 from seoro.runtime.values import Actor, Struct, Value, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
@@ -111,6 +112,11 @@ class Services:
     def random(self, purpose: str) -> random.Random:
         """A stream of random numbers of its own for each purpose, the same on any machine."""
         return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
+
+    @cached_property
+    def uses(self) -> Uses:
+        """What actions have to themselves."""
+        return Uses(self.agenda, self.decide)
 
     @cached_property
     def conditions(self) -> Conditions:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable
+from contextlib import AbstractAsyncContextManager, nullcontext
 
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.actions import BoundAction
@@ -18,7 +19,8 @@ from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.blocking import Meter, place_of_thread
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
-from seoro.runtime.invocation import Instance, Place
+from seoro.runtime.invocation import Instance, Place, name_of
+from seoro.runtime.uses import Use
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
 
@@ -37,7 +39,8 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     outcome = SUCCEEDED
     place.flow.open_ended = bound.mark.open_ended
     try:
-        await _drive(bound, instance, plan, place)
+        async with _alone(bound, instance, plan, place):
+            await _drive(bound, instance, plan, place)
     except Exception as error:
         outcome = judge(error, plan.action, plan.span, place)
     except SystemExit as error:
@@ -55,6 +58,16 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
     return outcome
+
+
+def _alone(
+    bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place
+) -> AbstractAsyncContextManager[None]:
+    """While it has to itself what it uses, if it says that it uses anything."""
+    if bound.mark.uses is None:
+        return nullcontext()
+    use = Use(instance.actor, bound.mark.uses)
+    return place.services.uses.alone(use, place.flow, name_of(plan), plan.span)
 
 
 async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> None:
