@@ -7,9 +7,9 @@ down here and take hold between rounds, in this order: changes of variables, the
 the same round, and the textual order of members changes nothing. When no flow can go on the instant has settled,
 and only then may time move. Before that, limits act that are due: what ends by itself in that instant is in time.
 
-A flow is a member of a `parallel` or `one_of`, or the run itself, and is one task. It counts as busy from
-the moment it is freed until it parks here again; when the last busy flow parks, the next is freed in that very
-call. A flow that is alone therefore frees itself and goes on without a switch.
+A flow counts as busy from the moment it is freed until it parks here again; when the last busy flow parks, the
+next is freed in that very call. A flow that is alone therefore frees itself and goes on without a switch, also
+from one instant to the next where the clock can skip. A flow becomes a task when it is freed for the first time.
 
 Actions may await things of the outside world. Their flow then is `outside`: rounds go on without it, and
 on clocks of which the runtime is the master time waits for it. A request to a backend is shorter than that:
@@ -22,127 +22,39 @@ one after another, the last started first, as each has finished its clean-up.
 from __future__ import annotations
 
 import asyncio
-import heapq
-from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Coroutine, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextvars import Context, copy_context
 from functools import partial
-from itertools import count
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import anyio
 
-from seoro.runtime.past import Past
+from seoro.runtime.ending import end
+from seoro.runtime.flows import Flow, Scope, Waiter
+from seoro.runtime.rounds import Effects, Rounds, StepOrder, by_path
+from seoro.runtime.stack import carried
+from seoro.runtime.timetable import TIME_DIGITS, Entry, Limit, Timer, Timetable, split
+from seoro.runtime.verdict import Outcome, Status
 
 if TYPE_CHECKING:
     from seoro.runtime.contracts import Clock
-    from seoro.runtime.verdict import Outcome
 
-StepOrder: TypeAlias = Callable[[tuple[int, ...]], Any]
+__all__ = ["TIME_DIGITS", "Agenda", "Behave", "Flow", "Limit", "Scope", "StepOrder", "Timer", "Waiter"]
 
-TIME_DIGITS = 9  # times are kept to the nanosecond, so that 0.1 + 0.2 is due with 0.3
-
-
-@dataclass(eq=False)
-class Scope:
-    """A behavior that can be ended as a whole: the flow it runs in and everything forked from there."""
-
-    flow: Flow
-    depth: int
-    outcome: Outcome | None = None  # set when it is ended
-    has_end: bool = False  # whether it has an end of its own, whatever runs in it
-
-    @property
-    def around(self) -> Iterator[Scope]:
-        """The scopes that it lies in, from the nearest."""
-        scope: Scope | None = self
-        while scope is not None:
-            yield from reversed(scope.flow.scopes[: scope.depth])
-            scope = scope.flow.parent
-            if scope is not None:
-                yield scope
-
-
-@dataclass(eq=False)
-class Flow:
-    """A flow of control.
-
-    Args:
-        path: Position in the tree of invocations; flows are stepped in its order.
-        parent: The scope from which it was forked; None for the run itself.
-        started: Its place in the order of starts: the round and the path; the order of steps does not matter.
-    """
-
-    path: tuple[int, ...]
-    parent: Scope | None
-    started: tuple[int, tuple[int, ...]]
-    task: asyncio.Task[Any] | None = None  # once it has begun
-    on_end: Callable[[Flow], None] | None = None
-    guard: Callable[[Flow], None] | None = None  # called when its next wait is over, between rounds
-    scopes: list[Scope] = field(default_factory=list)
-    outcome: Outcome | None = None
-    alive: bool = True
-    ended: Scope | None = None  # the outermost scope that was ended and has not been left yet
-    fresh: bool = False  # freed for the first time: its first step is this one
-    delivered: bool = False  # whether the flow has been told so
-    told: bool = False  # whether the cancellation that it sees next comes from the agenda
-    asking: bool = False
-    parked: asyncio.Future[Any] | None = None  # what it waits on here
-    foreign: asyncio.Future[Any] | None = None  # what it waits on outside
-    outside: bool = False
-    open_ended: bool = False  # whether what it carries out has no end of its own
-    past: Past = field(default_factory=Past)
-
-    def within(self, scope: Scope) -> bool:
-        """Whether the flow was forked, at any remove, from a scope that belongs to the given one."""
-        parent = self.parent
-        while parent is not None:
-            if parent.flow is scope.flow:
-                return parent.depth >= scope.depth
-            parent = parent.flow.parent
-        return False
-
-
-@dataclass(eq=False)
-class Waiter:
-    """A flow that waits for something that is fired, once, with a value."""
-
-    flow: Flow
-    fired: bool = False
-    value: Any = None
-    over: bool = False  # whether its flow waits no more
-
-
-@dataclass(eq=False)
-class Timer:
-    """What happens at a time, before the first round of that instant, unless it is over before."""
-
-    act: Callable[[], None]
-    over: bool = False
-
-
-@dataclass(eq=False)
-class Limit:
-    """What a scope comes to at a time, unless it is over before; it acts when that instant has otherwise settled.
-
-    Args:
-        scope: Of what it limits.
-        act: Called between rounds.
-    """
-
-    scope: Scope
-    act: Callable[[], None]
-    over: bool = False
+Behave: TypeAlias = Callable[[Flow], Coroutine[Any, Any, Outcome]]  # what a flow does
+SKIPS = 50  # instants that may follow each other before other tasks of the event loop have a turn
+_CANCELLED = Outcome(Status.CANCELLED)
 
 
 class Agenda:
-    """The order of everything in one run.
+    """The order of everything in one run. Make it inside of the event loop.
 
     Args:
         clock: The run's clock.
         stuck: Called when nothing can happen any more.
         clock_failed: Called when the clock raises; time stands still from then on.
+        broken: Called when a flow raises, which no behavior does.
         step_order: Gives, for the path of a flow, the key by which the steps of a round are sorted; by default the
             path itself. Since no flow sees an effect of its own round, any order gives the same run but for the
             order of records, which is what tests put to the proof.
@@ -153,15 +65,17 @@ class Agenda:
         clock: Clock,
         stuck: Callable[[], None],
         clock_failed: Callable[[Exception], None],
+        broken: Callable[[Exception], None],
         step_order: StepOrder | None = None,
     ) -> None:
         self.now = 0.0
         self.instant = 0
+        self._loop = asyncio.get_running_loop()
         self._clock = clock
         self._stuck = stuck
         self._clock_failed = clock_failed
-        self._step_order = step_order or _by_path
-        self._broken = False  # whether the clock has failed
+        self._broken = broken
+        self._has_clock_failed = False
         self._has_been_stuck = False
         self._busy = 0
         self._outside = 0
@@ -169,69 +83,87 @@ class Agenda:
         self._expected = 0  # answers that a backend will give as time goes on
         self._open = False  # whether the instant has not settled
         self._finished = False
-        self._round = 0
-        self._flows: dict[Flow, None] = {}  # alive
-        self._ready: list[tuple[Any, Callable[[], None]]] = []
-        self._current: deque[Callable[[], None]] = deque()
-        self._writes: list[tuple[tuple[int, ...], Callable[[], None]]] = []
-        self._checks: list[tuple[tuple[int, ...], Callable[[], None]]] = []
-        self._ends: list[tuple[tuple[int, ...], Callable[[], None]]] = []
-        self._emissions: list[tuple[tuple[str, str], Callable[[], None]]] = []
-        self._closings: list[Callable[[], None]] = []
+        self._alive = 0  # flows that have not ended
+        self._skips = 0  # instants since other tasks have had a turn
+        self._rounds = Rounds(step_order or by_path, self._cancel)
+        self._effects = Effects()
         self._fired: list[Waiter] = []
-        self._timers: list[tuple[float, int, Waiter | Timer | Limit]] = []
+        self._timetable = Timetable()
         self._due_limits: list[Limit] = []
         self._at_settling: list[Callable[[], None]] = []
-        self._numbers = count()
-        self._settled = anyio.Event()
+        self._settled = asyncio.Event()
         self._interrupt = anyio.Event()
 
     # -------------------------------------------------------- flows
 
-    def fork(self, path: tuple[int, ...], parent: Scope | None) -> Flow:
-        """A new flow, which may take its first step in the next round. Run its task with `run`."""
-        flow = Flow(path, parent, (self._round, path))
-        flow.scopes.append(Scope(flow, 0))
+    def fork(self, path: tuple[int, ...], parent: Scope | None, behave: Behave) -> Flow:
+        """A new flow, which takes its first step in the next round.
+
+        Args:
+            path: Its position in the tree of invocations.
+            parent: The scope from which it is forked; None for the run itself.
+            behave: What it does.
+        """
+        flow = Flow(path, parent, (self._rounds.number, path))
         if parent is not None:
-            flow.past = parent.flow.past.fork()
-        self._flows[flow] = None
-        self._free_next(flow)
+            parent.flow.forked[flow] = None
+        self._alive += 1
+        self._rounds.step(path, partial(self._begin, flow, behave, copy_context()))
         self._poke()
         return flow
 
-    async def first_step(self, flow: Flow) -> None:
-        """Wait for the first step of a forked flow; the first thing its task does."""
-        assert flow.parked is not None
-        flow.task = asyncio.current_task()
-        try:
-            await flow.parked
-        except asyncio.CancelledError:
-            flow.told = False
-            raise
-        finally:
-            flow.parked = None
-        flow.fresh = True
+    def _begin(self, flow: Flow, behave: Behave, context: Context) -> None:
+        """Start the task of a flow, unless it was ended in the meantime."""
+        if flow.ended is None:
+            self._busy += 1
+            flow.task = self._loop.create_task(self._carry(flow, behave), context=context)
 
-    def flow_ended(self, flow: Flow, outcome: Outcome) -> None:
-        """The last thing a flow's task does."""
+    async def _carry(self, flow: Flow, behave: Behave) -> None:
+        """The whole life of a flow."""
+        outcome = _CANCELLED
+        try:
+            outcome = await carried(behave(flow))
+        except asyncio.CancelledError:
+            if not self.left(flow.scopes[0]):
+                raise
+        except Exception as error:
+            self._broken(error)
+        finally:
+            self._flow_ended(flow, outcome)
+            self._release()
+
+    def _flow_ended(self, flow: Flow, outcome: Outcome) -> None:
         flow.alive = False
         flow.outcome = outcome
-        del self._flows[flow]
+        self._alive -= 1
+        if flow.parent is not None:
+            del flow.parent.flow.forked[flow]
         if flow.on_end is not None:
-            self._ends.append((flow.path, partial(flow.on_end, flow)))
-        self._release()
+            self._effects.ends.append((flow.path, partial(flow.on_end, flow)))
 
     async def step(self, flow: Flow) -> None:
         """Wait for the next round, or take the first step of a flow in the round it was freed in."""
         if flow.fresh:
             flow.fresh = False
-            return
-        self._free_next(flow)
-        await self._park(flow)
+        elif not self._goes_on_alone():
+            self._free_next(flow)
+            await self._park(flow)
+
+    def _goes_on_alone(self) -> bool:
+        """Whether the one busy flow is all there is in the next round, which then begins in this call."""
+        if self._busy > 1 or self._rounds.present or self._rounds.has_next or self._waits_for_answers():
+            return False
+        self._take_hold()
+        while self._effects.writes:
+            self._take_hold()
+        if self._rounds.has_next:
+            return False
+        self._rounds.number += 1
+        return True
 
     async def wait(self, waiter: Waiter) -> Any:
         """Wait until the waiter is fired; returns the value it was fired with."""
-        waiter.flow.parked = asyncio.get_running_loop().create_future()
+        waiter.flow.parked = self._loop.create_future()
         try:
             return await self._park(waiter.flow)
         finally:
@@ -239,8 +171,8 @@ class Agenda:
 
     def _free_next(self, flow: Flow) -> None:
         """Park a flow that is to be freed in the next round."""
-        future = flow.parked = asyncio.get_running_loop().create_future()
-        self._ready.append(((1, self._step_order(flow.path)), partial(self._free, flow, future, None)))
+        future = flow.parked = self._loop.create_future()
+        self._rounds.step(flow.path, partial(self._free, flow, future, None))
 
     async def _park(self, flow: Flow) -> Any:
         future = flow.parked
@@ -275,26 +207,18 @@ class Agenda:
             self._fired.append(waiter)
             self._poke()
 
-    def fire_at(self, time: float, waiter: Waiter) -> None:
-        """Fire a waiter in the first instant at or after a time."""
-        heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), waiter))
-
-    def act_at(self, time: float, timer: Timer) -> None:
-        """Let a timer act in the first instant at or after a time."""
-        heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), timer))
+    def at(self, time: float, entry: Entry) -> None:
+        """Fire a waiter, or let a timer or a limit act, in the first instant at or after a time."""
+        self._timetable.add(time, entry)
 
     def react(self, path: tuple[int, ...], step: Callable[[], None]) -> None:
         """Take a step in the next round that belongs to no flow, and awaits nothing."""
-        self._ready.append(((1, self._step_order(path)), step))
+        self._rounds.step(path, step)
         self._poke()
 
     def check(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down what depends on variables; it takes hold once all of their changes have, in order of paths."""
-        self._checks.append((path, effect))
-
-    def limit_at(self, time: float, limit: Limit) -> None:
-        """Let a limit act in the first instant at or after a time."""
-        heapq.heappush(self._timers, (round(time, TIME_DIGITS), next(self._numbers), limit))
+        self._effects.checks.append((path, effect))
 
     def when_settled(self, act: Callable[[], None]) -> None:
         """Let something act when the instant has otherwise settled, limits and all; flows may be outside still."""
@@ -302,12 +226,12 @@ class Agenda:
 
     def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down a change of a variable; it takes hold between rounds, before all else, in order of paths."""
-        self._writes.append((path, effect))
+        self._effects.writes.append((path, effect))
         self._poke()
 
     def after_round(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down an effect that ends behaviors; it takes hold between rounds, in the order of paths."""
-        self._ends.append((path, effect))
+        self._effects.ends.append((path, effect))
         self._poke()
 
     def emit(self, occurrence: tuple[str, str], effect: Callable[[], None]) -> None:
@@ -317,11 +241,11 @@ class Agenda:
             occurrence: The event and its arguments; those of one round take hold in the order of that.
             effect: Called then.
         """
-        self._emissions.append((occurrence, effect))
+        self._effects.emissions.append((occurrence, effect))
 
     def close(self, effect: Callable[[], None]) -> None:
         """Put down the end of what hears emissions; it takes hold after all of the same round."""
-        self._closings.append(effect)
+        self._effects.closings.append(effect)
 
     @contextmanager
     def expecting(self) -> Generator[None]:
@@ -334,21 +258,13 @@ class Agenda:
 
     # -------------------------------------------------------- ending
 
-    @contextmanager
-    def scope(self, flow: Flow) -> Generator[Scope]:
+    @staticmethod
+    def scope(flow: Flow) -> Scope:
         """A scope in a flow; leave it by the end of the block, also when it was ended."""
-        scope = Scope(flow, len(flow.scopes))
-        flow.scopes.append(scope)
-        try:
-            yield scope
-        finally:
-            flow.scopes.pop()
+        return Scope(flow, len(flow.scopes))
 
-    def flows_in(self, scope: Scope) -> list[Flow]:
-        """The flows that were forked in a scope and have not ended, in the order of their starts."""
-        return sorted((flow for flow in self._flows if flow.within(scope)), key=lambda flow: flow.started)
-
-    def left(self, scope: Scope) -> bool:
+    @staticmethod
+    def left(scope: Scope) -> bool:
         """Whether a cancellation that arrives here was meant for this scope; if so, the flow goes on."""
         flow = scope.flow
         if flow.ended is not scope:
@@ -356,54 +272,23 @@ class Agenda:
         flow.ended, flow.delivered = None, False
         return True
 
+    @staticmethod
+    def is_ended(scope: Scope) -> bool:
+        """Whether a scope was ended, by itself or with what is around it, and has not been left yet."""
+        return scope.flow.ended is not None and scope.flow.ended.depth <= scope.depth
+
     def end(self, scope: Scope, outcome: Outcome) -> None:
         """End a scope, unless it has been left. To be called between rounds, as an effect."""
-        if scope not in scope.flow.scopes:
-            return
-        if scope.outcome is None:
-            scope.outcome = outcome
-        flows = self.flows_in(scope)
-        for flow in flows:
-            self._doom(flow, flow.scopes[0])
-        self._doom(scope.flow, scope)
-        self._deliver_in_turn([scope.flow, *flows])
+        end(scope, outcome, self._rounds.cancel)
 
     def end_flow(self, flow: Flow, outcome: Outcome) -> None:
         """End a whole flow. To be called between rounds, as an effect."""
         if flow.alive:
             self.end(flow.scopes[0], outcome)
 
-    @staticmethod
-    def is_ended(scope: Scope) -> bool:
-        """Whether a scope was ended, by itself or with what is around it, and has not been left yet."""
-        return scope.flow.ended is not None and scope.flow.ended.depth <= scope.depth
-
-    def _doom(self, flow: Flow, scope: Scope) -> None:
-        if flow.ended is None or scope.depth < flow.ended.depth:
-            flow.ended = scope
-
-    def _deliver_in_turn(self, flows: list[Flow]) -> None:
-        """Cancel the last flow that is not cancelled yet, and go on when it has ended."""
-        while flows:
-            flow = flows.pop()
-            if not flow.alive or flow.delivered or flow.ended is None:
-                continue
-            flow.delivered = True
-            if flows:
-                after = flow.on_end
-
-                def ended(flow: Flow, after: Callable[[Flow], None] | None = after) -> None:
-                    if after is not None:
-                        after(flow)
-                    self._deliver_in_turn(flows)
-
-                flow.on_end = ended
-            self._ready.append(((0, flow.path), partial(self._cancel, flow)))
-            return
-
     def cancel_again(self, flow: Flow) -> None:
         """Cancel a flow whose clean-up takes too long."""
-        self._ready.append(((0, flow.path), partial(self._cancel, flow)))
+        self._rounds.cancel(flow)
         self._poke()
 
     def _cancel(self, flow: Flow) -> None:
@@ -419,6 +304,8 @@ class Agenda:
             self._busy += 1
             flow.told = True
             flow.parked.cancel()
+        elif flow.task is None and flow.alive:
+            self._flow_ended(flow, _CANCELLED)  # before it has begun
 
     # -------------------------------------------------------- the outside world
 
@@ -461,44 +348,30 @@ class Agenda:
     def _advance(self) -> None:
         """Free the next flow; between rounds, let effects take hold first."""
         while self._open and self._busy == 0:
-            if self._current:
-                self._current.popleft()()
-            elif self._asking and self._clock.deterministic:
+            if self._rounds.present:
+                self._rounds.present.popleft()()
+            elif self._waits_for_answers():
                 return
             else:
                 self._take_hold()
-                if self._writes:
+                if self._effects.writes:
                     continue
-                if not self._ready and (self._fire_due() or self._reach_limits() or self._settle()):
-                    continue
-                if not self._ready:
+                if self._rounds.has_next:
+                    self._rounds.begin()
+                elif not (self._fire_due() or self._reach_limits() or self._settle() or self._skip()):
                     self._open = False
                     self._settled.set()
-                    return
-                self._round += 1
-                self._ready.sort(key=_order)
-                self._current.extend(go for _, go in self._ready)
-                self._ready.clear()
+
+    def _waits_for_answers(self) -> bool:
+        return self._asking > 0 and self._clock.deterministic
 
     def _take_hold(self) -> None:
         """What happens between rounds."""
-        writes, self._writes = sorted(self._writes, key=_order), []
-        for _, write in writes:
-            write()
-        checks, self._checks = sorted(self._checks, key=_order), []
-        for _, check in checks:
-            check()
-        while self._ends or self._emissions:
-            ends, self._ends = sorted(self._ends, key=_order), []
-            for _, effect in ends:
-                effect()
-            if not self._ends:
-                emissions, self._emissions = sorted(self._emissions, key=_order), []
-                for _, emission in emissions:
-                    emission()
-        closings, self._closings = self._closings, []
-        for close in closings:
-            close()
+        self._effects.take_hold()
+        if self._fired:
+            self._wake_fired()
+
+    def _wake_fired(self) -> None:
         fired = sorted((w for w in self._fired if not w.over), key=lambda waiter: waiter.flow.path)
         self._fired = []
         for waiter in fired:
@@ -509,26 +382,26 @@ class Agenda:
         for waiter in fired:
             future = waiter.flow.parked
             assert future is not None
-            go = partial(self._free, waiter.flow, future, waiter.value)
-            self._ready.append(((1, self._step_order(waiter.flow.path)), go))
+            self._rounds.step(waiter.flow.path, partial(self._free, waiter.flow, future, waiter.value))
 
     def _open_instant(self) -> None:
+        self._skips = 0
+        self._settled.clear()
+        self._begin_instant()
+        self._open = True
+        self._advance()
+
+    def _begin_instant(self) -> None:
         now = round(self._clock.now(), TIME_DIGITS)
         if now > self.now:
             self.now = now
             self.instant += 1
         self._fire_due()
-        self._open = True
-        self._settled = anyio.Event()
-        self._advance()
 
     def _fire_due(self) -> bool:
         """Fire what is due by now; returns whether there was anything that counts at once."""
         has_fired = False
-        while self._timers and self._timers[0][0] <= self.now:
-            due = heapq.heappop(self._timers)[2]
-            if due.over:
-                continue
+        while (due := self._timetable.take(self.now)) is not None:
             match due:
                 case Waiter():
                     self.fire(due)
@@ -542,15 +415,12 @@ class Agenda:
 
     def _reach_limits(self) -> bool:
         """Let limits act that are due and have none that is due within them; returns whether there were any."""
-        if self._outside and self._clock.deterministic:
-            return False  # what is at work there may end in this instant
-        due = [limit for limit in self._due_limits if not limit.over]
-        around = {scope for limit in due for scope in limit.scope.around}
-        self._due_limits = [limit for limit in due if limit.scope in around]
-        reached = [limit for limit in due if limit.scope not in around]
+        if not self._due_limits or (self._outside and self._clock.deterministic):
+            return False  # what is at work outside may end in this instant
+        reached, self._due_limits = split(self._due_limits)
         for limit in reached:
             limit.over = True
-            self._ends.append((limit.scope.flow.path, limit.act))
+            self._effects.ends.append((limit.scope.flow.path, limit.act))
         return bool(reached)
 
     def _settle(self) -> bool:
@@ -560,25 +430,35 @@ class Agenda:
             act()
         return bool(acts)
 
+    def _skip(self) -> bool:
+        """Begin the next instant in this call, if the clock can do so; not for ever, since other tasks wait."""
+        if self._skips == SKIPS or self._outside or not self._alive or self._has_clock_failed:
+            return False
+        due = self._timetable.next_due
+        if due is None or not self._clock.skip(due):
+            return False
+        self._skips += 1
+        self._begin_instant()
+        return True
+
     async def drive(self) -> None:
         """Let instants follow each other until `finish`; the one task that moves time."""
         while not self._finished:
             if not self._has_work():
                 await self._pass_time()
-            self._interrupt = anyio.Event()
+            if self._interrupt.is_set():
+                self._interrupt = anyio.Event()
             if not self._finished:
                 self._open_instant()
                 await self._settled.wait()
 
     def _has_work(self) -> bool:
-        return bool(self._ready or self._fired or self._writes or self._ends or self._emissions)
+        return bool(self._rounds.has_next or self._fired or self._effects.are_there)
 
     async def _pass_time(self) -> None:
-        while self._timers and self._timers[0][2].over:
-            heapq.heappop(self._timers)
-        due = self._timers[0][0] if self._timers else None
+        due = self._timetable.next_due
         deterministic = self._clock.deterministic
-        if self._broken or (deterministic and self._outside):
+        if self._has_clock_failed or (deterministic and self._outside):
             await self._interrupt.wait()
         elif deterministic and due is None and not self._expected:
             if self._has_been_stuck:  # the run is ending, and waits for a clean-up that takes real time
@@ -589,18 +469,10 @@ class Agenda:
             try:
                 await self._clock.pass_time(due, self._interrupt)
             except Exception as error:
-                self._broken = True
+                self._has_clock_failed = True
                 self._clock_failed(error)
 
     def finish(self) -> None:
         """Stop driving, once the run is over."""
         self._finished = True
         self._interrupt.set()
-
-
-def _by_path(path: tuple[int, ...]) -> Any:
-    return path
-
-
-def _order(entry: tuple[Any, Callable[[], None]]) -> Any:
-    return entry[0]

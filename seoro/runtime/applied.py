@@ -28,9 +28,9 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
-from seoro.runtime.environment import Calls, Deferred, Environment
+from seoro.runtime.environment import Calls, Deferred, Environment, Seed
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.instantiate import Parameters, derived_seed
+from seoro.runtime.instantiate import Parameters
 from seoro.runtime.values import Actor, HasFields, Value
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _apply_one(
         bindings,
         modifier.name,
         around.outermost,
-        seed=derived_seed(around.seed, f"{number} {modifier.name}"),
+        seed=Seed(around.seed, f"{number} {modifier.name}"),
         run=around.run,
     )
     modifiers = cast(tuple[Applied | Override, ...], apply(modifier.modifiers, plan, inside, it))

@@ -105,13 +105,16 @@ class Meter:
             self._handed_over = 0.0
 
     def end(self) -> None:
-        """A step ends."""
+        """A step ends, unless it has."""
+        if not self._began:
+            return
         held = (self._handed_over or time.monotonic()) - self._began - self._excused
         if held > LIMIT and (held := self._share.of(held)) > LIMIT:
             code, frame = self._coroutine.cr_code, self._coroutine.cr_frame
             last = "its end" if frame is None else frame.f_lineno
             until = "" if last == self._line else f" to {last}"
             self._blocked(held, f"`{code.co_name}`, {_shown_file(code)}:{self._line}{until}")
+        self._began = 0.0
 
     @property
     def place(self) -> str:

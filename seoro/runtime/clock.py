@@ -32,6 +32,10 @@ class RealClock:
         """Seconds since the start."""
         return time.monotonic() - self._start
 
+    def skip(self, due: float) -> bool:
+        """It has to be waited for."""
+        return False
+
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
         """Sleep until due or interrupted."""
         delay = math.inf if due is None else max(0.0, due - self.now())
@@ -55,6 +59,11 @@ class VirtualClock:
         """The time it jumped to last."""
         return self._now
 
+    def skip(self, due: float) -> bool:
+        """Jump."""
+        self._now = max(self._now, due)
+        return True
+
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
         """Jump; without anything due, wait to be interrupted."""
         if due is None:
@@ -62,7 +71,7 @@ class VirtualClock:
         else:
             # One turn of the event loop, so that other tasks of the program live on beside a long run.
             await anyio.lowlevel.checkpoint()
-            self._now = max(self._now, due)
+            self.skip(due)
 
 
 class SimulatorClock:
@@ -89,6 +98,10 @@ class SimulatorClock:
     def now(self) -> float:
         """The time that the simulator reached last."""
         return self._now
+
+    def skip(self, due: float) -> bool:
+        """It has to be asked for."""
+        return False
 
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
         """Grant time up to `due`; return early when something happened."""

@@ -155,7 +155,7 @@ class Conditions:
             act()
             return _nothing
         timer = Timer(act)
-        self._agenda.act_at(time, timer)
+        self._agenda.at(time, timer)
         return partial(setattr, timer, "over", True)
 
     # -------------------------------------------------------- expressions
@@ -205,7 +205,7 @@ class Conditions:
         watch.poll.over = True
         if reads.is_external:
             watch.poll = Timer(partial(self._look_again, watch))
-            self._agenda.act_at(self._agenda.now + POLL_PERIOD, watch.poll)
+            self._agenda.at(self._agenda.now + POLL_PERIOD, watch.poll)
         return value
 
     def _forget(self, watch: _Watch) -> None:
@@ -267,7 +267,7 @@ class _Ticks:
         if self._due == self._agenda.now:
             self._occurs()
             self._number += 1
-        self._agenda.act_at(self._due, self._timer)
+        self._agenda.at(self._due, self._timer)
 
     def stop(self) -> None:
         """Occur no more."""
@@ -282,7 +282,7 @@ class _Ticks:
         while self._due <= self._agenda.now:  # real clocks may have gone on past several
             self._number += 1
         if not self._timer.over:
-            self._agenda.act_at(self._due, self._timer)
+            self._agenda.at(self._due, self._timer)
 
 
 def _seconds(duration: Value, expression: Expression) -> float:

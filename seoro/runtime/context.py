@@ -65,7 +65,7 @@ class ActionContext:
     def log(self, message: str, level: str = "info") -> None:
         """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
         self._meter.hand_over()  # who reads the trace may be slow
-        self._place.services.trace.record("log", level=level, message=message, source=str(self._invocation.span))
+        self._place.services.trace.log(message, level, self._invocation.span)
         self._meter.take_back()
 
     def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
@@ -87,7 +87,7 @@ class ActionContext:
         """Wait for a duration [s] of the run's clock."""
         self._check_task()
         waiter = Waiter(self._place.flow)
-        self._place.agenda.fire_at(self.now + duration, waiter)
+        self._place.agenda.at(self.now + duration, waiter)
         await self._wait(waiter)
 
     async def ask(self, request: Awaitable[T]) -> T:
@@ -112,11 +112,11 @@ class ActionContext:
         return pending._report
 
     async def _wait(self, waiter: Waiter) -> None:
-        self._meter.hand_over()  # when the last flow parks, the agenda goes on within its call
+        self._meter.end()  # when the last flow parks, the agenda goes on within its call, maybe with this one
         try:
             await self._place.agenda.wait(waiter)
         finally:
-            self._meter.take_back()
+            self._meter.begin()
 
     def _check_task(self) -> None:
         """The agenda knows one task for a flow; another that waits would be taken for it."""

@@ -40,6 +40,14 @@ class Clock(Protocol):
         """Read when an instant begins. Never goes back."""
         ...
 
+    def skip(self, due: float) -> bool:
+        """Called when an instant has settled: be at `due` [s] at once, if nothing has to be awaited for that.
+
+        Returns:
+            Whether it is; otherwise `pass_time` may be called.
+        """
+        ...
+
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
         """Called when an instant has settled: let time pass until `due`, or until something happens.
 

@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, TypeAlias
 from seoro.lang import plan
 from seoro.lang.source import Span
 from seoro.runtime.buckets import bucket_of, number_of
-from seoro.runtime.environment import Environment, EvaluationError
+from seoro.runtime.environment import Environment, EvaluationError, Seed
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.instantiate import derived_seed, types_of
+from seoro.runtime.instantiate import types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.tally import ItemCoverage, Tally
 from seoro.runtime.trace import Trace
@@ -51,7 +51,7 @@ class _Holder:
     instance: Instance
     value: Instance | Struct | Actor
     path: str
-    seed: int
+    seed: Seed
     run: MethodContext
 
     @property
@@ -149,7 +149,7 @@ class Coverage:
 
     def _holders(self, instance: Instance) -> Iterator[_Holder]:
         """An instance and what it holds that no other has held before."""
-        seed = derived_seed(self.run.seed, f"{instance.path} coverage")
+        seed = Seed(self.run.seed, f"{instance.path} coverage")
         yield _Holder(instance, instance, "", seed, self.run)
         pending: list[tuple[str, Value]] = list(instance.fields.items())
         while pending:
@@ -254,7 +254,7 @@ class Coverage:
 
     def _warn(self, holder: _Holder, item: plan.AnyCoverageItem, reason: str, span: Span) -> None:
         message = f"item `{_path(holder, item)}` has no value: {reason}"
-        self.trace.record("log", level="warning", message=message, source=str(span))
+        self.trace.log(message, "warning", span)
 
 
 def _path(holder: _Holder, item: plan.AnyCoverageItem) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import TypeAlias
 
 from seoro.lang.plan import Expression
@@ -80,6 +81,29 @@ class Reads:
     is_external: bool = False
 
 
+class Seed:
+    """What something is drawn from, the same on any machine; computed when it is, since mostly nothing is drawn.
+
+    Args:
+        base: The seed of the run, or a seed for something around.
+        purpose: What this one is for; without, it is the base.
+    """
+
+    __slots__ = ("_base", "_purpose")
+
+    def __init__(self, base: int | Seed, purpose: str | None = None) -> None:
+        self._base = base
+        self._purpose = purpose
+
+    @property
+    def value(self) -> int:
+        """The number."""
+        base = self._base if isinstance(self._base, int) else self._base.value
+        if self._purpose is None:
+            return base
+        return int.from_bytes(sha256(f"{base}/{self._purpose}".encode()).digest()[:8], "big")
+
+
 @dataclass(frozen=True, eq=False)
 class Deferred:
     """What a name is bound to whose value may not be there yet.
@@ -93,9 +117,12 @@ class Deferred:
     environment: Environment
 
 
-@dataclass(frozen=True)
+_NO_SEED = Seed(0)
+
+
+@dataclass(eq=False, slots=True)
 class Environment:
-    """What names in an expression stand for.
+    """What names in an expression stand for; never changed, but not frozen, since each behavior gets several.
 
     Args:
         instance: Whose fields they are.
@@ -114,7 +141,7 @@ class Environment:
     path: str = ""
     scenario: HasFields | None = None
     depth: int = 0
-    seed: int = 0
+    seed: Seed = _NO_SEED
     run: MethodContext | None = None
     calls: Calls | None = None
     reads: Reads | None = None

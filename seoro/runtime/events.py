@@ -8,7 +8,7 @@ it emitted or consumed itself, and what flows that it was forked from or joined 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import count
 from weakref import WeakKeyDictionary
 
@@ -25,7 +25,6 @@ class Occurrence:
     fields: Mapping[str, Value]
 
 
-@dataclass(eq=False)
 class Ear:
     """One who listens to an event.
 
@@ -35,24 +34,43 @@ class Ear:
             for it, and so is in its past from then on.
     """
 
-    past: Past
-    hear: Callable[[Occurrence], bool]
-    over: bool = False  # whether it listens no more
+    __slots__ = ("_event", "hear", "over", "past")
+
+    def __init__(self, past: Past, hear: Callable[[Occurrence], bool]) -> None:
+        self.past = past
+        self.hear = hear
+        self.over = False  # whether it listens no more
+        self._event: Event | None = None  # that it listens to
+
+    def listen(self, event: Event) -> None:
+        """Listen to an event from now on."""
+        self._event = event
+        event.ears[self] = None
 
     def stop(self) -> None:
         """Listen no more."""
         self.over = True
+        if self._event is not None:
+            del self._event.ears[self]
+            self._event = None
 
 
-@dataclass(eq=False)
 class Event:
-    """A channel: who listens, and what has happened in the present instant."""
+    """A channel: who listens, and what has happened in the present instant.
 
-    path: str
-    instant: int = -1
-    occurrences: list[Occurrence] = field(default_factory=list)  # that have taken hold
-    derived: int = -1  # the last instant in which what it is derived from has occurred
-    ears: list[Ear] = field(default_factory=list)
+    Args:
+        path: What people call it.
+    """
+
+    __slots__ = ("derived", "ears", "instant", "occurrences", "path", "pending")
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.instant = -1
+        self.pending: dict[str, Occurrence] = {}  # of this instant, by their arguments
+        self.occurrences: list[Occurrence] = []  # those that have taken hold
+        self.derived = -1  # the last instant in which what it is derived from has occurred
+        self.ears: dict[Ear, None] = {}
 
 
 class Events:
@@ -67,8 +85,6 @@ class Events:
         self._agenda = agenda
         self._emitted = emitted
         self._numbers = count()
-        self._instant = -1
-        self._pending: dict[tuple[Event, str], Occurrence] = {}  # of this instant, by event and arguments
         self._of_objects: WeakKeyDictionary[Struct | Actor, dict[str, Event]] = WeakKeyDictionary()
 
     def of_object(self, holder: Struct | Actor, name: str) -> Event:
@@ -79,13 +95,13 @@ class Events:
     def emit(self, event: Event, arguments: Mapping[str, Value], past: Past) -> None:
         """Emit; it takes hold between this round and the next, and is in the past of who emits."""
         self._begin_instant(event)
-        shown = repr([(name, plain(value)) for name, value in arguments.items()])
-        occurrence = self._pending.get((event, shown))
+        shown = repr([(name, plain(value)) for name, value in arguments.items()]) if arguments else ""
+        occurrence = event.pending.get(shown)
         if occurrence is None:
-            occurrence = self._pending[event, shown] = Occurrence(next(self._numbers), dict(arguments))
+            occurrence = event.pending[shown] = Occurrence(next(self._numbers), dict(arguments))
             self._emitted(event.path, arguments)
             self._agenda.emit((event.path, shown), lambda: self._take_hold(event, occurrence))
-        past.of(self._agenda.instant).add(occurrence.number)
+        past.add(occurrence.number, self._agenda.instant)
 
     def derive(self, event: Event) -> Occurrence:
         """An occurrence of a derived event, for the one in whose context it is; recorded once for each instant."""
@@ -97,8 +113,7 @@ class Events:
     def listen(self, event: Event, ear: Ear) -> None:
         """Listen from now on, until the ear is over; what has happened in this instant is heard at once."""
         self._begin_instant(event)
-        event.ears = [other for other in event.ears if not other.over]
-        event.ears.append(ear)
+        ear.listen(event)
         for occurrence in event.occurrences:
             self._offer(occurrence, ear)
 
@@ -108,16 +123,14 @@ class Events:
             self._offer(occurrence, ear)
 
     def _offer(self, occurrence: Occurrence, ear: Ear) -> None:
-        past = ear.past.of(self._agenda.instant)
-        if not ear.over and occurrence.number not in past and ear.hear(occurrence):
-            past.add(occurrence.number)
+        instant = self._agenda.instant
+        if not ear.over and not ear.past.has(occurrence.number, instant) and ear.hear(occurrence):
+            ear.past.add(occurrence.number, instant)
 
     def _begin_instant(self, event: Event) -> None:
         """Forget what happened in earlier instants: nobody can see it any more."""
         instant = self._agenda.instant
-        if self._instant != instant:
-            self._instant = instant
-            self._pending.clear()
         if event.instant != instant:
             event.instant = instant
+            event.pending.clear()
             event.occurrences.clear()

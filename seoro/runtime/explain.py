@@ -66,7 +66,7 @@ def explain(services: Services, scope: Scope, path: str = "", failed: Span | Non
         path: Of the behavior that it belongs to.
         failed: The text of what failed, which is no news.
     """
-    flows = [scope.flow, *services.agenda.flows_in(scope)]
+    flows = [scope.flow, *scope.flows]
     forked_from = {flow.parent.flow for flow in flows[1:] if flow.parent is not None}
     running = [
         (flow, services.running[flow][-1])

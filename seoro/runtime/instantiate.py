@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from typing import TYPE_CHECKING, Protocol
 
 from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
-from seoro.runtime.environment import Calls, Environment
+from seoro.runtime.environment import Calls, Environment, Seed
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.values import Actor, HasFields, Value
@@ -50,7 +49,7 @@ class Invocation:
     actor: Actor | None
     constraints: tuple[ConstraintMember, ...]
     around: Environment | None
-    seed: int
+    seed: Seed
     run: MethodContext | None
     applied: tuple[Applied, ...] = ()
 
@@ -94,7 +93,7 @@ def entry_parameters(
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
     scenario = plan.scenarios[plan.entry]
-    invocation = Invocation({}, None, (), None, seed, run, applied)
+    invocation = Invocation({}, None, (), None, Seed(seed), run, applied)
     roots = (plan.globals, scenario.structure)
     return _choose(plan, roots, made or Parameters(types_of(scenario)), invocation, plan.overrides)
 
@@ -129,11 +128,6 @@ def choose_for_modifiers(plan: Plan, invocation: Invocation) -> None:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
     _choose(plan, (), Parameters(()), invocation, ())
-
-
-def derived_seed(seed: int, purpose: str) -> int:
-    """A seed for one purpose, the same on any machine."""
-    return int.from_bytes(sha256(f"{seed}/{purpose}".encode()).digest()[:8], "big")
 
 
 def _choose(

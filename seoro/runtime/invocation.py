@@ -36,11 +36,12 @@ from seoro.runtime.agenda import Agenda, Flow, Scope
 from seoro.runtime.blocking import Share
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.conditions import Conditions
+from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
 from seoro.runtime.explain import explain
 from seoro.runtime.explanation import Explanation
-from seoro.runtime.instantiate import derived_seed, types_of
+from seoro.runtime.instantiate import types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
 from seoro.runtime.uses import Uses
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from seoro.runtime.modifiers import BoundModifier
 
 STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
-NESTING = 150  # of behaviors; beyond this, a scenario that invokes itself, or the stack is in danger
+NESTING = 2_000  # of behaviors; beyond this, a scenario that invokes itself without end
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ class Services:
         """What names stand for in the scope of an instance, seen from another scope."""
         if not isinstance(holder, Instance):
             return replace(around, instance=holder, bindings={}, scenario=around.outermost)
-        seed = derived_seed(self.seed, holder.path)
+        seed = Seed(self.seed, holder.path)
         return Environment(holder, holder.bindings, holder.path, seed=seed, run=self.run)
 
     def count_start(self, span: Span, depth: int) -> None:
@@ -344,9 +345,9 @@ class Overriding:
     instance: Instance
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, slots=True)
 class Place:
-    """Where a behavior is carried out.
+    """Where a behavior is carried out; never changed, but not frozen, since each behavior gets several.
 
     Args:
         services: Of the run.
@@ -371,7 +372,7 @@ class Place:
     @property
     def purpose(self) -> str:
         """Names what is drawn here: the same in any order of steps, another in each repetition."""
-        return f"{self.path} {'.'.join(map(str, self.runs))}"
+        return f"{self.path} {'.'.join(map(str, self.runs)) if self.runs else ''}"
 
     def take_invoked(self) -> Instance:
         """What is carried out here by an invocation."""
@@ -383,38 +384,53 @@ class Place:
         """The agenda of the run."""
         return self.services.agenda
 
+    def within(self, flow: Flow) -> Place:
+        """The same, in a flow that was forked for it."""
+        return Place(
+            self.services, flow, self.instance, self.parent, self.position, self.path, self.invoked, self.runs
+        )
+
     def member(self, index: int, behavior: Behavior) -> Place:
         """The place of a member of what stands here."""
-        return replace(self, position=(*self.position, index), path=f"{self.path}/{name_of(behavior)}[{index}]")
+        position, path = (*self.position, index), f"{self.path}/{name_of(behavior)}[{index}]"
+        return Place(self.services, self.flow, self.instance, self.parent, position, path, self.invoked, self.runs)
+
+    def invoking(self, invoked: Invoked | None) -> Place:
+        """The same, where something is invoked."""
+        return Place(
+            self.services, self.flow, self.instance, self.parent, self.position, self.path, invoked, self.runs
+        )
+
+    def inside(self, number: int) -> Place:
+        """The same, within the behavior that has a number in the trace."""
+        return Place(
+            self.services, self.flow, self.instance, number, self.position, self.path, self.invoked, self.runs
+        )
 
     def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
         """What names stand for here; in what modifies an invocation, `it` is what is invoked."""
-        all_bindings = {**(bindings or {}), **self.instance.bindings}
+        all_bindings = self.instance.bindings if bindings is None else {**bindings, **self.instance.bindings}
         if self.invoked is not None:
             all_bindings["it"] = self.invoked.instance
-        seed = derived_seed(self.services.seed, self.purpose)
+        seed = Seed(self.services.seed, self.purpose)
         return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
+
+
+_KINDS: Mapping[type[Behavior], str] = {
+    Serial: "serial",
+    Parallel: "parallel",
+    OneOf: "one_of",
+    Wait: "wait",
+    Emit: "emit",
+    CallMethod: "call",
+    InvokeAction: "action",
+    InvokeScenario: "scenario",
+}
 
 
 def type_of(behavior: Behavior) -> str:
     """The kind of a behavior, as the trace calls it."""
-    match behavior:
-        case Serial():
-            return "serial"
-        case Parallel():
-            return "parallel"
-        case OneOf():
-            return "one_of"
-        case Wait():
-            return "wait"
-        case Emit():
-            return "emit"
-        case CallMethod():
-            return "call"
-        case InvokeAction():
-            return "action"
-        case InvokeScenario():
-            return "scenario"
+    return _KINDS[type(behavior)]
 
 
 def name_of(behavior: Behavior) -> str:

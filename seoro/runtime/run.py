@@ -19,15 +19,14 @@ import anyio
 from seoro.errors import BackendError, InvalidUse
 from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions import BoundAction
-from seoro.runtime.agenda import Agenda, StepOrder
+from seoro.runtime.agenda import Agenda, Flow, StepOrder
 from seoro.runtime.applied import apply, with_nested
-from seoro.runtime.behaviors.members import carry_flow
 from seoro.runtime.behaviors.perform import perform, recorded, within
 from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
-from seoro.runtime.environment import Environment, EvaluationError, NoChoice
+from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
 from seoro.runtime.instantiate import entry_parameters
@@ -80,7 +79,9 @@ class Execution:
     def __init__(self, plan: Plan, settings: Settings) -> None:
         self._plan = plan
         self._settings = settings
-        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, settings.step_order)
+        self._done = anyio.Event()
+        self._defect: Exception | None = None  # what a flow raised, which none should
+        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, self._broken, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
         refuse_unsupported(plan)
@@ -121,7 +122,7 @@ class Execution:
         _check_implementations(self._plan, self._settings)
         scenario = self._plan.scenarios[self._plan.entry]
         entry = Instance(scenario, scenario.name, Fields(), None)
-        scope = Environment(entry, seed=self._settings.seed, run=self._run)
+        scope = Environment(entry, seed=Seed(self._settings.seed), run=self._run)
         self._modifying = apply(scenario.modifiers, self._plan, scope, entry)
         try:
             self._fill(entry)
@@ -169,6 +170,10 @@ class Execution:
     def _clock_failed(self, error: Exception) -> None:
         self.fail_backend(str(error))
 
+    def _broken(self, error: Exception) -> None:
+        self._defect = self._defect or error
+        self._done.set()
+
     # -------------------------------------------------------- the run
 
     async def run(self) -> Verdict:
@@ -180,9 +185,8 @@ class Execution:
         wall_start = time.monotonic()
         self._record_start()
         agenda = self._agenda
-        root = self._services.root = agenda.fork((), None)
-        done = anyio.Event()
-        root.on_end = lambda flow: done.set()
+        root = self._services.root = agenda.fork((), None, self._perform_entry)
+        root.on_end = lambda flow: self._done.set()
         cancelled = False
         async with anyio.create_task_group() as watch:
             watch.start_soon(self._stop_when_cancelled)
@@ -192,14 +196,16 @@ class Execution:
                 self._settings.clock.start()
                 async with anyio.create_task_group() as group:
                     group.start_soon(agenda.drive)
-                    group.start_soon(carry_flow, agenda, root, self._perform_entry)
-                    while not done.is_set() and not group.cancel_scope.cancel_called:
+                    while not self._done.is_set() and not group.cancel_scope.cancel_called:
                         try:
-                            await done.wait()
+                            await self._done.wait()
                         except asyncio.CancelledError:
                             cancelled = True
                             self.stop("its task was cancelled")
                     agenda.finish()
+                await self._abandon(root)
+                if self._defect is not None:
+                    raise self._defect
                 await self._end_backends()
             verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
             watch.cancel_scope.cancel()
@@ -207,6 +213,13 @@ class Execution:
         if cancelled:
             raise asyncio.CancelledError
         return verdict
+
+    async def _abandon(self, root: Flow) -> None:
+        """Cancel what is left of a run that a defect of seoro's own has ended; of any other, nothing is."""
+        for flow in reversed((root, *root.scopes[0].flows)):
+            if flow.task is not None and flow.alive:
+                flow.task.cancel()
+                await asyncio.wait({flow.task}, timeout=self._settings.grace)
 
     async def _stop_when_cancelled(self) -> None:
         try:
@@ -220,11 +233,10 @@ class Execution:
             with anyio.move_on_after(self._settings.grace), suppress(BackendError):
                 await backend.end_run()
 
-    async def _perform_entry(self) -> Outcome:
+    async def _perform_entry(self, root: Flow) -> Outcome:
         services, entry = self._services, self._entry
-        assert services.root is not None
         invoked = Invoked(entry, self._entry_again)
-        place = Place(services, services.root, entry, None, (), entry.declaration.name, invoked)
+        place = Place(services, root, entry, None, (), entry.declaration.name, invoked)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
         carry = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))
         return await recorded(invocation, place, carry)

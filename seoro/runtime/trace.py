@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from itertools import count
 from typing import Any, Final
 
+from seoro.lang.source import Span
 from seoro.runtime.contracts import Observer
 from seoro.runtime.values import Value, plain
 
@@ -40,10 +41,13 @@ class Trace:
             for time, level, message in self._logs
         )
 
+    @property
+    def is_observed(self) -> bool:
+        """Whether anybody sees the records."""
+        return bool(self._observers)
+
     def record(self, kind: str, **fields: Any) -> None:
         """Add a record."""
-        if kind == "log":
-            self._logs.append((self._now(), fields["level"], str(fields["message"])))
         if not self._observers:
             return
         record = {
@@ -60,9 +64,22 @@ class Trace:
                 self._observers.remove(observer)
                 self._failed(error)
 
+    def log(self, message: str, level: str, source: Span) -> None:
+        """Record a message.
+
+        Args:
+            message: The message.
+            level: `debug`, `info`, `warning` or `error`.
+            source: What it comes from.
+        """
+        self._logs.append((self._now(), level, message))
+        if self._observers:
+            self.record("log", level=level, message=message, source=str(source))
+
     def event(self, path: str, arguments: Mapping[str, Value]) -> None:
         """Record that an event occurred."""
-        self.record("event", name=path, arguments={name: plain(value) for name, value in arguments.items()})
+        if self._observers:
+            self.record("event", name=path, arguments={name: plain(value) for name, value in arguments.items()})
 
 
 def unwritten(error: Exception) -> str:

@@ -53,7 +53,7 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
         place.flow.open_ended = False
     if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
         if outcome.failed:
-            services.trace.record("log", level="warning", message=outcome.reason, source=str(plan.span))
+            services.trace.log(outcome.reason, "warning", plan.span)
         raise asyncio.CancelledError
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
@@ -82,7 +82,7 @@ async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, pla
             f"`{plan.action}` blocked everything else for {duration:.2f} s (in {where}); await what takes time, "
             "or make it a plain function with `@action(..., thread=True)`"
         )
-        services.trace.record("log", level="warning", message=message, source=str(plan.span))
+        services.trace.log(message, "warning", plan.span)
 
     def overrun() -> None:
         text = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"

@@ -35,6 +35,6 @@ async def run_duration(duration: Expression, place: Place, inner: Carry) -> Outc
     outcome, _ = await within_limit(place, bounds.high, partial(inner, place), judge, has_end=True)
     if not outcome.failed and agenda.now < start + bounds.low:
         waiter = Waiter(place.flow)
-        agenda.fire_at(start + bounds.low, waiter)
+        agenda.at(start + bounds.low, waiter)
         await agenda.wait(waiter)
     return outcome

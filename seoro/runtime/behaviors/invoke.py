@@ -80,6 +80,8 @@ def begin_composition(plan: Serial | Parallel | OneOf, place: Place) -> Begun:
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
+    if not plan.modifications:
+        return Begun(place, (), ())
     environment = place.environment()
     modifying = apply(plan.modifications, place.services.plan, environment, None)
     applied = tuple(with_nested(modifying))
@@ -95,12 +97,10 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
-    services, outside = place.services, replace(place, invoked=None)
+    outside = place if place.invoked is None else place.invoking(None)
     first = _empty(plan, outside)
-    modifying = apply(plan.modifications, services.plan, outside.environment({"it": first}), first)
-    around = services.environment_of(first, outside.environment())
-    own = apply(first.declaration.modifiers, services.plan, around, first)
-    applied = tuple(with_nested((*modifying, *own)))
+    modifying, own = _modifiers(plan, first, outside)
+    applied = tuple(with_nested((*modifying, *own))) if modifying or own else ()
     _fill(first, plan, outside, applied)
 
     def make(path: str) -> Instance:
@@ -111,7 +111,22 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun
         _fill(instance, plan, again, applied)
         return instance
 
-    return Begun(replace(place, invoked=Invoked(first, make)), modifying, own)
+    return Begun(place.invoking(Invoked(first, make)), modifying, own)
+
+
+def _modifiers(
+    plan: InvokeScenario | InvokeAction, first: Instance, outside: Place
+) -> tuple[tuple[Modifying, ...], tuple[Modifying, ...]]:
+    """What modifies an invocation where it stands, and what modifies each invocation of what is invoked."""
+    services = outside.services
+    modifying: tuple[Modifying, ...] = ()
+    own: tuple[Modifying, ...] = ()
+    if plan.modifications:
+        modifying = apply(plan.modifications, services.plan, outside.environment({"it": first}), first)
+    if first.declaration.modifiers:
+        around = services.environment_of(first, outside.environment())
+        own = apply(first.declaration.modifiers, services.plan, around, first)
+    return modifying, own
 
 
 def _empty(plan: InvokeScenario | InvokeAction, place: Place) -> Instance:

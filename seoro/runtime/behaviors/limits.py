@@ -41,7 +41,7 @@ async def within_limit(
     with agenda.scope(flow) as scope:
         scope.has_end = has_end
         reached = Limit(scope, lambda: agenda.end(scope, _explained(judge(scope), place, scope)))
-        agenda.limit_at(agenda.now + limit, reached)
+        agenda.at(agenda.now + limit, reached)
         try:
             return await behave(), False
         except asyncio.CancelledError:
@@ -70,7 +70,7 @@ def is_all_open_ended(agenda: Agenda, scope: Scope) -> bool:
 
 def _running(agenda: Agenda, scope: Scope) -> Iterator[Flow]:
     """The flows in a scope that do not wait for flows that they forked."""
-    flows = [scope.flow, *agenda.flows_in(scope)]
+    flows = [scope.flow, *scope.flows]
     forked_from = {flow.parent.flow for flow in flows[1:] if flow.parent is not None}
     return (flow for flow in flows if flow not in forked_from)
 

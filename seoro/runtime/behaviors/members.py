@@ -1,39 +1,20 @@
-"""Members of `parallel` and `one_of`: a flow and a task for each, and the wait for their ends."""
+"""Members of `parallel` and `one_of`: a flow for each, and the wait for their ends."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
-from contextlib import asynccontextmanager
-from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any, TypeAlias
-
-import anyio
-from anyio.abc import TaskGroup
+from collections.abc import Awaitable, Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from seoro.lang.plan import Behavior
-from seoro.runtime.agenda import Agenda, Flow, Waiter
+from seoro.runtime.agenda import Flow, Waiter
 from seoro.runtime.invocation import Place
-from seoro.runtime.verdict import Outcome, Status
+from seoro.runtime.verdict import Outcome
 
-Perform: TypeAlias = Callable[[Behavior, Place], Coroutine[Any, Any, Outcome]]
+Perform: TypeAlias = Callable[[Behavior, Place], Awaitable[Outcome]]
 Carry: TypeAlias = Callable[[Place], Awaitable[Outcome]]  # a behavior that is known, at a place
-
-_CANCELLED = Outcome(Status.CANCELLED)
-
-
-async def carry_flow(agenda: Agenda, flow: Flow, behave: Callable[[], Awaitable[Outcome]]) -> None:
-    """The whole life of a flow: what its task runs."""
-    outcome = _CANCELLED
-    try:
-        await agenda.first_step(flow)
-        outcome = await behave()
-    except asyncio.CancelledError:
-        if not agenda.left(flow.scopes[0]):
-            raise
-    finally:
-        agenda.flow_ended(flow, outcome)
 
 
 @dataclass(eq=False)
@@ -42,22 +23,28 @@ class Members:
 
     Args:
         place: Of the composition.
-        group: In which the members' tasks are.
         perform: Carries out a behavior.
         member_ended: Called between rounds when a member has ended.
     """
 
     place: Place
-    group: TaskGroup
     perform: Perform
     member_ended: Callable[[Flow], None]
     flows: list[Flow] = field(default_factory=list)
     _waiter: Waiter | None = None
+    _oldest: int = 0  # of those that may be alive
 
     @property
     def alive(self) -> list[Flow]:
         """The members that have not ended."""
         return [flow for flow in self.flows if flow.alive]
+
+    @property
+    def have_ended(self) -> bool:
+        """Whether all of them have ended."""
+        while self._oldest < len(self.flows) and not self.flows[self._oldest].alive:
+            self._oldest += 1
+        return self._oldest == len(self.flows)
 
     def start(self, index: int, member: Behavior, guard: Callable[[Flow], None] | None = None) -> Flow:
         """Start a member; it takes its first step in the next round.
@@ -68,17 +55,19 @@ class Members:
             guard: Called between rounds when its first wait is over.
         """
         inside = self.place.member(index, member)
-        flow = self.place.agenda.fork(inside.position, self.place.flow.scopes[-1])
+
+        async def behave(flow: Flow) -> Outcome:
+            return await self.perform(member, inside.within(flow))
+
+        flow = self.place.agenda.fork(inside.position, self.place.flow.scopes[-1], behave)
         flow.on_end = self._ended
         flow.guard = guard
         self.flows.append(flow)
-        behave = partial(self.perform, member, replace(inside, flow=flow))
-        self.group.start_soon(carry_flow, self.place.agenda, flow, behave)
         return flow
 
     def _ended(self, flow: Flow) -> None:
         self.member_ended(flow)
-        if not self.alive:
+        if self.have_ended:
             self.wake()
 
     def end(self, flow: Flow, outcome: Outcome) -> None:
@@ -99,7 +88,7 @@ class Members:
         """
         self._waiter = Waiter(self.place.flow)
         if until is not None:
-            self.place.agenda.fire_at(until, self._waiter)
+            self.place.agenda.at(until, self._waiter)
         await self.place.agenda.wait(self._waiter)
 
     async def gather(self) -> None:
@@ -109,7 +98,7 @@ class Members:
             asyncio.CancelledError: It was cancelled; all members have ended.
         """
         cancelled: asyncio.CancelledError | None = None
-        while self.alive:
+        while not self.have_ended:
             try:
                 await self.wait()
             except asyncio.CancelledError as error:
@@ -123,24 +112,17 @@ class Members:
             self.place.flow.past.join(member.past, self.place.agenda.instant)
 
 
-@asynccontextmanager
-async def member_group(
-    place: Place, perform: Perform, member_ended: Callable[[Flow], None]
-) -> AsyncGenerator[Members]:
-    """The members of a composition, in a task group; at its end, their past is the composition's.
+@contextmanager
+def members_of(place: Place, perform: Perform, member_ended: Callable[[Flow], None]) -> Generator[Members]:
+    """The members of a composition, all of which have ended when the block does; their past is the composition's.
 
     Args:
         place: Of the composition.
         perform: Carries out a behavior.
         member_ended: Called between rounds when a member has ended.
     """
-    cancelled: asyncio.CancelledError | None = None
-    async with anyio.create_task_group() as group:
-        members = Members(place, group, perform, member_ended)
-        try:
-            yield members
-        except asyncio.CancelledError as error:
-            cancelled = error  # passed on outside of the task group, which would take it for its own
-    members.inherit_pasts()
-    if cancelled is not None:
-        raise cancelled
+    members = Members(place, perform, member_ended)
+    try:
+        yield members
+    finally:
+        members.inherit_pasts()

@@ -126,11 +126,11 @@ class _Context:
         return self._place.agenda.now
 
     def log(self, message: str, level: str = "info") -> None:
-        self._place.services.trace.record("log", level=level, message=message, source=str(self._span))
+        self._place.services.trace.log(message, level, self._span)
 
     async def sleep(self, duration: float) -> None:
         waiter = Waiter(self._place.flow)
-        self._place.agenda.fire_at(self.now + duration, waiter)
+        self._place.agenda.at(self.now + duration, waiter)
         await self._wait(waiter)
 
     async def hold(self) -> NoReturn:

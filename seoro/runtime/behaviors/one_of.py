@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.runtime.agenda import Flow
-from seoro.runtime.behaviors.members import Members, Perform, member_group
+from seoro.runtime.behaviors.members import Members, Perform, members_of
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
@@ -19,7 +19,7 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 async def run_one_of(plan: OneOf, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
     choice = _Choice(plan, place)
-    async with member_group(place, perform, choice.member_ended) as members:
+    with members_of(place, perform, choice.member_ended) as members:
         choice.members = members
         for index, member in enumerate(plan.members):
             if _is_guarded(member):
@@ -45,7 +45,7 @@ class _Choice:
 
     async def run(self) -> None:
         """Start members as they are drawn, and wait for the ends of all that run."""
-        while self._untried and self._decided is None and not self.members.alive:
+        while self._untried and self._decided is None and self.members.have_ended:
             self._start_next()
             await self.members.gather()
         if self._untried and self._decided is None:

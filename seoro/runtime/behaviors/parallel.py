@@ -19,7 +19,7 @@ from math import inf
 from seoro.lang.plan import Parallel
 from seoro.runtime.agenda import TIME_DIGITS, Flow, Limit, Scope
 from seoro.runtime.behaviors.limits import is_open_ended
-from seoro.runtime.behaviors.members import Members, Perform, member_group
+from seoro.runtime.behaviors.members import Members, Perform, members_of
 from seoro.runtime.behaviors.overlap import Timing, timing_of
 from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place, name_of
@@ -29,7 +29,7 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 async def run_parallel(plan: Parallel, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
     course = _Course(plan, place, timing_of(plan, place))
-    async with member_group(place, perform, course.member_ended) as members:
+    with members_of(place, perform, course.member_ended) as members:
         course.members = members
         try:
             await course.run()
@@ -170,7 +170,7 @@ class _Course:
 
         limit = Limit(self._scope, act)
         self._limits.append(limit)
-        self._agenda.limit_at(self._agenda.now + delay, limit)
+        self._agenda.at(self._agenda.now + delay, limit)
 
     def _name(self, index: int) -> str:
         return name_of(self._plan.members[index])

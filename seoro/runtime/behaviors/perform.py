@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Generator, Iterable
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Awaitable, Generator, Iterable
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from itertools import groupby
 from typing import assert_never
@@ -43,16 +42,21 @@ from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.invocation import Place
+from seoro.runtime.stack import descend
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
+LEVELS = 8  # of behaviors that await each other directly
+_UNLABELLED = nullcontext()
 
-async def perform(behavior: Behavior, place: Place) -> Outcome:
+
+def perform(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
     """Carry out a behavior, from its start, which is a step, to its end.
 
     Raises:
         asyncio.CancelledError: Something around it was ended.
     """
-    return await recorded(behavior, place, partial(_carry_modified, behavior))
+    carrying = recorded(behavior, place, partial(_carry_modified, behavior))
+    return carrying if len(place.position) % LEVELS else descend(carrying)
 
 
 async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
@@ -61,14 +65,14 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     await services.agenda.step(place.flow)
     if behavior.label is not None and (overridden := is_overridden(behavior.label, place)) is not None:
         message = f"`{behavior.label}` does not start: {overridden.reason}"
-        services.trace.record("log", level="debug", message=message, source=str(behavior.span))
+        services.trace.log(message, "debug", behavior.span)
         return overridden
     number = record_start(behavior, place)
     if behavior.label is not None:
         services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
-    with _scope_of(behavior, place) as scope:
+    with place.agenda.scope(place.flow) as scope, _labelled(behavior, place, scope):
         try:
-            outcome = await _evaluating(behavior, replace(place, parent=number), carry)
+            outcome = await _evaluating(behavior, place.inside(number), carry)
         except asyncio.CancelledError:
             if not services.agenda.left(scope):
                 record_end(number, Outcome(Status.CANCELLED), place)
@@ -83,18 +87,18 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     return outcome
 
 
+def _labelled(behavior: Behavior, place: Place, scope: Scope) -> AbstractContextManager[None]:
+    """While a behavior runs, others find it under its label."""
+    return _UNLABELLED if behavior.label is None else _found(behavior.label, place, scope)
+
+
 @contextmanager
-def _scope_of(behavior: Behavior, place: Place) -> Generator[Scope]:
-    """The scope of a behavior, by which it is ended; under its label, others find it."""
-    with place.agenda.scope(place.flow) as scope:
-        if behavior.label is None:
-            yield scope
-            return
-        start_labelled(behavior.label, place, scope)
-        try:
-            yield scope
-        finally:
-            end_labelled(behavior.label, place, scope)
+def _found(label: str, place: Place, scope: Scope) -> Generator[None]:
+    start_labelled(label, place, scope)
+    try:
+        yield
+    finally:
+        end_labelled(label, place, scope)
 
 
 async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
@@ -110,17 +114,20 @@ async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome
 
 async def _carry_modified(behavior: Behavior, place: Place) -> Outcome:
     """Carry out a behavior within what modifies it."""
-    carry: Carry = partial(_carry_out, behavior)
     match behavior:
-        case Wait() | Emit() | CallMethod():
-            return await carry(place)
+        case Wait():
+            return await run_wait(behavior, place)
+        case Emit():
+            return run_emit(behavior, place, place.environment(), place.flow.past)
+        case CallMethod():
+            return run_call(behavior, place.environment())
         case InvokeAction() | InvokeScenario():
             begun = begin_invocation(behavior, place)
         case Serial() | Parallel() | OneOf():
             begun = begin_composition(behavior, place)
         case _:
             assert_never(behavior)
-    carry = within(begun.own, carry)
+    carry = within(begun.own, partial(_carry_out, behavior))
     if behavior.duration is not None:
         carry = partial(run_duration, behavior.duration, inner=carry)
     return await within(begun.modifying, carry)(begun.place)
@@ -128,7 +135,10 @@ async def _carry_modified(behavior: Behavior, place: Place) -> Outcome:
 
 def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
     """How something is carried out within what modifies it: what is written last is closest to it."""
-    for is_until, group in groupby(reversed(tuple(modifying)), lambda each: isinstance(each, Until)):
+    modifying = tuple(modifying)
+    if not modifying:
+        return carry
+    for is_until, group in groupby(reversed(modifying), lambda each: isinstance(each, Until)):
         if is_until:  # those that stand in a row are one
             directives = [each for each in group if isinstance(each, Until)]
             carry = partial(run_until, directives[::-1], inner=carry)
@@ -138,8 +148,12 @@ def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
     return carry
 
 
-async def _modify(modifying: Modifying, place: Place, inner: Carry) -> Outcome:
-    """Carry out what is modified, by what modifies it."""
+def _modify(modifying: Modifying, place: Place, inner: Carry) -> Awaitable[Outcome]:
+    """Carry out what is modified, by what modifies it; of that, there may be any number."""
+    return descend(_carry_within(modifying, place, inner))
+
+
+async def _carry_within(modifying: Modifying, place: Place, inner: Carry) -> Outcome:
     match modifying:
         case Applied():
             return await run_modifier(modifying, place, inner, within)
@@ -151,7 +165,7 @@ async def _modify(modifying: Modifying, place: Place, inner: Carry) -> Outcome:
             assert_never(modifying)
 
 
-async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
+async def _carry_out(behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, place: Place) -> Outcome:
     match behavior:
         case Serial():
             return await run_serial(behavior, place, perform)
@@ -159,12 +173,6 @@ async def _carry_out(behavior: Behavior, place: Place) -> Outcome:
             return await run_parallel(behavior, place, perform)
         case OneOf():
             return await run_one_of(behavior, place, perform)
-        case Wait():
-            return await run_wait(behavior, place)
-        case Emit():
-            return run_emit(behavior, place, place.environment(), place.flow.past)
-        case CallMethod():
-            return run_call(behavior, place.environment())
         case InvokeAction():
             return await run_action(behavior, place)
         case InvokeScenario():

@@ -12,6 +12,8 @@ def record_start(behavior: Behavior, place: Place) -> int:
     services = place.services
     number = services.new_id()
     services.running.setdefault(place.flow, []).append(Running(behavior, place, services.agenda.now))
+    if not services.trace.is_observed:
+        return number
     services.trace.record(
         "behavior.start",
         id=number,

@@ -125,7 +125,7 @@ class _Choice:
         self._gathering = gathering
         self._slots = gathering.slots
         self._evaluate = request.evaluate
-        self._seed = request.environment.seed
+        self._seed = request.environment.seed.value
         self._translation = Translation(self._slots, request.evaluate, self._put)
         self._pins: list[solve.Constraint] = []
         self._is_final = False
