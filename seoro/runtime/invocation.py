@@ -203,13 +203,14 @@ class Services:
     def decide(self, status: RunStatus, reason: str, span: Span | None) -> None:
         """End the run, between this round and the next; the first to say so decides."""
         if self.decision is None:
-            explanation = explain(self, self.root.scopes[0], "", span) if self.root is not None else None
-            self.decision = Decision(status, reason, span, explanation)
+            self.decision = Decision(status, reason, span)
             outcome = Outcome(Status.FAILED if status is RunStatus.FAILED else Status.CANCELLED, reason, span)
             self.agenda.after_round((), partial(self._end_run, outcome))
 
     def _end_run(self, outcome: Outcome) -> None:
-        if self.root is not None:
+        if self.root is not None and self.decision is not None:
+            explanation = explain(self, self.root.scopes[0], "", self.decision.span)
+            self.decision = replace(self.decision, explanation=explanation)
             self.agenda.end_flow(self.root, outcome)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import partial
 
 from seoro.lang.plan import Emit, Phase, PhaseEvent
+from seoro.runtime.agenda import Scope
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.explain import explained
@@ -30,11 +31,15 @@ def run_emit(plan: Emit, place: Place, environment: Environment, past: Past) -> 
     if isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START:
         scope = place.instance.scope
         assert scope is not None, "its scenario is running"
-        outcome = SUCCEEDED
-        if event.phase is Phase.FAIL:
-            outcome = explained(failure("`emit fail`", plan.span), place, scope)
-        place.agenda.after_round(place.position, partial(place.agenda.end, scope, outcome))
+        place.agenda.after_round(place.position, partial(_end, scope, plan, place))
         return SUCCEEDED
     arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
     place.services.events.emit(place.instance.event(event), arguments, past)
     return SUCCEEDED
+
+
+def _end(scope: Scope, plan: Emit, place: Place) -> None:
+    """End the enclosing scenario; what explains a failure is what goes on after this round."""
+    is_failed = isinstance(plan.event, PhaseEvent) and plan.event.phase is Phase.FAIL
+    outcome = explained(failure("`emit fail`", plan.span), place, scope) if is_failed else SUCCEEDED
+    place.agenda.end(scope, outcome)
