@@ -142,6 +142,11 @@ class Run:
         return self._execution.parameters
 
     @property
+    def verdict(self) -> Verdict | None:
+        """The verdict; None while the run goes on."""
+        return self._execution.verdict if self._done.is_set() else None
+
+    @property
     def fault(self) -> Exception | None:
         """The exception of an action's own code that ended the run, if one did."""
         return self._execution.fault

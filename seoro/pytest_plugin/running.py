@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import shlex
 import traceback
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, star
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.pytest_plugin.directives import INVALID, Directives
 from seoro.reasons import reason_text
+from seoro.runtime.jsonl import to_line
 from seoro.runtime.verdict import Verdict
 
 MAX_LOGS = 200  # of a failed scenario in the report
@@ -192,6 +192,6 @@ def _report(item: pytest.Item, result: Result, folder: Path) -> None:
     if lines:
         item.add_report_section("call", "scenario log", "\n".join(lines))
     trace = folder / "trace.jsonl"
-    with trace.open("w", encoding="utf-8", errors="backslashreplace") as file:
-        file.writelines(json.dumps(record, ensure_ascii=False) + "\n" for record in result.records)
+    with trace.open("wb") as file:
+        file.writelines(map(to_line, result.records))
     item.add_report_section("call", "scenario trace", str(trace))

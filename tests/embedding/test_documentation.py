@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "embedding.md"
+ROOT = Path(__file__).parents[2]
+DOCUMENT = ROOT / "docs" / "embedding.md"
+SERVICE = ROOT / "examples" / "service" / "service.py"
 EXAMPLE = re.compile(r"`([\w.]+\.\w+)`:\n\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 # What the kernel of a notebook does with a cell: in the loop that is running, as ipykernel does it.
@@ -77,7 +79,7 @@ def test_a_scenario_with_errors_ends_a_script_with_all_of_them(folder: Path) -> 
 
 
 def test_the_examples_have_types(folder: Path) -> None:
-    files = ["script.py", "program.py", "many.py"]
+    files = ["script.py", "program.py", "many.py", str(SERVICE)]
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--no-incremental", *files],
         cwd=folder,
