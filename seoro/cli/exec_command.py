@@ -5,20 +5,24 @@ from __future__ import annotations
 import argparse
 import asyncio
 import math
+import os
 import signal
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import anyio
 
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
+from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.output import Progress, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, untraced
-from seoro.embed import Options, Run, Scenario, Simulator, load, prepare
+from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
 from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang.loader import read_file
 from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
@@ -35,14 +39,12 @@ exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 
 reached, 4 cancelled (130 by Ctrl-C)"""
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
-
-
 DEFAULT_RATE = 1.0  # simulated seconds per second
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("file", metavar="FILE", help="the scenario file (.osc)")
+    parser.add_argument("file", metavar="FILE", help="the scenario file (.osc); - for stdin")
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, if the file has several")
     parser.add_argument(
         "--set",
@@ -70,10 +72,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
     parser.add_argument(
-        "-n", "--dry-run", action="store_true", help="check and print the chosen values, do not run"
+        "-n",
+        "--dry-run",
+        action="store_true",
+        help="check and print the chosen values; do not run, and write no files",
     )
-    parser.add_argument("--timeout", type=_positive, metavar="SECONDS", help="give up after this wall time")
-    parser.add_argument("--json", action="store_true", help="print the result as one JSON object on stdout")
+    parser.add_argument(
+        "--timeout", type=_positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print the result, or the chosen values, as one JSON object on stdout"
+    )
 
 
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,10 +109,42 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     files = ResultFiles(options)
     try:
-        return anyio.run(_Exec(options, load(options.file), files).main)
+        with _terminable():
+            scenario = _load(options.file)
+        return anyio.run(_Exec(options, scenario, files).main)
     except (InvalidScenario, InvalidUse) as error:
         files.write_invalid(options.file, error)
         raise
+    except _Terminated:
+        return Exit.CANCELLED
+
+
+class _Terminated(BaseException):
+    """SIGTERM came before there was anything to clean up."""
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """In the block, SIGTERM is an exception, as Ctrl-C is."""
+
+    def terminate(number: int, frame: object) -> None:
+        raise _Terminated
+
+    before = signal.signal(signal.SIGTERM, terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _load(file: str) -> Scenario:
+    if file != STDIN:
+        return load(file)
+    path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
+    scenario = check_file(path, read=lambda other: text if other == path else read_file(other))
+    if scenario.checked.errors:
+        raise InvalidScenario(scenario.checked.errors)
+    return scenario
 
 
 class _Exec:
@@ -140,6 +181,8 @@ class _Exec:
                 self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
                 if self._run is None or second:
                     scope.cancel()
+                    if second:  # a clean-up is not cancelled with its task, and may hang
+                        asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)
                     return
                 self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
                 self._run.stop(f"interrupted by {name}")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from seoro.errors import InvalidUse
+from seoro.lang.loader import MAX_FILE_SIZE
 
 STDIN = "-"
+STDIN_NAME = "<stdin>"  # in messages
 SUFFIX = ".osc"
 
 
@@ -45,6 +48,21 @@ def _files_in(folder: str) -> Iterator[str]:
         for file in sorted(files):
             if file.endswith(SUFFIX):
                 yield str(Path(place, file))
+
+
+def read_stdin() -> str:
+    """The text of a scenario file that comes from stdin.
+
+    Raises:
+        InvalidUse: It is too large, or no text.
+    """
+    data = sys.stdin.buffer.read(MAX_FILE_SIZE + 1)
+    if len(data) > MAX_FILE_SIZE:
+        raise InvalidUse(f"what comes from stdin is larger than {MAX_FILE_SIZE // 2**20} MiB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise InvalidUse(f"what comes from stdin is not UTF-8 (byte {fault.start})") from None
 
 
 def count(number: int, what: str = "file") -> str:

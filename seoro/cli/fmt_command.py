@@ -10,11 +10,11 @@ from enum import Enum, auto
 from pathlib import Path
 
 from seoro.cli.exits import Exit
-from seoro.cli.files import STDIN, count, find_files
+from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
 from seoro.cli.output import print_error, use_colour
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.format.fault import LayoutFault
-from seoro.lang.loader import MAX_FILE_SIZE, read_source
+from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
 
 NAME = "fmt"
@@ -69,13 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _format_stdin(options: argparse.Namespace) -> _Outcome:
-    data = sys.stdin.buffer.read(MAX_FILE_SIZE + 1)
-    if len(data) > MAX_FILE_SIZE:
-        raise InvalidUse(f"what comes from stdin is larger than {MAX_FILE_SIZE // 2**20} MiB")
-    try:
-        file = SourceFile("<stdin>", data.decode("utf-8-sig"))
-    except UnicodeDecodeError as fault:
-        raise InvalidUse(f"what comes from stdin is not UTF-8 (byte {fault.start})") from None
+    file = SourceFile(STDIN_NAME, read_stdin())
     text = _format(file)
     if text is None:
         return _Outcome.REFUSED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -37,12 +38,15 @@ class ResultFiles:
         self.traces: list[JsonLines] = []  # observers
 
     def __enter__(self) -> Self:
-        """Open the traces.
+        """Open the traces; a dry run writes nothing.
 
         Raises:
-            InvalidUse: One cannot be written.
+            InvalidUse: One cannot be written, or there will be no place for the result.
         """
         options = self._options
+        if options.dry_run:
+            return self
+        self._check()
         with ExitStack() as opened:
             if options.trace == STDOUT:
                 self.traces.append(JsonLines(sys.stdout.buffer, "stdout"))
@@ -58,6 +62,20 @@ class ResultFiles:
     ) -> None:
         with suppress(OSError):  # said by `finish`
             self._open.close()
+
+    def _check(self) -> None:
+        """Refuse before the run what would be wrong after it."""
+        options, folder = self._options, self._options.output_dir
+        if options.trace == STDOUT and options.json:
+            raise InvalidUse("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
+        trace = [Path(options.trace)] if options.trace not in (None, STDOUT) else []
+        named = [*trace, *self._junit_paths(), *([folder / "trace.jsonl"] if folder else [])]
+        places = [path.resolve() for path in named]
+        for path, place in zip(named, places, strict=True):
+            if places.count(place) > 1 and place.parent != Path("/dev"):
+                raise InvalidUse(f"{path} would be written twice", help="name another file")
+        for path in self._junit_paths():
+            _check_place(path)
 
     @staticmethod
     def _trace(path: Path, opened: ExitStack) -> JsonLines:
@@ -106,18 +124,20 @@ class ResultFiles:
         if isinstance(error, InvalidScenario):
             more = len(error.diagnostics) - 1
             message = error.diagnostics[0].message + (f", and {more} more" if more else "")
+        if self._options.dry_run:
+            return
         with suppress(InvalidUse):
             self._write_junit(invalid_case(file, message, str(error)))
 
     def _write_junit(self, case: Case) -> list[tuple[Path, str]]:
-        folder = self._options.output_dir
-        paths = [
-            *([self._options.junit] if self._options.junit else []),
-            *([folder / "test.xml"] if folder else []),
-        ]
-        for path in paths:
+        for path in self._junit_paths():
             _write(path, junit([case]).encode())
-        return [(path, "result as JUnit XML") for path in paths]
+        return [(path, "result as JUnit XML") for path in self._junit_paths()]
+
+    def _junit_paths(self) -> list[Path]:
+        options = self._options
+        folder = [options.output_dir / "test.xml"] if options.output_dir else []
+        return [*([options.junit] if options.junit else []), *folder]
 
 
 def untraced(verdict: Verdict, error: Exception) -> Verdict:
@@ -172,3 +192,15 @@ def _write(path: Path, data: bytes) -> None:
         path.write_bytes(data)
     except OSError as error:
         raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+
+
+def _check_place(path: Path) -> None:
+    """Check that a file can be written, without writing it: an empty one would be taken for a result."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+    if path.is_dir():
+        raise InvalidUse(f"cannot write {path}: it is a folder")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InvalidUse(f"cannot write {path}: {os.strerror(errno.EACCES)}")

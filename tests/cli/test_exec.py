@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -153,6 +154,32 @@ def test_a_dry_run_runs_nothing(write: Write, capsys: pytest.CaptureFixture[str]
     assert json.loads(capsys.readouterr().out)["parameters"] == {"name": "world", "pause": 0.0}
 
 
+def test_a_dry_run_writes_no_files(write: Write) -> None:
+    file = write(GREETING)
+    assert main(["exec", file, "-n", "--trace", "trace.jsonl", "--junit", "test.xml", "-o", "out"]) == 0
+    assert main(["exec", file, "-n", "--trace", "trace.jsonl", "--junit", "test.xml", "--set", "x=3"]) == 2
+    assert [path.name for path in Path().iterdir()] == [file]
+
+
+def test_a_scenario_can_come_from_stdin(
+    write: Write, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(GREETING)
+
+    def run(text: bytes) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(text)))
+        status = main(["exec", "-", "--json", "--clock", "virtual"])
+        return (status, *capsys.readouterr())
+
+    status, out, _ = run(b'import "test.osc"\nscenario main:\n    do greet()\n')  # from the working directory
+    assert (status, json.loads(out)["file"]) == (0, "<stdin>")
+    status, out, err = run(b"scenario main:\n    do nothing()\n")
+    assert (status, out) == (2, "")
+    assert " --> <stdin>:2:8" in err
+    assert run(b"\xff")[2] == "error: what comes from stdin is not UTF-8 (byte 0)\n"
+    assert "larger than 4 MiB" in run(b"#" * 5_000_000)[2]
+
+
 def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     text = "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"
     assert main(["exec", write(text), "--timeout", "0.05"]) == 3
@@ -173,6 +200,11 @@ def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.C
         (["--clock", "virtual", "--connect", "tcp/127.0.0.1:1"], "the clock 'virtual' does not go with"),
         (["--seed", str(2**63)], "a seed is a whole number from 0 to 9223372036854775807"),
         (["-o", "/proc/nowhere"], "cannot write /proc/nowhere"),
+        (["--junit", "."], "cannot write .: it is a folder"),
+        (["--junit", "/proc/nowhere/test.xml"], "cannot write /proc/nowhere/test.xml"),
+        (["--json", "--trace", "-"], "both write to stdout"),
+        (["--trace", "a", "--junit", "./a"], "a would be written twice"),
+        (["-o", ".", "--trace", "trace.jsonl"], "trace.jsonl would be written twice"),
         (["--connect", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
     ],
 )
