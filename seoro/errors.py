@@ -57,6 +57,10 @@ class InvalidUse(SeoroError):
         code: str = "E0500",
     ) -> None:
         super().__init__(message)
+        if span is not None:
+            self.add_note(f"--> {span}")
+        if help:
+            self.add_note(f"help: {help}")
         self.span = span
         self.help = help
         self.places = places

@@ -1,8 +1,6 @@
 """Running scenarios from Python, as the documentation shows it."""
 
-import asyncio
-import signal
-import threading
+import traceback
 from pathlib import Path
 from typing import get_type_hints
 
@@ -43,32 +41,6 @@ async def test_a_run_in_the_callers_loop(scenario: seoro.Scenario) -> None:
     assert run.parameters == {"name": "Ada"}
 
 
-async def test_many_runs_at_once(scenario: seoro.Scenario) -> None:
-    async def one(seed: int) -> seoro.Verdict:
-        async with seoro.start(scenario, seed=seed, clock="virtual") as run:
-            return await run.result()
-
-    verdicts = await asyncio.gather(*(one(seed) for seed in range(20)))
-    assert [verdict.seed for verdict in verdicts] == list(range(20))
-    assert all(verdict.passed for verdict in verdicts)
-
-
-async def test_nothing_of_the_program_is_touched(scenario: seoro.Scenario) -> None:
-    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    before, threads = asyncio.all_tasks(), threading.active_count()
-    async with seoro.start(scenario, clock="virtual") as run:
-        await run.result()
-        assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
-    assert asyncio.all_tasks() == before
-    assert threading.active_count() == threads
-
-
-async def test_an_exception_of_the_block_comes_out_as_it_is(scenario: seoro.Scenario) -> None:
-    with pytest.raises(KeyError):
-        async with seoro.start(scenario, clock="real"):
-            raise KeyError("mine")
-
-
 async def test_a_simulator_that_is_not_there_is_told_plainly(scenario: seoro.Scenario) -> None:
     with pytest.raises(seoro.InvalidUse, match="there is no simulator 'gazebo'"):
         async with seoro.start(scenario, simulator=seoro.Simulator(name="gazebo")):
@@ -82,3 +54,15 @@ def test_errors_of_the_text_come_all_at_once(tmp_path: Path) -> None:
     assert len(caught.value.diagnostics) == 2
     assert "bad.osc:3:9" in str(caught.value)
     assert "bad.osc:4:9" in str(caught.value)
+
+
+async def test_a_traceback_tells_the_place_and_what_would_work(tmp_path: Path) -> None:
+    (tmp_path / "robot.osc").write_text(
+        "import osc.ros\nscenario main:\n    robot: differential_drive_robot\n"
+        "    do robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n"
+    )
+    with pytest.raises(seoro.InvalidUse) as caught:
+        async with seoro.start(seoro.load(tmp_path / "robot.osc")):
+            pass
+    shown = "".join(traceback.format_exception(caught.value))
+    assert f"--> {tmp_path}/robot.osc:4:8\nhelp: start a simulator" in shown

@@ -16,7 +16,7 @@ import json
 import queue
 import threading
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -252,7 +252,14 @@ class AsyncSession:
 @asynccontextmanager
 async def open_session(*, listen: str | None = None, connect: str | None = None) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path."""
-    opened = await anyio.to_thread.run_sync(partial(Session, listen=listen, connect=connect))
+    opening = asyncio.ensure_future(anyio.to_thread.run_sync(partial(Session, listen=listen, connect=connect)))
+    try:
+        opened = await asyncio.shield(opening)
+    except asyncio.CancelledError:
+        # The thread opens it all the same, and nobody would close it.
+        with anyio.CancelScope(shield=True), suppress(SessionError):
+            await anyio.to_thread.run_sync((await opening).close)
+        raise
     try:
         yield AsyncSession(opened)
     finally:

@@ -1,9 +1,10 @@
 """Zenoh sessions: real ones, between processes, over socket files."""
 
+import asyncio
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import anyio
@@ -98,3 +99,26 @@ async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> 
 def test_a_session_either_listens_or_connects() -> None:
     with pytest.raises(SessionError, match="either listens or connects"):
         Session()
+
+
+async def test_a_session_whose_opening_is_cancelled_is_closed(tmp_path: Path) -> None:
+    async def open_and_wait(endpoint: str) -> None:
+        async with open_session(listen=endpoint):
+            await asyncio.sleep(3600)
+
+    for number, delay in enumerate((0.0, 0.002, 0.005, 0.01, 0.02)):
+        task = asyncio.create_task(open_and_wait(f"unixsock-stream/{tmp_path}/{number}.sock"))
+        await asyncio.sleep(delay)
+        task.cancel()
+        await asyncio.wait([task])
+        assert task.cancelled()
+        assert [file for file in open_files() if str(tmp_path) in file] == [], f"after {delay} s"
+
+
+def open_files() -> list[str]:
+    """The files that this process has open."""
+    found = []
+    for entry in Path("/proc/self/fd").iterdir():
+        with suppress(FileNotFoundError):  # that of the listing itself
+            found.append(str(entry.readlink()))
+    return found

@@ -108,7 +108,10 @@ def load(tmp_path: Path) -> Callable[[str], seoro.Scenario]:
     return lambda text: load_text(tmp_path, text)
 
 
-def without_stamps(records: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+Records = list[dict[str, Any]]
+
+
+def without_stamps(records: Sequence[dict[str, Any]]) -> Records:
     """A trace without the stamps of the machine's clock."""
     return [{name: value for name, value in record.items() if name != "wall"} for record in records]
 

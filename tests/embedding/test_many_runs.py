@@ -5,16 +5,15 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import pytest
 import uvloop
 
 import seoro
-from tests.embedding.conftest import without_stamps
+from tests.embedding.conftest import Records, without_stamps
 
-Records = list[dict[str, Any]]
 SEEDS = range(50)
 
 
@@ -70,6 +69,21 @@ async def test_a_loop_that_starts_tasks_eagerly_loses_no_record(scenario: seoro.
     expected = await trace_of(scenario, 1)
     asyncio.get_running_loop().set_task_factory(getattr(asyncio, "eager_task_factory"))  # noqa: B009
     assert await trace_of(scenario, 1) == expected
+
+
+def test_threads_may_load_one_scenario_at_once(tmp_path: Path) -> None:
+    """The Python of its library is imported once, by whoever comes first."""
+    folder = tmp_path / "seoro.libraries"
+    folder.mkdir()
+    (folder / "garden.osc").write_text("action water\n")
+    (folder / "garden.py").write_text(
+        "import time\ntime.sleep(0.05)\nfrom seoro import ActionContext, action\n"
+        '@action("water")\nasync def water(ctx: ActionContext) -> None:\n    ctx.log("wet")\n'
+    )
+    (tmp_path / "main.osc").write_text("import osc.ros\nimport osc.garden\nscenario main:\n    do water()\n")
+    with ThreadPoolExecutor(8) as pool:
+        loaded = list(pool.map(seoro.load, [tmp_path / "main.osc"] * 16))
+        assert all(pool.map(lambda scenario: seoro.run(scenario, clock="virtual").passed, loaded))
 
 
 async def test_runs_of_one_scenario_share_no_state(load: Callable[[str], seoro.Scenario]) -> None:
