@@ -50,10 +50,7 @@ class ResultFiles:
         with ExitStack() as opened:
             if options.trace == STDOUT:
                 self.traces.append(JsonLines(sys.stdout.buffer, "stdout"))
-            elif options.trace:
-                self.traces.append(self._trace(Path(options.trace), opened))
-            if options.output_dir:
-                self.traces.append(self._trace(options.output_dir / "trace.jsonl", opened))
+            self.traces += [self._trace(path, opened) for path in self._trace_paths()]
             self._open = opened.pop_all()
         return self
 
@@ -65,15 +62,13 @@ class ResultFiles:
 
     def _check(self) -> None:
         """Refuse before the run what would be wrong after it."""
-        options, folder = self._options, self._options.output_dir
+        options = self._options
         if options.trace == STDOUT and options.json:
             raise InvalidUse("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
-        trace = [Path(options.trace)] if options.trace not in (None, STDOUT) else []
-        named = [*trace, *self._junit_paths(), *([folder / "trace.jsonl"] if folder else [])]
-        places = [path.resolve() for path in named]
-        for path, place in zip(named, places, strict=True):
-            if places.count(place) > 1 and place.parent != Path("/dev"):
-                raise InvalidUse(f"{path} would be written twice", help="name another file")
+        traces = {path.resolve() for path in self._trace_paths()}
+        for path in self._junit_paths():
+            if path.resolve() in traces and path.resolve().parent != Path("/dev"):
+                raise InvalidUse(f"both the trace and the result would be written to {path}")
         for path in self._junit_paths():
             _check_place(path)
 
@@ -106,12 +101,9 @@ class ResultFiles:
         Raises:
             InvalidUse: One cannot be written.
         """
-        written: list[tuple[Path, str]] = []
         folder: Path | None = self._options.output_dir
-        if self._options.trace not in (None, STDOUT):
-            written.append((Path(self._options.trace), "every step of the run"))
+        written = [(path, "every step of the run") for path in self._trace_paths()]
         if folder:
-            written.append((folder / "trace.jsonl", "every step of the run"))
             for artifact in artifacts:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
@@ -134,10 +126,18 @@ class ResultFiles:
             _write(path, junit([case]).encode())
         return [(path, "result as JUnit XML") for path in self._junit_paths()]
 
+    def _trace_paths(self) -> list[Path]:
+        trace = [Path(self._options.trace)] if self._options.trace not in (None, STDOUT) else []
+        return self._with_folder(trace, "trace.jsonl")
+
     def _junit_paths(self) -> list[Path]:
-        options = self._options
-        folder = [options.output_dir / "test.xml"] if options.output_dir else []
-        return [*([options.junit] if options.junit else []), *folder]
+        return self._with_folder([self._options.junit] if self._options.junit else [], "test.xml")
+
+    def _with_folder(self, named: list[Path], name: str) -> list[Path]:
+        """The files that are named, and that of the output folder if it is another."""
+        folder = self._options.output_dir
+        inside = [folder / name] if folder else []
+        return [*named, *(path for path in inside if path.resolve() not in {other.resolve() for other in named})]
 
 
 def untraced(verdict: Verdict, error: Exception) -> Verdict:

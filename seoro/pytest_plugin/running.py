@@ -13,6 +13,7 @@ from typing import Any, Unpack
 
 import pytest
 
+import seoro
 from seoro.cli.output import error_text
 from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
@@ -122,14 +123,23 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
         merged["parameters"] = options["parameters"]
+    outcome: Result | InvalidScenario | InvalidUse | BackendError
     try:
-        result = _run(case.scenario, merged, limit)
-    except (InvalidScenario, InvalidUse) as error:
-        if wanted != INVALID or reason not in str(error):
-            pytest.fail(error_text(error), pytrace=False)
-        return
-    except BackendError as error:
-        pytest.fail(error_text(error), pytrace=False)
+        outcome = _run(case.scenario, merged, limit)
+    except (InvalidScenario, InvalidUse, BackendError) as error:
+        outcome = error
+    match outcome:
+        case Result():
+            _judge(case, outcome, item, results)
+        case InvalidScenario() | InvalidUse() if wanted == INVALID and reason in str(outcome):
+            pass
+        case _:
+            pytest.fail(error_text(outcome), pytrace=False)
+
+
+def _judge(case: Case, result: Result, item: pytest.Item, results: Path) -> None:
+    """Fail the test if the run did not end as expected."""
+    wanted, reason = case.directives.expect, case.directives.reason
     verdict = result.verdict
     item.user_properties.append(("seed", verdict.seed))
     if verdict.status.value == wanted and reason in verdict.reason:
@@ -172,7 +182,7 @@ def _failure(case: Case, result: Result) -> str:
     if expect != "passed":
         parts.append(f"expected: {expected}\nended: {verdict.status.value}")
     if result.fault is not None:
-        parts.append("".join(traceback.format_exception(result.fault)).rstrip())
+        parts.append(_traceback(result.fault))
     command = ["seoro", "exec", verdict.file, "--scenario", verdict.scenario, "--seed", str(verdict.seed)]
     command += ["--clock", str(result.records[0]["clock"])] if result.records[0]["clock"] != "sim" else []
     for name, value in case.options.get("overrides", {}).items():
@@ -181,6 +191,15 @@ def _failure(case: Case, result: Result) -> str:
         command += ["--params", str(file)]
     parts.append(f"run it alone: {shlex.join(command)}")
     return "\n\n".join(parts)
+
+
+def _traceback(fault: Exception) -> str:
+    """The traceback of an action's fault, without what is seoro's own."""
+    found = traceback.TracebackException.from_exception(fault)
+    own = Path(seoro.__file__).parent
+    frames = [frame for frame in found.stack if not Path(frame.filename).is_relative_to(own)]
+    found.stack = traceback.StackSummary.from_list(frames)
+    return "".join(found.format()).rstrip()
 
 
 def _report(item: pytest.Item, result: Result, folder: Path) -> None:

@@ -115,6 +115,14 @@ def test_the_output_folder(write: Write, capsys: pytest.CaptureFixture[str]) -> 
     assert "out/deep/trace.jsonl" in capsys.readouterr().out
 
 
+def test_a_file_of_the_output_folder_may_be_named_too(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(GREETING)
+    arguments = ["-o", "out", "--trace", "./out/trace.jsonl", "--junit", "out/test.xml"]
+    assert main(["exec", file, *arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"] == ["out/trace.jsonl", "out/test.xml"]
+    assert [record["seq"] for record in records("out/trace.jsonl")] == list(range(13))
+
+
 def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write(GREETING)
     assert main(["exec", file, "--set", 'name="robot"', "--set", "pause=1500ms", "--clock", "virtual", "-n"]) == 0
@@ -203,8 +211,8 @@ def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.C
         (["--junit", "."], "cannot write .: it is a folder"),
         (["--junit", "/proc/nowhere/test.xml"], "cannot write /proc/nowhere/test.xml"),
         (["--json", "--trace", "-"], "both write to stdout"),
-        (["--trace", "a", "--junit", "./a"], "a would be written twice"),
-        (["-o", ".", "--trace", "trace.jsonl"], "trace.jsonl would be written twice"),
+        (["--trace", "a", "--junit", "./a"], "both the trace and the result would be written to a"),
+        (["-o", ".", "--trace", "test.xml"], "both the trace and the result would be written to test.xml"),
         (["--connect", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
     ],
 )

@@ -147,6 +147,14 @@ def test_a_fault_of_an_action_shows_the_line_of_its_python(project: Project) -> 
     result = pytester.runpytest_inprocess(".")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*`water` raised KeyError*", "*garden.py*line 4*", "KeyError: 'can'"])
+    result.stdout.no_fnmatch_line("*drive.py*")
+
+
+def test_a_simulator_that_is_none_fails_in_words(project: Project) -> None:
+    result = project(a=PASSING).runpytest_inprocess(".", "--osc-sim=gazebo")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["error: there is no simulator 'gazebo'", "  = help: simulators: *"])
+    result.stdout.no_fnmatch_line("*another exception*")
 
 
 def test_a_test_in_python_runs_scenarios(project: Project) -> None:
