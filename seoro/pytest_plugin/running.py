@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import shlex
 import traceback
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
@@ -130,35 +130,43 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
         outcome = error
     match outcome:
         case Result():
-            _judge(case, outcome, item, results)
+            _judge(case.directives, outcome, merged, item, results)
         case InvalidScenario() | InvalidUse() if wanted == INVALID and reason in str(outcome):
             pass
         case _:
             pytest.fail(error_text(outcome), pytrace=False)
 
 
-def _judge(case: Case, result: Result, item: pytest.Item, results: Path) -> None:
+def _judge(
+    directives: Directives, result: Result, options: OptionFields, item: pytest.Item, results: Path
+) -> None:
     """Fail the test if the run did not end as expected."""
-    wanted, reason = case.directives.expect, case.directives.reason
     verdict = result.verdict
     item.user_properties.append(("seed", verdict.seed))
-    if verdict.status.value == wanted and reason in verdict.reason:
+    if verdict.status.value == directives.expect and directives.reason in verdict.reason:
         return
     _report(item, result, results)
-    pytest.fail(_failure(case, result), pytrace=False)
+    pytest.fail(_failure(directives, result, options), pytrace=False)
 
 
 def _run(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
-    if options.get("clock") is None and options.get("simulator") is None:
-        options["clock"] = "virtual"
-    options["keep_trace"] = True
-    with suppress(RuntimeError):
-        asyncio.get_running_loop()
+    if _has_event_loop():
         raise InvalidUse(
             "a test with an event loop of its own runs scenarios there",
             help="`async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
         )
-    return asyncio.run(_run_to_end(scenario, options, limit))
+    chosen: OptionFields = {**options, "keep_trace": True}
+    if options.get("clock") is None and options.get("simulator") is None:
+        chosen["clock"] = "virtual"
+    return asyncio.run(_run_to_end(scenario, chosen, limit))
+
+
+def _has_event_loop() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
 
 
 async def _run_to_end(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
@@ -175,22 +183,33 @@ async def _run_to_end(scenario: Scenario, options: OptionFields, limit: float | 
 # ---------------------------------------------------------------- what a failure says
 
 
-def _failure(case: Case, result: Result) -> str:
-    verdict, expect = result.verdict, case.directives.expect
-    expected = expect + (f" for a reason with {case.directives.reason!r}" if case.directives.reason else "")
+def _failure(directives: Directives, result: Result, options: OptionFields) -> str:
+    verdict = result.verdict
     parts = [reason_text(verdict) or f"the scenario {verdict.status.value}"]
-    if expect != "passed":
+    if directives.expect != "passed":
+        expected = directives.expect + (f", with {directives.reason!r} in the reason" if directives.reason else "")
         parts.append(f"expected: {expected}\nended: {verdict.status.value}")
     if result.fault is not None:
         parts.append(_traceback(result.fault))
-    command = ["seoro", "exec", verdict.file, "--scenario", verdict.scenario, "--seed", str(verdict.seed)]
-    command += ["--clock", str(result.records[0]["clock"])] if result.records[0]["clock"] != "sim" else []
-    for name, value in case.options.get("overrides", {}).items():
-        command += ["--set", f"{name}={value}"]
-    if file := case.options.get("parameters"):
-        command += ["--params", str(file)]
-    parts.append(f"run it alone: {shlex.join(command)}")
+    parts.append(f"run it alone: {shlex.join(_command(result, options))}")
     return "\n\n".join(parts)
+
+
+def _command(result: Result, options: OptionFields) -> list[str]:
+    """The command line that does the same."""
+    verdict, simulator = result.verdict, options.get("simulator")
+    command = ["seoro", "exec", verdict.file, "--scenario", verdict.scenario, "--seed", str(verdict.seed)]
+    if simulator is None:
+        command += ["--clock", str(result.records[0]["clock"])]
+    else:
+        command += ["--sim", simulator.name] if simulator.name else ["--connect", str(simulator.endpoint)]
+        command += ["--world", simulator.world] if simulator.world else []
+        command += ["--rate", f"{simulator.rate:g}" if math.isfinite(simulator.rate) else "max"]
+    for name, value in options.get("overrides", {}).items():
+        command += ["--set", f"{name}={value}"]
+    if file := options.get("parameters"):
+        command += ["--params", str(file)]
+    return command
 
 
 def _traceback(fault: Exception) -> str:

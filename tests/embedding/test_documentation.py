@@ -4,9 +4,12 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
+
+from seoro.embed import Options
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = ROOT / "docs" / "embedding.md"
@@ -90,3 +93,8 @@ def test_the_examples_have_types(folder: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout
+
+
+def test_every_option_is_documented() -> None:
+    text = DOCUMENT.read_text()
+    assert [option.name for option in fields(Options) if f"| `{option.name}` |" not in text] == []

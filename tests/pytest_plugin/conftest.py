@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-# A run within this process forgets what it imported; modules of seoro that others hold on to must not be among it.
+# A run within this process forgets what it imported; modules of seoro that others hold on to must not be among it,
+# nor Zenoh, which cannot be imported twice.
+import seoro.bridges.launch
 import seoro.pytest_plugin.collecting
 import seoro.runtime.choose.choose  # noqa: F401
 

@@ -99,6 +99,16 @@ def test_a_parameter_that_is_none_fails_in_words(project: Project) -> None:
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
+@pytest.mark.slow
+def test_a_simulator_is_in_the_command_that_does_the_same(project: Project) -> None:
+    robot = "scenario main:\n    robot: differential_drive_robot\n    do serial:\n"
+    robot += "        robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n        emit fail\n"
+    pytester = project(header="import osc.ros\n", a=robot)
+    result = pytester.runpytest_inprocess(".", "--osc-sim=mujoco", "--osc-world=maze")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["run it alone: * --seed 0 --sim mujoco --world maze --rate max"])
+
+
 def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     pytester = project(a="scenario main:\n    far: length\n    do wait far > 2m\n")
     pytester.makeconftest(
@@ -113,7 +123,7 @@ def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     result = pytester.runpytest_inprocess(".", "--osc-timeout=0.05")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["error: no verdict within 0.05 s of wall time", "*--seed 5 --clock real", "around main"]
+        ["error: no verdict within 0.05 s of wall time", "*--seed 5 --clock real --set far=1m", "around main"]
     )
 
 
