@@ -147,6 +147,11 @@ class Run:
         return self._execution.verdict if self._done.is_set() else None
 
     @property
+    def now(self) -> float:
+        """The time since the start of the run, on its clock [s]."""
+        return self._execution.now
+
+    @property
     def fault(self) -> Exception | None:
         """The exception of an action's own code that ended the run, if one did."""
         return self._execution.fault

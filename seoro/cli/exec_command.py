@@ -12,13 +12,14 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 import anyio
 
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
-from seoro.cli.output import Progress, print_reason
+from seoro.cli.output import Progress, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, untraced
 from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
 from seoro.errors import InvalidScenario, InvalidUse
@@ -37,6 +38,8 @@ EXAMPLES = """examples:
 
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
+if TYPE_CHECKING:
+    from seoro.cli.live_tree import LiveTree
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -70,6 +73,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output-dir", type=Path, metavar="DIR", help="write trace, test.xml and pictures there"
     )
     parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
+    parser.add_argument(
+        "-t", "--live-tree", action="store_true", help="show the tree of what runs, drawn again as it changes"
+    )
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
     parser.add_argument(
         "-n",
@@ -157,7 +163,7 @@ class _Exec:
         self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         # Where stdout is for a program, people are told on stderr.
-        self._progress = Progress(sys.stderr if options.json or options.trace == STDOUT else sys.stdout)
+        self._progress = _progress(options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout)
 
     async def main(self) -> int:
         """Run, and see to Ctrl-C from the first moment to the last."""
@@ -207,6 +213,7 @@ class _Exec:
                 return Exit.PASSED
             self._announce(run)
             self._run = run
+            self._progress.follow(lambda: run.now)
             self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
             async with run.running():
                 verdict = await self._await_verdict(run)
@@ -240,6 +247,7 @@ class _Exec:
             self._progress.say(f"  {name} = {to_json(value)}")
 
     async def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
+        await self._progress.end_of_run()
         self._progress.verdict(verdict)
         width = max((len(str(path)) for path, _ in files), default=0)
         for path, what in files:
@@ -250,6 +258,18 @@ class _Exec:
             traceback.print_exception(run.fault)
         if self._options.json:
             print(to_json(result(verdict, run.parameters, files)))
+
+
+def _progress(options: argparse.Namespace, file: TextIO) -> Progress | LiveTree:
+    """What shows the run to people."""
+    if not options.live_tree:
+        return Progress(file)
+    if not is_terminal(file):
+        print("note: `--live-tree` needs a terminal; what happens is printed line by line", file=sys.stderr)
+        return Progress(file)
+    from seoro.cli.live_tree import LiveTree  # noqa: PLC0415 - drawing takes long to load
+
+    return LiveTree(file)
 
 
 # ---------------------------------------------------------------- option values

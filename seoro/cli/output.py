@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import IO, Any, TextIO
 
@@ -37,7 +37,12 @@ _STATUS_STYLES = {
 
 def use_colour(file: IO[str]) -> bool:
     """Whether a file is a terminal of someone who has not refused colours."""
-    return file.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    return is_terminal(file) and not os.environ.get("NO_COLOR")
+
+
+def is_terminal(file: IO[str]) -> bool:
+    """Whether a file is a terminal that can do more than print."""
+    return file.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def paint(style: str, text: str, *, on: bool) -> str:
@@ -117,7 +122,7 @@ class Progress:
 
     def _line(self, time: float, style: str, mark: str, text: str) -> None:
         stamp = self._paint(_DIM, f"{time:9.3f} s")
-        for part in _printable(text).split("\n"):
+        for part in printable(text).split("\n"):
             self.say(f"{stamp}  " + self._paint(style, f"{mark} {part}"))
 
     def _paint(self, style: str, text: str) -> str:
@@ -127,6 +132,12 @@ class Progress:
         """Print a line."""
         with suppress(OSError):
             self._writer.put(text + "\n")
+
+    def follow(self, clock: Callable[[], float]) -> None:
+        """What shows time as it goes on follows a clock; lines have the times of their records."""
+
+    async def end_of_run(self) -> None:
+        """Nothing more comes of the run: what is said from now on is about it."""
 
     async def finish(self) -> None:
         """Wait until everything is printed."""
@@ -151,6 +162,6 @@ class Progress:
             self.say(f"  and {len(items) - _MAX_ITEMS} more items: `--json` has all of them")
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """A text of a scenario or an action without what would control the terminal."""
     return text if text.isprintable() else "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)

@@ -129,7 +129,7 @@ class _Trace:
 
     def _print(self) -> None:
         on = use_colour(sys.stdout)
-        for line in timeline(self._chosen()):
+        for line in timeline(self._chosen(), is_whole=bool(self._options.kind)):
             print(paint(_TONES.get(line.tone, ""), str(line), on=on))
 
     def _summarise(self) -> None:

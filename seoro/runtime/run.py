@@ -92,6 +92,7 @@ class Execution:
         self._coverage = Coverage(plan.coverage, self._trace, run_of_coverage)
         self._entry = self._instantiate()
         self.verdict: Verdict | None = None  # once the run is over
+        self._has_started = False
         self._services = Services(
             plan=plan,
             seed=settings.seed,
@@ -112,6 +113,11 @@ class Execution:
         fields = self._entry.fields
         names = (*self._plan.globals.fields, *self._entry.declaration.structure.fields)
         return {name: plain(fields[name]) for name in names}
+
+    @property
+    def now(self) -> float:
+        """The time on the run's clock [s], for any thread."""
+        return self._settings.clock.now() if self._has_started else 0.0
 
     @property
     def fault(self) -> Exception | None:
@@ -194,6 +200,7 @@ class Execution:
                 for backend in self._settings.backends:
                     await backend.start_run(self._trace.event, self.fail_backend)
                 self._settings.clock.start()
+                self._has_started = True
                 async with anyio.create_task_group() as group:
                     group.start_soon(agenda.drive)
                     while not self._done.is_set() and not group.cancel_scope.cancel_called:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from seoro.traces.read import Record, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
+_TOLD = {"run.start", "run.end", "log", "event", "variable", "cover", "record"}
 _MAX_DEPTH = 30  # of indentation
 
 
@@ -51,8 +52,13 @@ class Line:
         return f"{self.time:10.3f}  {'  ' * self.depth}{self.mark} {text}{note}"
 
 
-def timeline(records: Iterable[Record]) -> Iterator[Line]:
-    """The lines of a timeline."""
+def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[Line]:
+    """The lines of a timeline.
+
+    Args:
+        records: In their order.
+        is_whole: Whether to show records of kinds that tell people little, too.
+    """
     running: dict[int, _Open] = {}
     held: Record | None = None  # a start whose end may follow at once
     depth = 0  # of what happens next
@@ -70,7 +76,7 @@ def timeline(records: Iterable[Record]) -> Iterator[Line]:
             ended = running.pop(record["id"], unknown)
             yield _ended(record, ended, is_short)
             depth = ended.depth
-        else:
+        elif is_whole or record["kind"] in _TOLD:
             yield _line(record, depth, running)
     if held is not None:
         yield _started(held, running[held["id"]])

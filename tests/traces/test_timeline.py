@@ -44,6 +44,12 @@ def test_an_end_without_its_start_is_shown(trace: Trace) -> None:
     assert any("- behavior " in line for line in lines(later))
 
 
+def test_kinds_that_are_new_are_shown_when_asked_for() -> None:
+    records: Trace = [{"t": 1.0, "kind": "weather", "sun": True}]
+    assert lines(records) == []
+    assert [str(line) for line in timeline(records, is_whole=True)] == ['     1.000  ? weather  {"sun": true}']
+
+
 def test_records_are_chosen_by_kind_time_path_and_text(trace: Trace) -> None:
     def kinds(choice: Choice) -> list[str]:
         return [record["kind"] for record in choose(trace, choice)]
