@@ -19,7 +19,7 @@ import anyio
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
-from seoro.cli.output import Progress, is_terminal, print_reason
+from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, untraced
 from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
 from seoro.errors import InvalidScenario, InvalidUse
@@ -119,7 +119,7 @@ def run(options: argparse.Namespace) -> int:
             scenario = _load(options.file)
         return anyio.run(_Exec(options, scenario, files).main)
     except (InvalidScenario, InvalidUse) as error:
-        files.write_invalid(options.file, error)
+        files.write_invalid(options.file, error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED

@@ -22,6 +22,7 @@ from seoro.runtime.writer import Writer
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
 _MAX_ITEMS = 20  # of coverage, on the terminal
+_MAX_LINES = 100_000  # that wait for a terminal that was stopped, or a pipe that nobody reads
 
 # Select Graphic Rendition (ECMA-48).
 _RED, _GREEN, _YELLOW, _DIM = "31", "32", "33", "2"
@@ -85,7 +86,8 @@ def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
 class Progress:
     """Prints what happens in a run, as it happens, without holding up the run.
 
-    When nobody reads it any more, as after `| head`, it falls silent, and the run goes on.
+    When nobody reads it any more, as after `| head`, it falls silent, and the run goes on. Lines that a terminal
+    does not take in time are left out, and it says so.
 
     Args:
         file: Where to.
@@ -96,6 +98,7 @@ class Progress:
         self._colour = use_colour(file)
         self._writer = Writer[str](file.buffer, "terminal", lambda line: line.encode(file.encoding, "replace"))
         self._running: dict[int, tuple[str, float]] = {}
+        self._left_out = 0
 
     def record(self, record: dict[str, Any]) -> None:
         """An observer of the trace."""
@@ -117,8 +120,8 @@ class Progress:
         if name == "log":
             return
         mark, style = _MARKS[record["status"]]
-        took = record["t"] - started
-        self._line(record["t"], style, mark, f"{name}  {record['status']} after {took:.2f} s")
+        took = f" after {record['t'] - started:.2f} s" if record["t"] > started else ""
+        self._line(record["t"], style, mark, f"{name}  {record['status']}{took}")
 
     def _line(self, time: float, style: str, mark: str, text: str) -> None:
         stamp = self._paint(_DIM, f"{time:9.3f} s")
@@ -130,6 +133,12 @@ class Progress:
 
     def say(self, text: str) -> None:
         """Print a line."""
+        if self._writer.waiting >= _MAX_LINES:
+            self._left_out += 1
+            return
+        if self._left_out:
+            text = f"... {self._left_out} lines are left out: they were not taken in time\n{text}"
+            self._left_out = 0
         with suppress(OSError):
             self._writer.put(text + "\n")
 

@@ -15,7 +15,6 @@ from typing import IO, TYPE_CHECKING, Any, Self
 
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.runtime.jsonl import JsonLines
-from seoro.runtime.junit import Case, case_of, invalid_case, junit
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import RunStatus, Verdict
 
@@ -108,10 +107,18 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
-        return written + self._write_junit(case_of(verdict, parameters, why))
+        if self._junit_paths:
+            from seoro.runtime.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
 
-    def write_invalid(self, file: str, error: InvalidScenario | InvalidUse) -> None:
+            written += self._write_junit(junit([case_of(verdict, parameters, why)]))
+        return written
+
+    def write_invalid(self, file: str, error: InvalidScenario | InvalidUse, text: str) -> None:
         """Write the result of a file that cannot be run; what cannot be written is not said besides."""
+        if not self._junit_paths:
+            return
+        from seoro.runtime.junit import invalid_case, junit  # noqa: PLC0415 - as above
+
         message = str(error)
         if isinstance(error, InvalidScenario):
             more = len(error.diagnostics) - 1
@@ -119,11 +126,11 @@ class ResultFiles:
         if self._options.dry_run:
             return
         with suppress(InvalidUse):
-            self._write_junit(invalid_case(file, message, str(error)))
+            self._write_junit(junit([invalid_case(file, message, text)]))
 
-    def _write_junit(self, case: Case) -> list[tuple[Path, str]]:
+    def _write_junit(self, document: str) -> list[tuple[Path, str]]:
         for path in self._junit_paths():
-            _write(path, junit([case]).encode())
+            _write(path, document.encode())
         return [(path, "result as JUnit XML") for path in self._junit_paths()]
 
     def _trace_paths(self) -> list[Path]:

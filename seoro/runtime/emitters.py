@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from seoro.lang.plan import (
     Action,
@@ -34,8 +33,7 @@ _MOST = 5  # of one event
 Declaration = Scenario | Action
 
 
-@dataclass(frozen=True)
-class _Found:
+class _Found(NamedTuple):
     """An `emit`, or a labelled member, with the behaviors around it, the outermost first."""
 
     behavior: Behavior

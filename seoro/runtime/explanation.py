@@ -6,15 +6,14 @@ the run's clock. `seoro.reasons` shows it to people.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(Value):
     """What stood in a condition or an argument, and its value.
 
     Args:
@@ -35,8 +34,7 @@ class Reading:
         return {"text": self.text, "error": self.error} if self.error else found
 
 
-@dataclass(frozen=True, slots=True)
-class Doing:
+class Doing(Value):
     """A behavior that was going on: what it is, where it stands, since when."""
 
     text: str
@@ -49,8 +47,7 @@ class Doing:
         return {"text": self.text, "source": str(self.span), "path": self.path, "since": self.since}
 
 
-@dataclass(frozen=True, slots=True)
-class Emitter:
+class Emitter(Value):
     """What in the plan would make an awaited event occur.
 
     Args:
@@ -79,8 +76,7 @@ class Kind(Enum):
     HOLDS = "holds"  # its work is done, and what ends it has not come
 
 
-@dataclass(frozen=True, slots=True)
-class Activity:
+class Activity(Value):
     """What one flow of control was doing.
 
     Args:
@@ -111,8 +107,7 @@ class Activity:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Explanation:
+class Explanation(Value):
     """The picture of an instant.
 
     Args:

@@ -91,6 +91,7 @@ class Execution:
         )
         self._coverage = Coverage(plan.coverage, self._trace, run_of_coverage)
         self._entry = self._instantiate()
+        self.parameters = self._parameters()
         self.verdict: Verdict | None = None  # once the run is over
         self._has_started = False
         self._services = Services(
@@ -107,9 +108,8 @@ class Execution:
             grace=settings.grace,
         )
 
-    @property
-    def parameters(self) -> dict[str, object]:
-        """The chosen value of every global parameter, and of every parameter of the entry scenario."""
+    def _parameters(self) -> dict[str, object]:
+        """The chosen value of every global parameter, and of every field of the entry scenario, before the run."""
         fields = self._entry.fields
         names = (*self._plan.globals.fields, *self._entry.declaration.structure.fields)
         return {name: plain(fields[name]) for name in names}

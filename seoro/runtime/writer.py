@@ -72,6 +72,11 @@ class Writer(Generic[Item]):
             self._error = OSError(errno.ENOBUFS, f"it is too slow: {self._most_waiting:,} lines wait", self._name)
             raise self._error
 
+    @property
+    def waiting(self) -> int:
+        """How many items wait."""
+        return len(self._waiting)
+
     async def finish(self) -> None:
         """Wait until everything is written; nothing more is to be given.
 

@@ -1,5 +1,6 @@
 """`seoro exec`: what it prints and writes, and its exit status."""
 
+import io
 import json
 import re
 import subprocess
@@ -13,6 +14,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 
 from seoro.cli.main import main
+from seoro.cli.output import Progress
 
 Write = Callable[[str], str]
 
@@ -320,3 +322,74 @@ def test_a_run_that_is_killed_leaves_what_had_happened(write: Write, tmp_path: P
             time.sleep(0.02)
         process.kill()
     assert records("trace.jsonl")[-1]["kind"] == "behavior.start"
+
+
+def test_whoever_stops_reading_does_not_hold_up_the_run(write: Write) -> None:
+    lines = (
+        'import osc.helpers\nscenario main:\n    do serial:\n        log("{}")\n    with:\n        repeat(300)\n'
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "seoro.cli.main",
+        "exec",
+        write(lines.format("x" * 1000)),
+        "--trace",
+        "trace.jsonl",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        end = time.monotonic() + 30
+        while '"run.end"' not in (Path("trace.jsonl").read_text() if Path("trace.jsonl").exists() else ""):
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        assert process.poll() is None  # it waits to tell the rest
+        out, _ = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert out.count(b"x" * 1000) == 300
+    assert b"passed  main" in out
+
+
+async def test_lines_that_are_not_taken_in_time_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.cli.output._MAX_LINES", 3)
+    monkeypatch.setattr("seoro.runtime.writer.PERIOD", 60.0)
+    file = io.TextIOWrapper(io.BytesIO())
+    progress = Progress(file)
+    for number in range(10):
+        progress.say(str(number))
+    monkeypatch.setattr("seoro.cli.output._MAX_LINES", 100)
+    progress.say("end")
+    await progress.finish()
+    lines = file.buffer.getvalue().decode().splitlines()
+    assert lines == ["0", "1", "2", "... 7 lines are left out: they were not taken in time", "end"]
+
+
+def test_what_only_some_runs_need_is_not_loaded(write: Write) -> None:
+    code = "import sys; from seoro.cli.main import main; main(sys.argv[1:]); print(sorted(sys.modules))"
+    command = [sys.executable, "-c", code, "exec", write(GREETING)]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "'seoro.cli.output'" in loaded
+    for module in ("rich", "xml.etree", "seoro.traces", "zenoh", "pydantic"):
+        assert f"'{module}'" not in loaded
+
+
+def test_parameters_of_the_result_are_those_of_the_start(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write("import osc.helpers\nscenario main:\n    var count: int = 0\n    do increment(count)\n")
+    assert main(["exec", file, "--json", "--trace", "trace.jsonl"]) == 0
+    assert (
+        json.loads(capsys.readouterr().out)["parameters"]
+        == records("trace.jsonl")[0]["parameters"]
+        == {"count": 0}
+    )
+
+
+def test_the_result_says_what_was_waited_for(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(
+        "import osc.types\nscenario main:\n    event go\n    do serial(duration: 1s):\n        wait @go\n"
+    )
+    assert main(["exec", file, "--json", "--clock", "virtual", "--junit", "test.xml"]) == 1
+    out, err = capsys.readouterr()
+    [activity] = json.loads(out)["explanation"]["activities"]
+    assert (activity["kind"], activity["event"], activity["source"]) == ("waits", "go", "test.osc:5:9")
+    said = "waits since 0.000 s: `wait @go` (test.osc:5:9)"
+    assert said in err
+    assert said in (Xml.parse("test.xml").findtext(".//failure") or "")

@@ -295,3 +295,14 @@ scenario main:
     assert all(len(line) <= 60 or " " not in line.strip() for line in notes if "/" not in line)
     assert len(notes) > len(text[text.index(" = at") :].splitlines())
     assert "\x1b[31;1mfailed\x1b[0m: timeout" in reason_text(ran.verdict, colour=True)
+
+
+async def test_when_all_members_of_one_of_have_failed_the_last_is_explained(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    var count: int = 0
+    do one_of:
+        compare(count, '==', 1)
+        compare(count, '==', 2)
+""")
+    assert [(r.text, r.value) for r in explanation(ran).readings] == [("left_value: count", 0)]

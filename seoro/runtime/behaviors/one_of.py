@@ -76,9 +76,9 @@ class _Choice:
             assert self._decided.outcome is not None
             return self._decided.outcome
         if self._failures:
-            return failure(
-                f"every member has failed, the last because: {self._failures[-1].reason}", self._plan.span
-            )
+            last = self._failures[-1]
+            reason = f"every member has failed, the last because: {last.reason}"
+            return failure(reason, self._plan.span, last.explanation)
         return SUCCEEDED
 
 
