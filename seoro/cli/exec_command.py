@@ -117,7 +117,8 @@ def run(options: argparse.Namespace) -> int:
     try:
         with _terminable():
             scenario = _load(options.file)
-        return anyio.run(_Exec(options, scenario, files).main)
+        with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
+            return anyio.run(_Exec(options, scenario, files).main)
     except (InvalidScenario, InvalidUse) as error:
         files.write_invalid(options.file, error, error_text(error))
         raise
@@ -169,13 +170,12 @@ class _Exec:
         """Run, and see to Ctrl-C from the first moment to the last."""
         async with background() as group:
             group.start_soon(self._watch_signals, group.cancel_scope)
-            with self._files:
-                try:
-                    return await self._prepare_and_run()
-                finally:
-                    with anyio.move_on_after(_LAST_WORDS, shield=True):
-                        await self._files.finish()
-                        await self._progress.finish()
+            try:
+                return await self._prepare_and_run()
+            finally:
+                with anyio.move_on_after(_LAST_WORDS, shield=True):
+                    await self._files.finish()
+                    await self._progress.finish()
         return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _watch_signals(self, scope: anyio.CancelScope) -> None:

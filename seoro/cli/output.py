@@ -17,7 +17,7 @@ from seoro.lang.source import Span
 from seoro.reasons import reason_text
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import RunStatus, Verdict
-from seoro.runtime.writer import Writer
+from seoro.runtime.writer import Writer, unbuffered
 
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
@@ -96,7 +96,9 @@ class Progress:
     def __init__(self, file: TextIO) -> None:
         self._file = file
         self._colour = use_colour(file)
-        self._writer = Writer[str](file.buffer, "terminal", lambda line: line.encode(file.encoding, "replace"))
+        self._writer = Writer[str](
+            unbuffered(file), "terminal", lambda line: line.encode(file.encoding, "replace")
+        )
         self._running: dict[int, tuple[str, float]] = {}
         self._left_out = 0
 

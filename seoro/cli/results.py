@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
@@ -17,6 +18,7 @@ from seoro.errors import InvalidScenario, InvalidUse
 from seoro.runtime.jsonl import JsonLines
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import RunStatus, Verdict
+from seoro.runtime.writer import unbuffered
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
@@ -48,7 +50,7 @@ class ResultFiles:
         self._check()
         with ExitStack() as opened:
             if options.trace == STDOUT:
-                self.traces.append(JsonLines(sys.stdout.buffer, "stdout"))
+                self.traces.append(JsonLines(unbuffered(sys.stdout), "stdout"))
             self.traces += [self._trace(path, opened) for path in self._trace_paths()]
             self._open = opened.pop_all()
         return self
@@ -107,7 +109,7 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
-        if self._junit_paths:
+        if self._junit_paths():
             from seoro.runtime.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
 
             written += self._write_junit(junit([case_of(verdict, parameters, why)]))
@@ -115,7 +117,7 @@ class ResultFiles:
 
     def write_invalid(self, file: str, error: InvalidScenario | InvalidUse, text: str) -> None:
         """Write the result of a file that cannot be run; what cannot be written is not said besides."""
-        if not self._junit_paths:
+        if not self._junit_paths():
             return
         from seoro.runtime.junit import invalid_case, junit  # noqa: PLC0415 - as above
 
@@ -184,11 +186,11 @@ def silence(file: IO[str]) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
-def _create(path: Path) -> IO[bytes]:
+def _create(path: Path) -> FileIO:
     """Open a file for writing, in a folder that is made for it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("wb")
+        return path.open("wb", buffering=0)
     except OSError as error:
         raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from typing import IO, Any
+from typing import Any
 
-from seoro.runtime.writer import MOST_WAITING, Writer
+from seoro.runtime.writer import MOST_WAITING, ByteSink, Writer
 
 
 def to_json(value: object) -> str:
@@ -56,7 +56,7 @@ class JsonLines:
         most_waiting: How many records may wait for a slow file.
     """
 
-    def __init__(self, file: IO[bytes], name: str, most_waiting: int = MOST_WAITING) -> None:
+    def __init__(self, file: ByteSink, name: str, most_waiting: int = MOST_WAITING) -> None:
         self._writer = Writer(file, name, to_line, most_waiting)
         self.record = self._writer.put  # an observer of the trace
 

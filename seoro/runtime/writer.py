@@ -11,24 +11,40 @@ from __future__ import annotations
 import asyncio
 import errno
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import IO, Final, Generic, TypeVar
+from typing import Final, Generic, Protocol, TextIO, TypeVar
 
 PERIOD: Final = 0.1  # [s] of the machine's clock, from an item to the write that contains it
 MOST_WAITING: Final = 200_000  # items; a record of a trace takes about 1 KB while it waits
+_RETRY: Final = 0.01  # [s]
 _AT_ONCE: Final = 1000  # items that are encoded for one write
 
 Item = TypeVar("Item")
+
+
+class ByteSink(Protocol):
+    """A file that takes bytes, perhaps not all at once."""
+
+    def write(self, data: memoryview, /) -> int | None:
+        """Returns how many it took; None or 0 if it can take none at present."""
+        ...
+
+
+def unbuffered(file: TextIO) -> ByteSink:
+    """What a text file writes to, without its buffers, which are to be empty; those of tests may have none."""
+    raw: ByteSink = getattr(file.buffer, "raw", file.buffer)
+    return raw
 
 
 class Writer(Generic[Item]):
     """Writes items to a file in a thread of its own, which ends with `finish`, or with the process.
 
     Args:
-        file: Takes the bytes; nobody else writes to it meanwhile.
+        file: Takes the bytes, without a buffer: one that waits with its lock held would keep the process alive.
         name: Of the file, for messages.
         encode: Turns an item into bytes, in the thread: items must not change once they were given.
         most_waiting: How many items may wait.
@@ -37,7 +53,7 @@ class Writer(Generic[Item]):
     """
 
     def __init__(
-        self, file: IO[bytes], name: str, encode: Callable[[Item], bytes], most_waiting: int = MOST_WAITING
+        self, file: ByteSink, name: str, encode: Callable[[Item], bytes], most_waiting: int = MOST_WAITING
     ) -> None:
         self._file = file
         self._name = name
@@ -116,8 +132,12 @@ class Writer(Generic[Item]):
         waiting = self._waiting
         while waiting and self._error is None:
             some = [self._encode(waiting.popleft()) for _ in range(min(len(waiting), _AT_ONCE))]
-            self._file.write(b"".join(some))
-            self._file.flush()
+            rest = memoryview(b"".join(some))
+            while rest:
+                taken = self._file.write(rest)
+                rest = rest[taken or 0 :]
+                if not taken:
+                    time.sleep(_RETRY)  # someone has made the terminal one that does not block
 
     def _explained(self, error: Exception) -> Exception:
         if not isinstance(error, OSError):

@@ -57,6 +57,10 @@ def trace_events(records: Iterable[Record]) -> Iterator[Event]:
             case "run.start":
                 yield _name("process_name", _HAPPENINGS, f"{record['scenario']} ({record['file']})")
             case "behavior.start":
+                if (
+                    again := running.pop(record["id"], None)
+                ) is not None:  # files of two runs, one after the other
+                    yield _event("E", time, again.track, args={"status": "not ended"})
                 yield from _start(record, time, running, tracks)
             case "behavior.end" if (ended := running.pop(record["id"], None)) is not None:
                 details = {"status": record["status"], "reason": record.get("reason", "")}
@@ -90,8 +94,8 @@ def _start(
 def _happening(record: Record, time: float) -> Iterator[Event]:
     match record["kind"]:
         case "event":
-            arguments = _plain(record.get("arguments") or {})
-            yield _event("i", time, _HAPPENINGS, name=f"@{record['name']}", cat="event", s="p", args=arguments)
+            details = {"arguments": _plain(record.get("arguments") or {})}
+            yield _event("i", time, _HAPPENINGS, name=f"@{record['name']}", cat="event", s="p", args=details)
         case "log":
             details = {"level": record["level"], "source": record.get("source", "")}
             yield _event("i", time, _HAPPENINGS, name=record["message"], cat="log", s="t", args=details)

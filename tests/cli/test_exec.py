@@ -3,6 +3,7 @@
 import io
 import json
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -393,3 +394,20 @@ def test_the_result_says_what_was_waited_for(write: Write, capsys: pytest.Captur
     said = "waits since 0.000 s: `wait @go` (test.osc:5:9)"
     assert said in err
     assert said in (Xml.parse("test.xml").findtext(".//failure") or "")
+
+
+def test_a_reader_that_has_stopped_cannot_keep_the_run_from_being_interrupted(write: Write) -> None:
+    text = (
+        'import osc.helpers\nscenario main:\n    do serial:\n        log("{}")\n    with:\n        repeat(300)\n'
+    )
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", write(text.format("x" * 1000)), "--trace", "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        process.stderr.readline()  # it runs
+        time.sleep(0.3)  # until it is over, and waits for the reader
+        process.send_signal(signal.SIGINT)
+        process.stderr.readline()
+        time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 130
+        assert b"Fatal" not in process.stderr.read()

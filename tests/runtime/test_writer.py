@@ -70,6 +70,26 @@ async def test_a_slow_file_does_not_hold_up_who_gives() -> None:
     assert len(file.getvalue().split()) == 1001
 
 
+async def test_a_file_may_take_a_part_or_nothing_at_first() -> None:
+    class Reluctant:
+        def __init__(self) -> None:
+            self.taken = b""
+            self.turns = 0
+
+        def write(self, data: memoryview, /) -> int | None:
+            self.turns += 1
+            if self.turns % 3 == 0:
+                return None
+            self.taken += bytes(data[:2])
+            return min(2, len(data))
+
+    file = Reluctant()
+    writer = Writer[bytes](file, "file", bytes)
+    writer.put(b"something long")
+    await writer.finish()
+    assert file.taken == b"something long"
+
+
 async def test_memory_is_bounded() -> None:
     file = Slow()
     writer = Writer[bytes](file, "slow.jsonl", bytes, most_waiting=100)
