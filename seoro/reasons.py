@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import textwrap
+import traceback
 from collections.abc import Iterator
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
@@ -48,6 +49,13 @@ def reason_text(verdict: Verdict, colour: bool = False, width: int | None = None
         for line in rest:
             lines += _wrap(f"{gutter}  {line}", gutter + "    ", width)
     return "\n".join(lines)
+
+
+def fault_text(fault: Exception) -> str:
+    """Where the code of an action has raised what ended a run."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    where = f"raised in {frames[-1].filename}:{frames[-1].lineno}, `{frames[-1].name}`; " if frames else ""
+    return f"  = {where}`--debug` shows the traceback"
 
 
 def _labels(verdict: Verdict) -> list[Label]:

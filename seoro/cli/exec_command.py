@@ -22,9 +22,9 @@ from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, untraced
 from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
-from seoro.reasons import reason_text
+from seoro.reasons import fault_text, reason_text
 from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict
@@ -119,8 +119,8 @@ def run(options: argparse.Namespace) -> int:
             scenario = _load(options.file)
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
             return anyio.run(_Exec(options, scenario, files).main)
-    except (InvalidScenario, InvalidUse) as error:
-        files.write_invalid(options.file, error, error_text(error))
+    except (InvalidScenario, InvalidUse, BackendError) as error:
+        files.write_unrun(options.file, error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED
@@ -220,7 +220,7 @@ class _Exec:
             artifacts = await run.artifacts() if options.output_dir else ()
         if (error := await self._files.finish()) is not None:
             verdict = untraced(verdict, error)
-        written = self._files.write(verdict, run.parameters, reason_text(verdict), artifacts)
+        written = self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
         await self._print_end(verdict, run, written)
         return self._interrupted or OF_STATUS[verdict.status]
 
@@ -246,6 +246,12 @@ class _Exec:
         for name, value in run.parameters.items():
             self._progress.say(f"  {name} = {to_json(value)}")
 
+    @staticmethod
+    def _why(verdict: Verdict, run: Run) -> str:
+        """Why a run did not pass, for those who read it later: with the traceback of a fault."""
+        fault = "".join(traceback.format_exception(run.fault)) if run.fault is not None else ""
+        return "\n\n".join(filter(None, (reason_text(verdict), fault)))
+
     async def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
         await self._progress.end_of_run()
         self._progress.verdict(verdict)
@@ -256,6 +262,8 @@ class _Exec:
         print_reason(verdict)
         if run.fault is not None and self._options.debug:
             traceback.print_exception(run.fault)
+        elif run.fault is not None:
+            print(fault_text(run.fault), file=sys.stderr)
         if self._options.json:
             print(to_json(result(verdict, run.parameters, files)))
 

@@ -14,8 +14,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
 
-from seoro.errors import InvalidScenario, InvalidUse
-from seoro.runtime.jsonl import JsonLines
+from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
+from seoro.lang.render import to_json as diagnostic_json
+from seoro.runtime.jsonl import JsonLines, to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import RunStatus, Verdict
 from seoro.runtime.writer import unbuffered
@@ -115,20 +116,24 @@ class ResultFiles:
             written += self._write_junit(junit([case_of(verdict, parameters, why)]))
         return written
 
-    def write_invalid(self, file: str, error: InvalidScenario | InvalidUse, text: str) -> None:
-        """Write the result of a file that cannot be run; what cannot be written is not said besides."""
-        if not self._junit_paths():
-            return
-        from seoro.runtime.junit import invalid_case, junit  # noqa: PLC0415 - as above
+    def write_unrun(self, file: str, error: SeoroError, text: str) -> None:
+        """Write, and print for `--json`, the result of a file that could not be run.
 
-        message = str(error)
-        if isinstance(error, InvalidScenario):
-            more = len(error.diagnostics) - 1
-            message = error.diagnostics[0].message + (f", and {more} more" if more else "")
-        if self._options.dry_run:
-            return
-        with suppress(InvalidUse):
-            self._write_junit(junit([invalid_case(file, message, text)]))
+        What cannot be written is not said besides.
+
+        Args:
+            file: The file.
+            error: What is wrong with it, with how it was to be run, or with the simulator.
+            text: The same in full, for people.
+        """
+        found = unrun(file, error)
+        if self._options.json:
+            print(to_json(found))
+        if self._junit_paths() and not self._options.dry_run:
+            from seoro.runtime.junit import junit, unrun_case  # noqa: PLC0415 - as above
+
+            with suppress(InvalidUse):
+                self._write_junit(junit([unrun_case(file, found["status"], found["reason"], text)]))
 
     def _write_junit(self, document: str) -> list[tuple[Path, str]]:
         for path in self._junit_paths():
@@ -174,6 +179,18 @@ def result(
         "parameters": parameters,
         "coverage": [item.plain() for item in verdict.coverage],
         "files": [str(path) for path, _ in files],
+    }
+
+
+def unrun(file: str, error: SeoroError) -> dict[str, Any]:
+    """The result of a file that could not be run, as plain data: `invalid`, or an error of the simulator."""
+    diagnostics = error.diagnostics if isinstance(error, InvalidScenario) else ()
+    more = f", and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
+    return {
+        "status": "error" if isinstance(error, BackendError) else "invalid",
+        "reason": diagnostics[0].message + more if diagnostics else str(error),
+        "file": file,
+        "diagnostics": [diagnostic_json(diagnostic) for diagnostic in diagnostics],
     }
 
 

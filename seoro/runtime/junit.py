@@ -76,9 +76,9 @@ def case_of(verdict: Verdict, parameters: Mapping[str, object], text: str = "") 
     )
 
 
-def invalid_case(file: str, message: str, text: str) -> Case:
-    """A file that could not be run: its text, or how it was asked for, is invalid."""
-    return Case(name=file, file=file, tag="error", kind="invalid", message=message, text=text)
+def unrun_case(file: str, kind: str, message: str, text: str) -> Case:
+    """A file that could not be run: its text is invalid, or how it was asked for, or there is no simulator."""
+    return Case(name=file, file=file, tag="error", kind=kind, message=message, text=text)
 
 
 def junit(cases: Sequence[Case]) -> str:

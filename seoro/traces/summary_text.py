@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from seoro.traces.explained import explanation_lines
 from seoro.traces.summary import Ended, Summary
 
 _MOST = 10  # lines of a section
@@ -34,6 +35,7 @@ def _verdict(summary: Summary) -> Iterator[str]:
     if end and end["reason"]:
         place = f"{end['source']}: " if end.get("source") else ""
         yield f"  {place}{end['reason']}"
+        yield from (f"    {line}" for line in explanation_lines(end.get("explanation")))
 
 
 def _ended(title: str, behaviors: Sequence[Ended]) -> Iterator[str]:

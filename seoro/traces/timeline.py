@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from seoro.traces.explained import explanation_lines
 from seoro.traces.read import Record, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
@@ -116,8 +117,9 @@ def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
             return Line(time, 0, "|", text, f"seed {record.get('seed')}, {record.get('clock')} clock")
         case "run.end":
             status = record["status"]
-            note = "\n" + record["reason"] if record["reason"] else ""
-            return Line(time, 0, "|", status + note, "", "succeeded" if status == "passed" else status)
+            said = [record["reason"]] if record["reason"] else []
+            text = "\n".join([status, *said, *explanation_lines(record.get("explanation"))])
+            return Line(time, 0, "|", text, "", "succeeded" if status == "passed" else status)
         case "log":
             level = record["level"]
             around = [opened.depth for opened in running.values() if opened.source == record.get("source")]

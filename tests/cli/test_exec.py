@@ -411,3 +411,28 @@ def test_a_reader_that_has_stopped_cannot_keep_the_run_from_being_interrupted(wr
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 130
         assert b"Fatal" not in process.stderr.read()
+
+
+def test_an_invalid_file_has_a_result_as_json(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(GREETING.replace("log(", "shout(")), "--json"]) == 2
+    out, err = capsys.readouterr()
+    result = json.loads(out)
+    assert (result["status"], result["reason"]) == ("invalid", "unknown scenario or action `shout`")
+    assert result["diagnostics"][0]["line"] == 9
+    assert "shout" in err
+
+
+def test_a_fault_is_told_with_its_place_in_python(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write("import osc.helpers\nimport osc.faulty\nscenario main:\n    do explode()\n")
+    Path("seoro.libraries").mkdir()
+    Path("seoro.libraries/faulty.osc").write_text("action explode\n")
+    Path("seoro.libraries/faulty.py").write_text(
+        "from seoro import ActionContext, action\n"
+        '@action("explode")\nasync def explode(ctx: ActionContext) -> None:\n    raise KeyError("bug")\n'
+    )
+    assert main(["exec", file, "--junit", "test.xml"]) == 3
+    err = capsys.readouterr().err
+    assert "error: `explode` raised KeyError: 'bug'\n --> test.osc:4:8" in err
+    assert "faulty.py:4, `explode`; `--debug` shows the traceback" in err
+    assert "Traceback" not in err
+    assert "Traceback" in (Xml.parse("test.xml").findtext(".//error") or "")

@@ -3,7 +3,7 @@
 import re
 from xml.etree import ElementTree as Xml
 
-from seoro.runtime.junit import Case, case_of, invalid_case, junit
+from seoro.runtime.junit import Case, case_of, junit, unrun_case
 from seoro.runtime.verdict import RunStatus, Verdict
 
 
@@ -46,7 +46,7 @@ def test_the_last_logs_are_its_output() -> None:
 
 
 def test_an_invalid_scenario_is_an_error() -> None:
-    suites = parse(invalid_case("maze.osc", "no `x`", "error: no `x`\n --> maze.osc:1:1"))
+    suites = parse(unrun_case("maze.osc", "invalid", "no `x`", "error: no `x`\n --> maze.osc:1:1"))
     error = suites.find(".//error")
     assert error is not None
     assert error.attrib == {"message": "no `x`", "type": "invalid"}
@@ -103,7 +103,7 @@ def check_schema(element: Xml.Element) -> None:
 
 def test_documents_follow_the_common_schema() -> None:
     cases = [case_of(verdict(status, "why", logs=("log",)), {"a": 1}) for status in RunStatus]
-    suites = parse(*cases, invalid_case("maze.osc", "message", "text"))
+    suites = parse(*cases, unrun_case("maze.osc", "invalid", "message", "text"))
     check_schema(suites)
     suite = suites[0]
     assert int(suite.attrib["tests"]) == len(suite.findall("testcase"))

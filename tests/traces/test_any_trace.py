@@ -26,6 +26,14 @@ NAMES = (
 KINDS = (
     "run.start", "behavior.start", "behavior.end", "event", "variable", "log", "cover", "record", "run.end", "new"
 )  # fmt: skip
+PARTS = ("t", "path", "kind", "since", "text", "source", "last", "unit", "error", "value")
+EXPLANATION = st.recursive(
+    st.dictionaries(st.sampled_from(PARTS), ANYTHING, max_size=4),
+    lambda inner: st.dictionaries(
+        st.sampled_from(["activities", "values", "emitters"]), st.lists(inner | ANYTHING, max_size=2), max_size=2
+    ),
+    max_leaves=4,
+)
 PLAUSIBLE = st.fixed_dictionaries(
     {
         "t": st.floats(0, 10),
@@ -38,7 +46,10 @@ PLAUSIBLE = st.fixed_dictionaries(
         ),
         **dict.fromkeys(("scenario", "file"), st.text(max_size=3)),
     },
-    optional=dict.fromkeys(("arguments", "value", "unit", "seed", "clock"), ANYTHING),
+    optional={
+        **dict.fromkeys(("arguments", "value", "unit", "seed", "clock"), ANYTHING),
+        "explanation": ANYTHING | EXPLANATION,
+    },
 )
 ANY_RECORD = st.dictionaries(st.sampled_from(NAMES), ANYTHING) | ANYTHING
 

@@ -39,6 +39,13 @@ def test_ends_say_how_long_and_why(trace: Trace) -> None:
     )
 
 
+def test_the_verdict_is_explained(trace: Trace) -> None:
+    last = lines(trace)[-1]
+    assert "timeout: still running after 5 s" in last
+    assert "waits since 0.000 s: `wait elapsed(10s)`" in last
+    assert "waits since 0.000 s: `wait elapsed(10s)`" in "\n".join(summary_lines(summarise(trace, [])))
+
+
 def test_an_end_without_its_start_is_shown(trace: Trace) -> None:
     later = list(choose(trace, Choice(start=5.0)))
     assert any("- behavior " in line for line in lines(later))
