@@ -120,7 +120,7 @@ def run(options: argparse.Namespace) -> int:
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
             return anyio.run(_Exec(options, scenario, files).main)
     except (InvalidScenario, InvalidUse, BackendError) as error:
-        files.write_unrun(options.file, error, error_text(error))
+        files.write_unrun(STDIN_NAME if options.file == STDIN else options.file, error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED

@@ -127,7 +127,7 @@ class ResultFiles:
             text: The same in full, for people.
         """
         found = unrun(file, error)
-        if self._options.json:
+        if self._options.json and self._options.trace != STDOUT:
             print(to_json(found))
         if self._junit_paths() and not self._options.dry_run:
             from seoro.runtime.junit import junit, unrun_case  # noqa: PLC0415 - as above
