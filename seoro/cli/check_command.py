@@ -14,8 +14,6 @@ from seoro.embed import check_file
 from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.render import render_text, to_json
 
-NAME = "check"
-HELP = "parse and check scenario files, without running"
 EXAMPLES = """examples:
   seoro check maze.osc
   seoro check --strict scenarios/

@@ -29,8 +29,6 @@ from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict
 
-NAME = "exec"
-HELP = "run a scenario here, in this process"
 EXAMPLES = """examples:
   seoro exec hello.osc
   seoro exec obstacle.osc --sim mujoco --rate max -o out/

@@ -13,8 +13,6 @@ from seoro.cli.output import use_colour
 from seoro.errors import InvalidUse
 from seoro.lang.explain import Explanation, explanation, explanations, near_codes
 
-NAME = "explain"
-HELP = "say what the code of a message means, with examples"
 EXAMPLES = """examples:
   seoro explain E0312
   seoro explain                      (lists all codes)

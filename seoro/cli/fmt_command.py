@@ -17,8 +17,6 @@ from seoro.lang.format.fault import LayoutFault
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
 
-NAME = "fmt"
-HELP = "lay scenario files out after the standard's coding style guide"
 EXAMPLES = """examples:
   seoro fmt maze.osc scenarios/
   seoro fmt --check --diff scenarios/      (for continuous integration: nothing is written)

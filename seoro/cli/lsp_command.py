@@ -16,8 +16,6 @@ from seoro.errors import InvalidUse
 if TYPE_CHECKING:
     from seoro.lsp.server import SeoroServer
 
-NAME = "lsp"
-HELP = "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)"
 EXAMPLES = """examples:
   seoro lsp                        (started by an editor, see docs/editors.md)
   seoro lsp --tcp 127.0.0.1:2087   (for one editor that connects; to look into the server)

@@ -4,32 +4,26 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Final
 
 from seoro import __version__
-from seoro.cli import (
-    check_command,
-    exec_command,
-    explain_command,
-    fmt_command,
-    lsp_command,
-    sim_command,
-    trace_command,
-)
 from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
 from seoro.cli.output import print_error
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 
-COMMANDS = (
-    exec_command,
-    check_command,
-    trace_command,
-    fmt_command,
-    explain_command,
-    lsp_command,
-    sim_command,
-)
+# What each command does, in the order of `--help`; its module is loaded when it is asked for.
+COMMANDS: Final[Mapping[str, str]] = {
+    "exec": "run a scenario here, in this process",
+    "check": "parse and check scenario files, without running",
+    "trace": "show the trace of a run, sum it up, convert it",
+    "fmt": "lay scenario files out after the standard's coding style guide",
+    "explain": "say what the code of a message means, with examples",
+    "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
+    "sim": "start a simulator node, for runs that connect to it",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
-    options, unknown = _parser().parse_known_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options, unknown = _parser(arguments).parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
     try:
@@ -70,7 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return Exit.ERROR
 
 
-def _parser() -> Parser:
+def _parser(arguments: Sequence[str]) -> Parser:
+    """The parser of a command line: of the commands, it knows the options of the one that comes first."""
     parser = Parser(
         prog="seoro",
         description="Run OpenSCENARIO DSL scenarios against simulated and real robots.",
@@ -78,11 +74,16 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"seoro {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in COMMANDS:
+    chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
+    for name, what in COMMANDS.items():
+        if name != chosen:
+            commands.add_parser(name, help=what)
+            continue
+        module = import_module(f"seoro.cli.{name}_command")
         command = commands.add_parser(
-            module.NAME,
-            help=module.HELP,
-            description=module.HELP[0].upper() + module.HELP[1:] + ".",
+            name,
+            help=what,
+            description=what[0].upper() + what[1:] + ".",
             epilog=module.EXAMPLES,
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,

@@ -6,8 +6,6 @@ import argparse
 import os
 import sys
 
-NAME = "sim"
-HELP = "start a simulator node, for runs that connect to it"
 EXAMPLES = """examples:
   seoro sim mujoco --world maze
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450      (in another terminal)

@@ -15,8 +15,6 @@ from seoro.cli.exits import Exit
 from seoro.cli.results import silence
 from seoro.errors import InvalidUse
 
-NAME = "trace"
-HELP = "show the trace of a run, sum it up, convert it"
 EXAMPLES = """examples:
   seoro trace out/trace.jsonl
   seoro trace out/trace.jsonl --kind log --kind event --from 2 --to 5.5
