@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,6 +17,7 @@ from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import bindings as messages
 from seoro.lang.diagnostics import listing
+from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
 from seoro.lang.symbols import Kind, TypeSymbol, all_fields, do_directive
@@ -26,8 +27,7 @@ from seoro.runtime.modifiers import MODIFIER_MARK, BoundModifier, ModifierMark, 
 from seoro.runtime.signatures import Declaration, Misfit, traits
 
 
-@dataclass(frozen=True)
-class Implementation:
+class Implementation(Value):
     """A function that says what it carries out.
 
     Args:
@@ -120,8 +120,7 @@ def traits_of(found: Implementations) -> Traits:
 # ---------------------------------------------------------------- matching them
 
 
-@dataclass(frozen=True)
-class BoundFunctions:
+class BoundFunctions(Value):
     """The functions that carry out what a scenario and its libraries declare, by qualified names."""
 
     actions: dict[str, BoundAction] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import ModuleType
 
 from seoro.bindings.externals import bind_externals
@@ -12,6 +12,7 @@ from seoro.lang.check.checker import Checked, in_order
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostic import Bag
 from seoro.lang.frontend import check
+from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
 from seoro.lang.plan import ValueType
 from seoro.lang.recorder import Recorder
@@ -19,8 +20,7 @@ from seoro.lang.symbols import Program, TypeSymbol, all_fields
 from seoro.runtime.fitting import Fitting
 
 
-@dataclass(frozen=True)
-class Bound:
+class Bound(Value):
     """A scenario file that has been checked, with its libraries.
 
     Args:

@@ -13,12 +13,12 @@ import re
 import sys
 import traceback
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
 import seoro.actions
+from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin, folder_around
 
 _PREFIX = "seoro_folder_"
@@ -40,8 +40,7 @@ class ImportFailed(Exception):
         self.hint = hint
 
 
-@dataclass(frozen=True)
-class Root:
+class Root(Value):
     """A folder of Python modules.
 
     Args:

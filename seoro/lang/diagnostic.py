@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final, Protocol
 
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 
 MAX_ERRORS: Final = 300  # of a phase
@@ -23,16 +24,14 @@ class Severity(Enum):
     WARNING = "warning"
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(Value):
     """A remark on a stretch of text."""
 
     span: Span
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Value):
     """One message.
 
     Args:

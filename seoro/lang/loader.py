@@ -17,6 +17,7 @@ from seoro.lang import ast
 from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic, Message
 from seoro.lang.diagnostics import imports, syntax
+from seoro.lang.frozen import Value
 from seoro.lang.libraries import STANDARD_MODULES, Library, find_library
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
@@ -26,8 +27,7 @@ MAX_PATH = 4096  # characters
 MAX_FILE_SIZE = 4 * 1024 * 1024  # bytes
 
 
-@dataclass(frozen=True)
-class Unreadable:
+class Unreadable(Value):
     """Why a file could not be read."""
 
     reason: str
@@ -53,8 +53,7 @@ def read_file(path: Path) -> str | Unreadable:
 Reader: TypeAlias = Callable[[Path], str | Unreadable]
 
 
-@dataclass(frozen=True)
-class Module:
+class Module(Value):
     """One file that was read.
 
     Args:
@@ -68,8 +67,7 @@ class Module:
     library: str | None
 
 
-@dataclass(frozen=True)
-class Sources:
+class Sources(Value):
     """A scenario file with all it imports.
 
     Args:

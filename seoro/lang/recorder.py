@@ -6,9 +6,9 @@ kept, unless whoever starts the check hands in a recorder.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 
 if TYPE_CHECKING:
@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from seoro.lang.types import Type
 
 
-@dataclass(frozen=True)
-class EnumMember:
+class EnumMember(Value):
     """A member of an enumeration, as what a name means; all other names mean a symbol."""
 
     enum: EnumSymbol

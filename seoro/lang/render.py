@@ -6,9 +6,9 @@ The text form is held to by tests and users; see `seoro check`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile
 
 TAB_WIDTH = 4
@@ -63,8 +63,7 @@ def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
     return "\n".join(lines)
 
 
-@dataclass(frozen=True)
-class _Paint:
+class _Paint(Value):
     """Puts ANSI codes around text, or not."""
 
     on: bool
@@ -83,8 +82,7 @@ class _Paint:
         return f"{code}{text}{_RESET}" if self.on and text else text
 
 
-@dataclass(frozen=True)
-class _Mark:
+class _Mark(Value):
     """A label within one line: columns from 0 in the line as shown."""
 
     start: int

@@ -13,6 +13,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+from seoro.lang.frozen import Value
+
 # str.splitlines would also break at form feeds and Unicode separators, which end no OSC line.
 _LINE_END: Final = re.compile(r"\r\n?|\n")
 
@@ -57,8 +59,7 @@ class SourceFile:
         return len(self._line_starts)
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Value):
     """A stretch of a source file: offsets `start` (included) to `end` (excluded)."""
 
     file: SourceFile

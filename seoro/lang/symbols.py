@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from seoro.lang import ast, plan
+from seoro.lang.frozen import Value
 from seoro.lang.members import MemberTable
 from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
@@ -24,16 +25,14 @@ PHASES: Mapping[str, plan.Phase] = {phase.value: phase for phase in plan.Phase} 
 MethodImplementation: TypeAlias = ast.ExpressionMethod | ast.UndefinedMethod | ast.ExternalMethod
 
 
-@dataclass(frozen=True)
-class Space:
+class Space(Value):
     """The scope of a namespace statement: where names without a prefix are looked for (7.7.4.2)."""
 
     name: str
     uses: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Home:
+class Home(Value):
     """Where a declaration stands.
 
     Args:
@@ -49,8 +48,7 @@ class Home:
         return name.namespace or self.space.name
 
 
-@dataclass(frozen=True)
-class Export:
+class Export(Value):
     """An item of an export list: a name, or all names of a namespace (7.7.4.1)."""
 
     namespace: str | None  # None if the name has no prefix
@@ -174,16 +172,14 @@ class Kind(Enum):
     MODIFIER = "modifier"
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Value):
     """The declaration of a type, or an extension of it, with its members."""
 
     members: tuple[ast.TypeMember, ...]
     home: Home
 
 
-@dataclass(frozen=True)
-class Condition:
+class Condition(Value):
     """What makes a value of the base one of a conditional subtype (7.3.8.2): a field has a value."""
 
     field: FieldSymbol
@@ -301,8 +297,7 @@ def may_lack_values(symbol: TypeSymbol) -> bool:
     return any(type_.is_open or type_.is_constrained for type_ in lineage(symbol))
 
 
-@dataclass(frozen=True)
-class DoFound:
+class DoFound(Value):
     """The `do` of a scenario or action: which type declares it, and in what scope."""
 
     owner: TypeSymbol

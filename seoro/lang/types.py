@@ -5,24 +5,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from seoro.lang.frozen import Value
 from seoro.lang.units import DIMENSIONLESS, Dimension
 
 if TYPE_CHECKING:
     from seoro.lang.symbols import CompositionSymbol, EnumSymbol, EventSymbol, TypeSymbol
 
 
-@dataclass(frozen=True, slots=True)
-class Primitive:
+class Primitive(Value):
     """A built-in type."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Value):
     """A physical type, or the type of a product or quotient of physical values.
 
     Types of one dimension are the same type, as the algebra of 7.3.4 asks for.
@@ -31,50 +29,43 @@ class Quantity:
     dimension: Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Enumeration:
+class Enumeration(Value):
     """An enumeration."""
 
     symbol: EnumSymbol
 
 
-@dataclass(frozen=True, slots=True)
-class Structured:
+class Structured(Value):
     """A struct or an actor."""
 
     symbol: TypeSymbol
 
 
-@dataclass(frozen=True, slots=True)
-class ListOf:
+class ListOf(Value):
     """`list of <element>`."""
 
     element: Type
 
 
-@dataclass(frozen=True, slots=True)
-class RangeOf:
+class RangeOf(Value):
     """`range of <element>`."""
 
     element: Type
 
 
-@dataclass(frozen=True, slots=True)
-class EventObject:
+class EventObject(Value):
     """What `as <name>` binds: an occurrence, with the event's parameters as its fields."""
 
     symbol: EventSymbol
 
 
-@dataclass(frozen=True, slots=True)
-class CompositionObject:
+class CompositionObject(Value):
     """What `it` is for a composition: the parameters of the composition are its fields."""
 
     symbol: CompositionSymbol
 
 
-@dataclass(frozen=True, slots=True)
-class Unknown:
+class Unknown(Value):
     """The type of what is wrong, and has been reported: it goes with everything."""
 
 

@@ -7,9 +7,9 @@ scenario is loaded; what does not match is an error then, not in the middle of a
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
+from seoro.lang import frozen
 from seoro.runtime.fitting import Converter, Fitting
 from seoro.runtime.signatures import Declaration, match_function
 from seoro.runtime.threads import run_in_thread
@@ -25,8 +25,7 @@ ActionFunction: TypeAlias = AsyncFunction | PlainFunction
 ACTION_MARK = "__seoro_action__"
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(frozen.Value):
     """What `@action` says of a function."""
 
     name: str
@@ -82,8 +81,7 @@ def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callab
     return mark
 
 
-@dataclass(frozen=True)
-class BoundAction:
+class BoundAction(frozen.Value):
     """A declaration with the function that carries it out."""
 
     declaration: Declaration

@@ -8,9 +8,10 @@ gets new values; those of its modifiers stay.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
+from seoro.lang import frozen
 from seoro.lang.plan import (
     Binding,
     Compare,
@@ -40,8 +41,7 @@ _APPLIED = "applied()"  # what a modifier is bound to around its arguments; no n
 _IT = "it"
 
 
-@dataclass(frozen=True, eq=False)
-class Applied:
+class Applied(frozen.Frozen):
     """A modifier that is applied.
 
     Args:

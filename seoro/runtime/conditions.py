@@ -16,11 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from random import Random
 from typing import TypeAlias, assert_never
 
+from seoro.lang import frozen
 from seoro.lang.plan import Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise
 from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer
 from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
@@ -34,8 +35,7 @@ POLL_PERIOD = 0.02  # [s] of the run's clock
 Stop: TypeAlias = Callable[[], None]  # disarms what was armed
 
 
-@dataclass(frozen=True)
-class Context:
+class Context(frozen.Value):
     """An event context (7.3.10.4): who listens, and from when on.
 
     Args:

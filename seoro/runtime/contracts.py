@@ -8,12 +8,12 @@ Implementations live elsewhere: clocks in `clock.py`, observers in `trace.py` an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NoReturn, Protocol, runtime_checkable
 
 import anyio
 
+from seoro.lang.frozen import Value
 from seoro.runtime.verdict import Outcome
 
 # ---------------------------------------------------------------- time
@@ -128,8 +128,7 @@ class ModifierContext(Protocol):
 # ---------------------------------------------------------------- geometry
 
 
-@dataclass(frozen=True, slots=True)
-class Position3D:
+class Position3D(Value):
     """Position [m]."""
 
     x: float = 0.0
@@ -137,8 +136,7 @@ class Position3D:
     z: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Orientation3D:
+class Orientation3D(Value):
     """Roll, pitch, yaw [rad], yaw first (ISO 8855)."""
 
     roll: float = 0.0
@@ -146,16 +144,14 @@ class Orientation3D:
     yaw: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Pose3D:
+class Pose3D(Value):
     """Position and orientation."""
 
     position: Position3D = Position3D()
     orientation: Orientation3D = Orientation3D()
 
 
-@dataclass(frozen=True, slots=True)
-class TranslationalVelocity3D:
+class TranslationalVelocity3D(Value):
     """Velocity [m/s]."""
 
     x: float = 0.0
@@ -163,8 +159,7 @@ class TranslationalVelocity3D:
     z: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class OrientationRate3D:
+class OrientationRate3D(Value):
     """Rates of roll, pitch, yaw [rad/s]."""
 
     roll: float = 0.0
@@ -172,8 +167,7 @@ class OrientationRate3D:
     yaw: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Velocity6D:
+class Velocity6D(Value):
     """Translational and angular velocity."""
 
     translational: TranslationalVelocity3D = TranslationalVelocity3D()
@@ -191,8 +185,7 @@ class GoalStatus(Enum):
     CANCELED = "canceled"
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(Value):
     """A backend's word that a goal has ended, or that what was watched for has happened."""
 
     status: GoalStatus

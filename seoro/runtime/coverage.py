@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from seoro.lang import plan
+from seoro.lang import frozen, plan
 from seoro.lang.source import Span
 from seoro.runtime.buckets import bucket_of, number_of
 from seoro.runtime.environment import Environment, EvaluationError, Seed
@@ -36,8 +36,7 @@ Observe: TypeAlias = Callable[[HasFields, plan.OwnEvent, Callable[[], None]], No
 _DIGITS = 12  # of values in their unit, so that 50kph are 50 again
 
 
-@dataclass(frozen=True)
-class _Holder:
+class _Holder(frozen.Value):
     """Something with items: a scenario or an action, or a struct or an actor that it holds.
 
     Args:
@@ -79,8 +78,7 @@ class _Holder:
         return Environment(self.value, given, self.instance.path, self.instance, seed=self.seed, run=self.run)
 
 
-@dataclass(frozen=True)
-class _Sample:
+class _Sample(frozen.Value):
     """A value that counts: in the item's unit, and its bucket."""
 
     value: Value

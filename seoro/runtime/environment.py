@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import TypeAlias
 
+from seoro.lang import frozen
 from seoro.lang.plan import Expression
 from seoro.lang.source import Span
 from seoro.runtime.method_context import MethodContext
@@ -48,8 +49,7 @@ class NoChoice(EvaluationError):
         self.help = help
 
 
-@dataclass(frozen=True)
-class Calls:
+class Calls(frozen.Value):
     """What external methods have returned while values are chosen.
 
     Expressions are then evaluated again and again. So that what a method draws at a place stays, it is called
@@ -104,8 +104,7 @@ class Seed:
         return int.from_bytes(sha256(f"{base}/{self._purpose}".encode()).digest()[:8], "big")
 
 
-@dataclass(frozen=True, eq=False)
-class Deferred:
+class Deferred(frozen.Frozen):
     """What a name is bound to whose value may not be there yet.
 
     Args:

@@ -8,17 +8,16 @@ it emitted or consumed itself, and what flows that it was forked from or joined 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import count
 from weakref import WeakKeyDictionary
 
+from seoro.lang import frozen
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.past import Past
 from seoro.runtime.values import Actor, Struct, Value, plain
 
 
-@dataclass(frozen=True)
-class Occurrence:
+class Occurrence(frozen.Value):
     """One happening of an event; as an event object it has its arguments as fields."""
 
     number: int

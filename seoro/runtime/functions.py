@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seoro.errors import SeoroError
+from seoro.lang import frozen
 from seoro.lang.plan import External, Method, PrimitiveType, ValueType
 from seoro.runtime.fitting import Converter, Fitting, annotation_for
 from seoro.runtime.method_context import MethodContext
@@ -25,8 +26,7 @@ class MethodFailed(Exception):
     """A method has no result: its Python function failed, or returned what is none."""
 
 
-@dataclass(frozen=True)
-class BoundFunction:
+class BoundFunction(frozen.Value):
     """The Python function of an external method.
 
     Args:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeVar
 
+from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Backend
 from seoro.runtime.values import Actor
 
 P = TypeVar("P")
 
 
-@dataclass(frozen=True)
-class Home:
+class Home(Value):
     """The place where one actor lives, and what it is called there."""
 
     backend: Backend

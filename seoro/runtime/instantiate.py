@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Protocol
 
+from seoro.lang import frozen
 from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from seoro.runtime.applied import Applied
 
 
-@dataclass(frozen=True, eq=False)
-class Parameters:
+class Parameters(frozen.Frozen):
     """The parameters of an instance, while they get their values.
 
     Args:
@@ -31,8 +31,7 @@ class Parameters:
     fields: Fields = field(default_factory=Fields)
 
 
-@dataclass(frozen=True)
-class Invocation:
+class Invocation(frozen.Value):
     """What an invocation says about an instance.
 
     Args:

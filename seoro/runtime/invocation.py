@@ -10,6 +10,7 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakSet
 
+from seoro.lang import frozen
 from seoro.lang import plan as plan_
 from seoro.lang.plan import (
     Action,
@@ -58,8 +59,7 @@ STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
 NESTING = 2_000  # of behaviors; beyond this, a scenario that invokes itself without end
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(frozen.Value):
     """What ended the run, where the entry scenario's own end did not."""
 
     status: RunStatus
@@ -333,8 +333,7 @@ class Invoked:
         return self.instance
 
 
-@dataclass(frozen=True, eq=False)
-class Overriding:
+class Overriding(frozen.Frozen):
     """`override` while it holds.
 
     Args:

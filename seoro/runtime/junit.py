@@ -11,17 +11,17 @@ from __future__ import annotations
 import platform
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from xml.etree import ElementTree as Xml
 
+from seoro.lang.frozen import Value
 from seoro.runtime.verdict import RunStatus, Verdict
 
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(Value):
     """What became of one run.
 
     Args:

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from seoro.lang import frozen
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.fitting import Converter, Fitting
 from seoro.runtime.signatures import Declaration, Misfit, match_function, signature_of, type_name
@@ -29,8 +29,7 @@ ModifierFunction = Callable[..., Coroutine[Any, Any, Outcome]]
 MODIFIER_MARK = "__seoro_modifier__"
 
 
-@dataclass(frozen=True)
-class ModifierMark:
+class ModifierMark(frozen.Value):
     """What `@modifier` says of a function."""
 
     name: str
@@ -54,8 +53,7 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
     return mark
 
 
-@dataclass(frozen=True)
-class BoundModifier:
+class BoundModifier(frozen.Value):
     """A declaration with the function that carries it out."""
 
     declaration: Declaration

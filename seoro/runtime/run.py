@@ -11,12 +11,13 @@ import asyncio
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import anyio
 
 from seoro.errors import BackendError, InvalidUse
+from seoro.lang.frozen import Value
 from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda, Flow, StepOrder
@@ -40,8 +41,7 @@ from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
 
 
-@dataclass(frozen=True)
-class Settings:
+class Settings(Value):
     """How to run a plan.
 
     Args:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, get_args, get_origin
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan import ValueType
 from seoro.lang.traits import ParameterTrait
 from seoro.runtime.fitting import Converter, Fitting, annotation_for
@@ -16,8 +16,7 @@ from seoro.runtime.values import Variable
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
-@dataclass(frozen=True)
-class Declaration:
+class Declaration(Value):
     """What is declared of an action or a modifier that Python carries out.
 
     Args:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan import AnyCoverageItem, CoverageItem, CoverageKind, PhaseEvent
 
 
-@dataclass(frozen=True, slots=True)
-class ItemCoverage:
+class ItemCoverage(Value):
     """What was sampled of an item.
 
     Args:

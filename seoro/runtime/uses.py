@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Waiter
 from seoro.runtime.values import Actor
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
     Decide: TypeAlias = Callable[[RunStatus, str, Span | None], None]
 
 
-@dataclass(frozen=True)
-class Use:
+class Use(Value):
     """Something of an actor.
 
     Args:

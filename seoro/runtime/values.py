@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
+from seoro.lang import frozen
 from seoro.lang.plan import ActorType, EnumValue, StructType, ValueType
 
 Value: TypeAlias = (
@@ -97,8 +98,7 @@ class Variable(Generic[Held]):
         return self.holder.fields[self.name]  # type: ignore[return-value] # checked with the argument
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+class Range(frozen.Value):
     """All values from low to high, both included."""
 
     low: float

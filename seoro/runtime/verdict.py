@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 from seoro.runtime.explanation import Explanation
 from seoro.runtime.tally import ItemCoverage
@@ -18,8 +18,7 @@ class Status(Enum):
     CANCELLED = "cancelled"
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Value):
     """The end of a behavior: for a failure the reason, the text that failed, and what went on then."""
 
     status: Status
@@ -50,8 +49,7 @@ class RunStatus(Enum):
     CANCELLED = "cancelled"
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Value):
     """The result of a run.
 
     Args:

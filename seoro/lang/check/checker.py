@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import Traits
@@ -23,6 +22,7 @@ from seoro.lang.check.reactions import Reactions
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
 from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
@@ -31,8 +31,7 @@ from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields, do_directi
 STANDARD_MODULES = ("osc.standard", "osc.standard.all", "osc.standard.types", "osc.standard.domain")
 
 
-@dataclass(frozen=True)
-class Checked:
+class Checked(Value):
     """What checking found out.
 
     Args:

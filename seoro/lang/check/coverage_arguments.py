@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from seoro.lang import ast
@@ -15,6 +14,7 @@ from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 
 BUCKET_ARGUMENTS: Final = ("range", "every", "buckets")
@@ -25,8 +25,7 @@ ARGUMENTS: Final = (
 UINT_LIMIT = 2**64
 
 
-@dataclass(frozen=True)
-class Argument:
+class Argument(Value):
     """An argument, and what names mean in its value."""
 
     place: Span  # of its name, or of the value where it stands without

@@ -9,7 +9,7 @@ that combines others takes only the arguments that mean something for it: `items
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed
@@ -21,6 +21,7 @@ from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names
+from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 from seoro.lang.symbols import PHASES, FieldSymbol, TypeSymbol, UnitSymbol, all_events, has_phases, is_open
 from seoro.lang.types import (
@@ -37,8 +38,7 @@ from seoro.lang.types import (
 CROSS_ARGUMENTS = ("name", "items", "event", "text", "target", "disable")
 
 
-@dataclass(frozen=True)
-class Draft:
+class Draft(Value):
     """An item as it is written, with what overrides changed.
 
     Args:
@@ -60,8 +60,7 @@ class Draft:
     span: Span
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(Value):
     """What became of a draft; `event` and `plan` are None where they are wrong, which has been reported."""
 
     draft: Draft

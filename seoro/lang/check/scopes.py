@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from seoro.lang import plan
 from seoro.lang.check.compositions import ANY_BEHAVIOR
+from seoro.lang.frozen import Value
 from seoro.lang.members import MemberTable
 from seoro.lang.symbols import FieldSymbol, Home, Kind, Space, TypeSymbol, all_fields, is_open
 from seoro.lang.types import UNKNOWN, Structured, Type
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
     from seoro.lang.check.labels import Labels
 
 
-@dataclass(frozen=True)
-class Scope:
+class Scope(Value):
     """What names mean where an expression stands.
 
     Args:

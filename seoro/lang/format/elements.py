@@ -6,16 +6,15 @@ Comments move to where a line can end: behind a comma or an operator, they go be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
 from seoro.lang.format.lines import Gap
 from seoro.lang.format.roles import OPERATORS, SPLITTING, Role, is_spaced
+from seoro.lang.frozen import Value
 
 
-@dataclass(frozen=True, slots=True)
-class Atom:
+class Atom(Value):
     """A token.
 
     Args:
@@ -31,8 +30,7 @@ class Atom:
     behind: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(Value):
     """A pair of brackets.
 
     Args:

@@ -8,10 +8,11 @@ brackets, lines are joined by a backslash (9.2.2.5).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from seoro.lang.format.elements import Atom, Elements, Group, blanks, first_of, flat, last_of
 from seoro.lang.format.roles import ARITHMETIC, LOGICAL, OPERATORS, Level, Role
+from seoro.lang.frozen import Value
 
 LINE_LENGTH = 100  # characters; the guide has no number
 INDENT = 4  # blanks a block (9.2.2.1)
@@ -19,8 +20,7 @@ INDENT = 4  # blanks a block (9.2.2.1)
 _JOINED = " \\"
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Value):
     """Where elements are to be put.
 
     Args:

@@ -8,11 +8,11 @@ and an offset from a range that is given is drawn from the seed, for each second
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import inf
 from random import Random
 from typing import Final
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan import Expression, Overlap, Parallel
 from seoro.runtime.evaluate import EvaluationError, evaluate
 from seoro.runtime.invocation import Place
@@ -41,8 +41,7 @@ _ENDS: Final[Mapping[Overlap, Range]] = {
 }
 
 
-@dataclass(frozen=True)
-class Timing:
+class Timing(Value):
     """When members start and end.
 
     Args:

@@ -8,10 +8,10 @@ out to be of a conditional subtype gets what that adds, and the rest is chosen a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias, cast
 
-from seoro.lang import solve
+from seoro.lang import frozen, solve
 from seoro.lang.plan import (
     Constraint,
     ConstraintMember,
@@ -46,8 +46,7 @@ Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # what has to hold, w
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
 
 
-@dataclass(frozen=True)
-class Attached:
+class Attached(frozen.Value):
     """A modifier of an instance, whose values are chosen with those of the instance.
 
     Args:
@@ -65,8 +64,7 @@ class Attached:
     around: Environment
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(frozen.Value):
     """What values are asked for.
 
     Args:

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias, cast, get_args
 
-from seoro.lang import solve
+from seoro.lang import frozen, solve
 from seoro.lang.plan import Expression, Literal, Number
 from seoro.lang.solve import terms
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
 
 
-@dataclass(frozen=True)
-class SymbolicList:
+class SymbolicList(frozen.Value):
     """A list of which some members are not known."""
 
     items: tuple[Symbolic, ...]
 
 
-@dataclass(frozen=True)
-class SymbolicRange:
+class SymbolicRange(frozen.Value):
     """A range of which a bound is not known; the lower one comes first."""
 
     low: Symbolic

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from seoro.lang.frozen import Value
 from seoro.lang.plan import (
     Binding,
     Expression,
@@ -29,8 +30,7 @@ if TYPE_CHECKING:
     from seoro.lang.solve import Cell
 
 
-@dataclass(frozen=True)
-class Holder:
+class Holder(Value):
     """What has the members of a list, or the bounds of a range, while they are chosen."""
 
     fields: Fields
