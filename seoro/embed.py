@@ -18,7 +18,7 @@ import math
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
@@ -33,7 +33,6 @@ from seoro.bindings.load import bind_sources
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, lower
 from seoro.lang.frontend import load as load_sources
-from seoro.lang.frozen import Value
 from seoro.lang.loader import Reader, read_file
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
@@ -54,7 +53,8 @@ MAX_SEED = 2**63 - 1  # goes into messages for simulators
 ClockName = Literal["real", "virtual", "sim"]
 
 
-class Scenario(Value):
+@dataclass(frozen=True)
+class Scenario:
     """A scenario file that has been checked.
 
     Args:
@@ -107,7 +107,8 @@ def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
     return scenario
 
 
-class Simulator(Value):
+@dataclass(frozen=True)
+class Simulator:
     """The simulator of a run.
 
     Args:
@@ -216,7 +217,8 @@ class Run:
             self._readers.end()
 
 
-class Options(Value):
+@dataclass(frozen=True)
+class Options:
     """How to run a scenario.
 
     Args:
