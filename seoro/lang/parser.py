@@ -7,6 +7,7 @@ place for both, the token behind the word decides. A statement that cannot be pa
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -18,7 +19,9 @@ from seoro.lang.expected import describe, explain
 from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
 
-MAX_FRAMES = 850  # of Python, whose limit is 1000, that those who walk over a tree may need for its depth
+MAX_FRAMES = 850  # of Python, whose limit is 1000, that those who walk over an expression may need for its depth
+MAX_COMPOSITIONS = 512  # within each other; for more than Python's limit has room for, that is raised
+_SPARE_FRAMES = 300  # for what calls those who walk over trees
 
 _CALLED = frozenset({"rise", "fall", "elapsed", "every", "sample", "keep", "remove_default", "cover", "record"})
 _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "call", "until"})
@@ -61,6 +64,22 @@ def _parse(file: SourceFile, bag: Bag, start: str, offset: int) -> Any:
     except Refused as refused:
         bag.add(refused.message)
         return None
+
+
+def _make_room(node: Any, depth: int, frames: int, span: Span) -> None:
+    """See to it that those who walk over a tree have the frames that they need.
+
+    Python's limit is one of the process. It is raised when there is a tree that needs it, and never lowered, since
+    another thread may be within such a tree; calls of Python take none of the stack of C.
+
+    Raises:
+        Refused: They would be too many.
+    """
+    if not isinstance(node, ast.Composition):
+        raise Refused(syntax.TooNested(span, MAX_FRAMES // frames))
+    if depth > MAX_COMPOSITIONS * frames + MAX_FRAMES:
+        raise Refused(syntax.TooNested(span, MAX_COMPOSITIONS))
+    sys.setrecursionlimit(max(sys.getrecursionlimit(), depth + _SPARE_FRAMES))
 
 
 class _Rule(NamedTuple):
@@ -211,7 +230,7 @@ class _Parser:
                 else:
                     depth += frames
                 if depth > MAX_FRAMES:
-                    raise Refused(syntax.TooNested(span, MAX_FRAMES // frames))
+                    _make_room(value, depth, frames, span)
         states.append(self._gotos[states[-1]][origin])
         values.append(value)
         spans.append((start, end, depth))

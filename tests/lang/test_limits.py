@@ -64,10 +64,10 @@ def test_nesting_without_end_is_one_error(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("levels", "text"),
     [
-        (80, lambda n: blocks(n, "serial", "wait elapsed(1s)")),
+        (500, lambda n: blocks(n, "serial", "wait elapsed(1s)")),
         (110, lambda n: of_type("int", f"{'- ' * n}1")),
         (110, lambda n: of_type("int", f"{'true ? 1 : ' * n}1")),
-        (60, lambda n: blocks(n, "parallel", f"wait elapsed({'true ? 1s : ' * n}1s)")),
+        (110, lambda n: blocks(500, "parallel", f"wait elapsed({'true ? 1s : ' * n}1s)")),
         (
             80,
             lambda n: of_type("int", f"{'a.f(' * n}1{')' * n}").replace(

@@ -26,6 +26,14 @@ async def test_scenarios_invoke_each_other_five_hundred_deep(operator: str, run_
     assert ran.logs == [(1.0, "inside")]
 
 
+@pytest.mark.parametrize("operator", ["serial", "parallel", "one_of"])
+async def test_compositions_stand_five_hundred_deep_in_each_other(operator: str, run_text: RunText) -> None:
+    lines = [f"{' ' * (level + 4)}{operator}:" for level in range(DEPTH - 1)]
+    inner = f'{" " * (DEPTH + 3)}log("inside")'
+    ran = await run_text("\n".join(["scenario main:", f"  do {operator}:", *lines, inner, ""]))
+    assert ran.logs == [(0.0, "inside")]
+
+
 async def test_what_is_nested_deeply_is_ended_as_a_whole(run_text: RunText) -> None:
     text = invocations(DEPTH, "serial").replace("scenario main:\n    do serial:", "scenario main:\n    do one_of:")
     ran = await run_text(text + "        wait elapsed(0.5s)\n")

@@ -17,7 +17,7 @@ from seoro.lang.check.scopes import running_scope
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
 from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import names, syntax
+from seoro.lang.diagnostics import names
 from seoro.lang.symbols import (
     DoFound,
     Kind,
@@ -27,7 +27,6 @@ from seoro.lang.symbols import (
 )
 from seoro.lang.types import Structured
 
-MAX_DEPTH = 150  # of nested compositions
 Arguments = tuple[tuple[str, plan.Expression], ...]
 
 
@@ -56,14 +55,14 @@ class Behaviors:
         for label, _ in labelled(self._directive.member):
             if first.setdefault(label.text, label) is not label:
                 self._bag.add(names.Duplicate(label.span, "label", label.text, first[label.text].span))
-        return self._member(self._directive.member, 0)
+        return self._member(self._directive.member)
 
-    def _member(self, member: ast.DoMember, depth: int) -> plan.Behavior | None:
+    def _member(self, member: ast.DoMember) -> plan.Behavior | None:
         label = member.label.text if member.label is not None else None
         body = member.body
         match body:
             case ast.Composition():
-                return self._composition(body, label, depth)
+                return self._composition(body, label)
             case ast.BehaviorInvocation():
                 return self._invocation(body, label)
             case ast.WaitDirective(event, span):
@@ -78,14 +77,11 @@ class Behaviors:
             case _:
                 assert_never(body)
 
-    def _composition(self, node: ast.Composition, label: str | None, depth: int) -> plan.Behavior | None:
-        if depth >= MAX_DEPTH:
-            self._bag.add(syntax.TooDeep(head(node.span, node.operator), MAX_DEPTH))
-            return None
+    def _composition(self, node: ast.Composition, label: str | None) -> plan.Behavior | None:
         times = self._timing.of_composition(node)
         constraints = tuple(self._with_blocks.constraints(node, COMPOSITIONS[node.operator]))
         modifications = self._with_blocks.of_composition(node)
-        elaborated = [self._member(member, depth + 1) for member in node.members]
+        elaborated = [self._member(member) for member in node.members]
         members = tuple(member for member in elaborated if member is not None)
         span = head(node.span, node.operator)
         match node.operator:
