@@ -33,12 +33,11 @@ def _doom(flow: Flow, scope: Scope) -> None:
 
 
 def _cancel_in_turn(flows: list[Flow], cancel: Callable[[Flow], None]) -> None:
-    """Cancel the last flow that is not cancelled yet, and go on when it has ended."""
+    """Cancel the last flow, and go on when it has ended; one that another end has cancelled is waited for."""
     while flows:
         flow = flows.pop()
-        if not flow.alive or flow.delivered or flow.ended is None:
+        if not flow.alive or flow.ended is None:
             continue
-        flow.delivered = True
         if flows:
             after = flow.on_end
 
@@ -48,5 +47,7 @@ def _cancel_in_turn(flows: list[Flow], cancel: Callable[[Flow], None]) -> None:
                 _cancel_in_turn(flows, cancel)
 
             flow.on_end = ended
-        cancel(flow)
+        if not flow.delivered:
+            flow.delivered = True
+            cancel(flow)
         return

@@ -94,7 +94,8 @@ class Services:
     decision: Decision | None = None
     root: Flow | None = None
     fault: Exception | None = None  # what an action raised that ended the run
-    cancelled: list[str] = field(default_factory=list)
+    entry: Invoked | None = None  # once the run has begun
+    cancelled: list[str] = field(default_factory=list)  # what the end of the entry scenario has cancelled
     overriding: dict[Overriding, None] = field(default_factory=dict)  # what holds at present
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
     share: Share = field(default_factory=Share)
@@ -105,6 +106,12 @@ class Services:
     _ids: count[int] = field(default_factory=count)
     _starts: int = 0
     _starts_instant: int = -1
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether what goes on is the end of the entry scenario, or of the run."""
+        scope = self.entry.instance.scope if self.entry is not None else None
+        return self.decision is not None or (scope is not None and self.agenda.is_ended(scope))
 
     def new_id(self) -> int:
         """A number for a behavior in the trace."""

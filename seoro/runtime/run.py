@@ -148,6 +148,7 @@ class Execution:
 
     def _entry_again(self, path: str) -> Instance:
         """For modifiers of the entry scenario that carry it out again; its values are the same."""
+        self._services.cancelled.clear()
         entry = Instance(self._entry.declaration, path, Fields(), None)
         for applied in with_nested(self._modifying):
             applied.turn_to(entry)
@@ -242,7 +243,7 @@ class Execution:
 
     async def _perform_entry(self, root: Flow) -> Outcome:
         services, entry = self._services, self._entry
-        invoked = Invoked(entry, self._entry_again)
+        invoked = services.entry = Invoked(entry, self._entry_again)
         place = Place(services, root, entry, None, (), entry.declaration.name, invoked)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
         carry = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))

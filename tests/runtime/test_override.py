@@ -87,3 +87,20 @@ scenario main:
             y: wait elapsed(1s)
 """)
     assert (ran.verdict.passed, ran.verdict.duration, ran.logs) == (True, 2.0, [(1.0, "after x")])
+
+
+async def test_it_holds_from_the_next_round_on_wherever_it_stands_in_the_text(run_text: RunText) -> None:
+    rule = """
+        serial:
+            wait elapsed(1s)
+            serial:
+                wait elapsed(1s)
+            with:
+                override(b, a, when_active)"""
+    other = """
+        serial:
+            wait elapsed(1s)
+            b: log("b")"""
+    for first, second in ((rule, other), (other, rule)):
+        ran = await run_text(f"scenario main:\n    do a: parallel:{first}{second}\n")
+        assert ran.logs == [(1.0, "b")]

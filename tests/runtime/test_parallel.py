@@ -70,3 +70,20 @@ async def test_a_thousand_members_run_at_once(run_text: RunText) -> None:
     ran = await run_text(f"scenario main:\n    do parallel:\n{members}\n")
     assert ran.verdict.passed
     assert ran.verdict.duration == 7.0
+
+
+async def test_what_is_ended_twice_in_an_instant_cleans_up_in_order(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do parallel(overlap: any, start_to_start: -1s):
+        wait elapsed(1s)
+        parallel:
+            parallel:
+                wait elapsed(3s)
+            wait elapsed(3s)
+        log("ends before the primary member starts")
+    with:
+        running_is_failure()
+""")
+    assert ran.verdict.status is RunStatus.FAILED
+    assert ran.verdict.duration == 0

@@ -1,8 +1,9 @@
 """`override(<overridden>, <by>[, <mode>])` (7.3.12.1.1): a behavior ends when another one starts.
 
-It holds while what it modifies runs. With `when_active`, the overridden behavior does not even start while the
-other one runs; that is asked first. Of behaviors that start in one round and override each other, the first in the
-text goes on. What is overridden is cancelled: what stands around it goes on as if it had ended.
+It holds while what it modifies runs, from the round after that one's start to the round of its end. With
+`when_active`, the overridden behavior does not even start while the other one runs; that is asked first. Of
+behaviors that start in one round and override each other, the first in the text goes on. What is overridden is
+cancelled: what stands around it goes on as if it had ended.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ async def run_override(plan: Override, place: Place, inner: Carry) -> Outcome:
     instance = place.instance
     if place.invoked is not None and plan in place.invoked.instance.declaration.modifiers:
         instance = place.invoked.instance
-    overriding = Overriding(plan, instance)
+    overriding, agenda = Overriding(plan, instance), place.agenda
     held = place.services.overriding
-    held[overriding] = None
+    agenda.write(place.position, partial(held.setdefault, overriding))
     try:
         return await inner(place)
     finally:
-        del held[overriding]
+        agenda.write(place.position, partial(held.pop, overriding))
 
 
 def is_overridden(label: str, place: Place) -> Outcome | None:

@@ -76,7 +76,8 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
         except asyncio.CancelledError:
             if not services.agenda.left(scope):
                 record_end(number, Outcome(Status.CANCELLED), place)
-                services.cancelled.append(place.path)
+                if services.is_ending:
+                    services.cancelled.append(place.path)
                 raise
             assert scope.outcome is not None, "it was ended"
             outcome = scope.outcome
