@@ -79,7 +79,7 @@ class ActionContext:
             variable.holder,
             variable.name,
             variable.path,
-            self._place.flow.path,
+            self._place,
             lambda: cast(Value, change(variable.value)),
         )
 

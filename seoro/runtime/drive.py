@@ -27,6 +27,7 @@ class Drive:
         agenda: Of the run.
         meter: Measures its steps.
         grace: Gives the time for its clean-up [s], when it is cancelled.
+        told: Called when it is told that it is cancelled, before its clean-up.
         overrun: Called when the clean-up takes longer; it is then cancelled once more, and after another
             grace period it is left where it stands.
     """
@@ -38,6 +39,7 @@ class Drive:
         agenda: Agenda,
         meter: Meter,
         grace: Callable[[], float],
+        told: Callable[[], None],
         overrun: Callable[[], None],
     ) -> None:
         self._coroutine = coroutine
@@ -45,6 +47,7 @@ class Drive:
         self._agenda = agenda
         self._meter = meter
         self._grace = grace
+        self._told = told
         self._overrun = overrun
         self._deadline: asyncio.TimerHandle | None = None
         self._overruns = 0
@@ -69,6 +72,7 @@ class Drive:
             raise error
         if isinstance(error, asyncio.CancelledError) and self._deadline is None:
             self._set_deadline()
+            self._told()
         self._meter.begin()
         try:
             return self._coroutine.send(None) if error is None else self._coroutine.throw(error)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from itertools import count
-from weakref import WeakKeyDictionary
+from typing import Protocol
+from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from seoro.lang import frozen
 from seoro.runtime.agenda import Agenda
@@ -59,12 +60,16 @@ class Event:
 
     Args:
         path: What people call it.
+        holder: The instance that has it.
+        name: What that calls it; of a labelled member, `label.end`.
     """
 
-    __slots__ = ("derived", "ears", "instant", "occurrences", "path", "pending")
+    __slots__ = ("derived", "ears", "holder", "instant", "name", "occurrences", "path", "pending")
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, holder: ReferenceType[object], name: str) -> None:
         self.path = path
+        self.holder = holder
+        self.name = name
         self.instant = -1
         self.pending: dict[str, Occurrence] = {}  # of this instant, by their arguments
         self.occurrences: list[Occurrence] = []  # those that have taken hold
@@ -72,15 +77,23 @@ class Event:
         self.ears: dict[Ear, None] = {}
 
 
+class Emitted(Protocol):
+    """Told once of each occurrence."""
+
+    def __call__(self, event: Event, arguments: Mapping[str, Value], *, is_derived: bool) -> None:
+        """It has occurred; `is_derived` says that what it is declared to be has, and that nobody emitted it."""
+        ...
+
+
 class Events:
     """All events of a run.
 
     Args:
         agenda: Orders emissions and waits.
-        emitted: Called once for each occurrence, with the event's path and its arguments.
+        emitted: Called once for each occurrence.
     """
 
-    def __init__(self, agenda: Agenda, emitted: Callable[[str, Mapping[str, Value]], None]) -> None:
+    def __init__(self, agenda: Agenda, emitted: Emitted) -> None:
         self._agenda = agenda
         self._emitted = emitted
         self._numbers = count()
@@ -89,7 +102,7 @@ class Events:
     def of_object(self, holder: Struct | Actor, name: str) -> Event:
         """The channel of an event of a struct or an actor."""
         shown = holder.name if isinstance(holder, Actor) else holder.type.name
-        return self._of_objects.setdefault(holder, {}).setdefault(name, Event(f"{shown}.{name}"))
+        return self._of_objects.setdefault(holder, {}).setdefault(name, Event(f"{shown}.{name}", ref(holder), name))
 
     def emit(self, event: Event, arguments: Mapping[str, Value], past: Past) -> None:
         """Emit; it takes hold between this round and the next, and is in the past of who emits."""
@@ -98,7 +111,7 @@ class Events:
         occurrence = event.pending.get(shown)
         if occurrence is None:
             occurrence = event.pending[shown] = Occurrence(next(self._numbers), dict(arguments))
-            self._emitted(event.path, arguments)
+            self._emitted(event, arguments, is_derived=False)
             self._agenda.emit((event.path, shown), lambda: self._take_hold(event, occurrence))
         past.add(occurrence.number, self._agenda.instant)
 
@@ -106,7 +119,7 @@ class Events:
         """An occurrence of a derived event, for the one in whose context it is; recorded once for each instant."""
         if event.derived != self._agenda.instant:
             event.derived = self._agenda.instant
-            self._emitted(event.path, {})
+            self._emitted(event, {}, is_derived=True)
         return Occurrence(next(self._numbers), {})
 
     def listen(self, event: Event, ear: Ear) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
-from weakref import WeakSet
+from weakref import WeakSet, ref
 
 from seoro.lang import frozen
 from seoro.lang import plan as plan_
@@ -136,7 +136,7 @@ class Services:
         self.decide(RunStatus.ERROR, str(error), error.span)
 
     def write(
-        self, holder: HasFields, name: str, shown: str, path: tuple[int, ...], value: Callable[[], Value]
+        self, holder: HasFields, name: str, shown: str, place: Place, value: Callable[[], Value]
     ) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).
 
@@ -144,17 +144,25 @@ class Services:
             holder: What has the variable as a field.
             name: The name of the field.
             shown: What people call the variable.
-            path: Position, in the tree of invocations, of what changes it.
+            place: Of what changes it.
             value: Gives the new value then.
         """
+
+        by = place.parent
 
         def take_hold() -> None:
             changed = value()
             holder.fields[name] = changed  # type: ignore[index] # all holders have a dict
-            self.trace.record("variable", path=shown, value=plain(changed))
+            self._record_change(holder, name, shown, changed, by)
             self.conditions.changed(holder, name)
 
-        self.agenda.write(path, take_hold)
+        self.agenda.write(place.position, take_hold)
+
+    def _record_change(self, holder: HasFields, name: str, shown: str, value: Value, by: int | None) -> None:
+        trace = self.trace
+        if trace.is_watched:
+            fields = {"of": trace.exact.number(holder), "field": name, "exact": trace.exact.value(value), "by": by}
+            trace.record("variable", path=shown, value=plain(value), **fields)
 
     def declared_event(self, holder: Instance | Struct | Actor, name: str) -> plan_.Event:
         """The declaration of an event of an instance."""
@@ -280,7 +288,7 @@ class Instance:
 
     @cached_property
     def _declared(self) -> dict[str, Event]:
-        return {name: Event(f"{self.path}.{name}") for name in self.events}
+        return {name: Event(f"{self.path}.{name}", ref(self), name) for name in self.events}
 
     @cached_property
     def running(self) -> dict[str, Scope]:
@@ -315,8 +323,11 @@ class Instance:
 
     def phase(self, label: str | None, phase: Phase) -> Event:
         """The channel of a predefined event: of a labelled member, or of the instance itself."""
-        holder = f"{self.path}.{label}" if label else self.path
-        return self._phases.setdefault((label, phase), Event(f"{holder}.{phase.value}"))
+        found = self._phases.get((label, phase))
+        if found is None:
+            name = f"{label}.{phase.value}" if label else phase.value
+            found = self._phases[label, phase] = Event(f"{self.path}.{name}", ref(self), name)
+        return found
 
 
 @dataclass(eq=False)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
 from pathlib import Path
@@ -23,6 +23,7 @@ from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda, Flow, StepOrder
 from seoro.runtime.applied import apply, with_nested
 from seoro.runtime.behaviors.perform import perform, recorded, within
+from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contracts import Backend, Clock, Observer
@@ -39,6 +40,8 @@ from seoro.runtime.trace import Trace, unwritten
 from seoro.runtime.unsupported import refuse_unsupported
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
+
+_ENTRY = 0  # the number of the behavior that is the run itself
 
 
 class Settings(Value):
@@ -98,7 +101,7 @@ class Execution:
             plan=plan,
             seed=settings.seed,
             agenda=self._agenda,
-            events=Events(self._agenda, self._trace.event),
+            events=Events(self._agenda, self._trace.occurrence),
             trace=self._trace,
             coverage=self._coverage,
             actions=self._actions,
@@ -153,6 +156,7 @@ class Execution:
         for applied in with_nested(self._modifying):
             applied.turn_to(entry)
         self._fill(entry)
+        record_instance(entry, _ENTRY, self._services)
         return entry
 
     # -------------------------------------------------------- ending from outside
@@ -246,7 +250,12 @@ class Execution:
         invoked = services.entry = Invoked(entry, self._entry_again)
         place = Place(services, root, entry, None, (), entry.declaration.name, invoked)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
-        carry = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))
+        modified = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))
+
+        def carry(inside: Place) -> Awaitable[Outcome]:
+            record_instance(entry, _ENTRY, services)
+            return modified(inside)
+
         return await recorded(invocation, place, carry)
 
     # -------------------------------------------------------- results

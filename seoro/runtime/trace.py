@@ -6,11 +6,15 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import count
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from seoro.lang.source import Span
 from seoro.runtime.contracts import Observer
+from seoro.runtime.exact import Exact
 from seoro.runtime.values import Value, plain
+
+if TYPE_CHECKING:
+    from seoro.runtime.events import Event
 
 LOGS_KEPT: Final = 20  # of the last ones, for the verdict
 
@@ -31,6 +35,9 @@ class Trace:
         self._now = now
         self._failed = failed
         self._numbers = count()
+if TYPE_CHECKING:
+    from seoro.runtime.events import Event
+
         self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
 
     @property
@@ -76,10 +83,28 @@ class Trace:
         if self._observers:
             self.record("log", level=level, message=message, source=str(source))
 
-    def event(self, path: str, arguments: Mapping[str, Value]) -> None:
+    def event(self, path: str, arguments: Mapping[str, Value], **fields: Any) -> None:
         """Record that an event occurred."""
         if self._observers:
-            self.record("event", name=path, arguments={name: plain(value) for name, value in arguments.items()})
+            shown = {name: plain(value) for name, value in arguments.items()}
+            self.record("event", name=path, arguments=shown, **fields)
+
+    def occurrence(self, event: Event, arguments: Mapping[str, Value], *, is_derived: bool) -> None:
+        """Record that an event of an instance occurred.
+
+        Args:
+            event: The event.
+            arguments: Its arguments.
+            is_derived: Whether it was not emitted, but what it is declared to be has occurred.
+        """
+        holder = event.holder()
+        if self.is_watched and holder is not None:
+            fields: dict[str, Any] = {"of": self.exact.number(holder), "event": event.name}
+            if is_derived:
+                fields["derived"] = True
+            if arguments:
+                fields["exact"] = self.exact.fields(arguments)
+            self.event(event.path, arguments, **fields)
 
 
 def unwritten(error: Exception) -> str:

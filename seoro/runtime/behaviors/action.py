@@ -92,9 +92,12 @@ async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, pla
             where = place_of_thread(context.thread, bound.function)
         services.decide(RunStatus.ERROR, f"{text}; it is at {where}" if where else text, plan.span)
 
+    def told() -> None:
+        services.trace.record("behavior.cancel", id=place.parent)
+
     meter = Meter(services.share, blocked)
     context = ActionContext(place, plan, meter)
     arguments = {field: instance.fields[field] for field in instance.declaration.structure.fields}
     coroutine = bound.call(context, instance.actor, arguments)
     meter.attach(coroutine)
-    await Drive(coroutine, place.flow, place.agenda, meter, lambda: services.grace, overrun)
+    await Drive(coroutine, place.flow, place.agenda, meter, lambda: services.grace, told, overrun)

@@ -19,6 +19,7 @@ from seoro.lang.plan import InvokeAction, InvokeScenario, OneOf, Parallel, Phase
 from seoro.runtime.applied import Applied, Modifying, apply, with_nested
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.reactions import arm_reactions
+from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.instantiate import Invocation, choose_for_modifiers, choose_parameters
@@ -153,6 +154,7 @@ def _fill(
             services.homes.settle(value)
     if plan.label is not None:
         services.agenda.write(place.position, partial(_take_label, plan.label, instance, place))
+    record_instance(instance, place.parent, services)
 
 
 def _take_label(label: str, instance: Instance, place: Place) -> None:

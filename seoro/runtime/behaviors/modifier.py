@@ -34,17 +34,32 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
     number = services.new_id()
     path, source = f"{place.path}/{name}", str(applied.plan.span)
     fields = {"type": "modifier", "name": name, "path": path, "source": source}
-    services.trace.record("behavior.start", id=number, parent=place.parent, **fields)
+    trace = services.trace
+    arguments = trace.exact.fields(applied.fields) if trace.is_watched else {}
+    trace.record("behavior.start", id=number, parent=place.parent, **fields, arguments=arguments)
     inside = replace(place, parent=number)
     try:
         if name in services.modifiers:
-            outcome = await _run_function(applied, inside, inner)
+            outcome = await _run_function(applied, inside, partial(_attempt, inner))
         else:
             outcome = await within(applied.modifiers, inner)(inside)
     except asyncio.CancelledError:
-        services.trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+        trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
         raise
-    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    return outcome
+
+
+async def _attempt(inner: Carry, place: Place) -> Outcome:
+    """Carry out what is modified once, between records of its own."""
+    trace, modifier = place.services.trace, place.parent
+    trace.record("attempt.start", modifier=modifier, path=place.path)
+    try:
+        outcome = await inner(place)
+    except asyncio.CancelledError:
+        trace.record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
+        raise
+    trace.record("attempt.end", modifier=modifier, status=outcome.status.value, reason=outcome.reason)
     return outcome
 
 

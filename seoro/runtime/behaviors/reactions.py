@@ -85,7 +85,7 @@ class Reactions:
         def answer(environment: Environment, past: Past) -> None:
             inside.services.count_start(sample.span, 0)
             value = evaluate(sample.value, environment)
-            inside.services.write(holder, sample.field, shown, inside.position, lambda: value)
+            inside.services.write(holder, sample.field, shown, inside, lambda: value)
 
         environment = self._place.environment()
         if holder is not self._place.instance:

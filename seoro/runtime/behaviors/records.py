@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seoro.lang.plan import Behavior
-from seoro.runtime.invocation import Place, Running, name_of, type_of
+from seoro.runtime.invocation import Instance, Place, Running, Services, name_of, type_of
 from seoro.runtime.verdict import Outcome
 
 
@@ -34,3 +34,20 @@ def record_end(number: int, outcome: Outcome, place: Place) -> None:
     if not stack:
         del services.running[place.flow]
     services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+
+
+def record_instance(instance: Instance, behavior: int | None, services: Services) -> None:
+    """Record the values of a new instance.
+
+    Args:
+        instance: The instance.
+        behavior: Number of the behavior that invokes it.
+        services: Of the run.
+    """
+    trace = services.trace
+    if trace.is_watched:
+        exact = trace.exact
+        fields = {"instance": exact.number(instance), "of": instance.declaration.name, "path": instance.path}
+        if instance.actor is not None:
+            fields["actor"] = exact.value(instance.actor)
+        trace.record("instance", behavior=behavior, **fields, values=exact.fields(instance.fields))
