@@ -21,7 +21,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, get_args
 
 import anyio
 import anyio.lowlevel
@@ -37,6 +37,7 @@ from seoro.lang.loader import Reader, read_file
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
+from seoro.runtime.accept import Acceptance, check_trace
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
 from seoro.runtime.reading import ReadClock, Readers, TraceReader
@@ -312,7 +313,8 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
         InvalidScenario, InvalidUse, BackendError: As `start`.
     """
     clock = _check(options)
-    plan = lower(scenario.checked, options.name, _overrides(scenario, options))
+    overrides = _overrides(scenario, options)
+    plan = lower(scenario.checked, options.name, overrides)
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
     async with AsyncExitStack() as stack:
@@ -326,10 +328,28 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,
+            overrides=overrides,
             grace=options.grace,
             version=__version__,
         )
         yield Run(Execution(plan, settings), seed, node, readers)
+
+
+def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptance:
+    """Whether the trace of a run is accepted by its scenario (7.6), by a check that is independent of the runtime.
+
+    Args:
+        scenario: What `load` returned.
+        records: The records of the trace, as `Run.trace` gives them or as they are in a file.
+
+    Raises:
+        InvalidScenario, InvalidUse: The trace is of a scenario that is not in the file, or sets what that does not
+            have.
+    """
+    start: Mapping[str, Any] = next((each for each in records if each.get("kind") == "run.start"), {})
+    overrides = start.get("overrides", {})
+    plan = lower(scenario.checked, start.get("scenario"), overrides)
+    return check_trace(plan, records)
 
 
 def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:

@@ -20,6 +20,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "exec": "run a scenario here, in this process",
     "check": "parse and check scenario files, without running",
     "trace": "show the trace of a run, sum it up, convert it",
+    "accept": "check whether the trace of a run is accepted by its scenario",
     "fmt": "lay scenario files out after the standard's coding style guide",
     "explain": "say what the code of a message means, with examples",
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",

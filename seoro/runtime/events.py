@@ -102,7 +102,8 @@ class Events:
     def of_object(self, holder: Struct | Actor, name: str) -> Event:
         """The channel of an event of a struct or an actor."""
         shown = holder.name if isinstance(holder, Actor) else holder.type.name
-        return self._of_objects.setdefault(holder, {}).setdefault(name, Event(f"{shown}.{name}", ref(holder), name))
+        channel = Event(f"{shown}.{name}", ref(holder), name)
+        return self._of_objects.setdefault(holder, {}).setdefault(name, channel)
 
     def emit(self, event: Event, arguments: Mapping[str, Value], past: Past) -> None:
         """Emit; it takes hold between this round and the next, and is in the past of who emits."""

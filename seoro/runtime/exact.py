@@ -1,8 +1,8 @@
 """Values as the trace tells them exactly: who reads it can tell one instance from another.
 
-JSON knows neither enumerations nor instances. Here each instance of a struct, an actor, a scenario or an action has a
-number; its fields are told the first time that it is met in a trace. Numbers start at 0 and follow the order of
-telling, so that equal runs have equal numbers.
+JSON knows neither enumerations nor instances. Here each instance of a struct, an actor, a scenario or an action
+has a number; its fields are told the first time that it is met in a trace. Numbers start at 0 and follow the
+order of telling, so that equal runs have equal numbers.
 """
 
 from __future__ import annotations

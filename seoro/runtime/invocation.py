@@ -135,9 +135,7 @@ class Services:
         """End the run because an expression has no value."""
         self.decide(RunStatus.ERROR, str(error), error.span)
 
-    def write(
-        self, holder: HasFields, name: str, shown: str, place: Place, value: Callable[[], Value]
-    ) -> None:
+    def write(self, holder: HasFields, name: str, shown: str, place: Place, value: Callable[[], Value]) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).
 
         Args:

@@ -55,6 +55,7 @@ class Settings(Value):
         actions: The actions that Python functions carry out, by qualified name.
         modifiers: The modifiers that they carry out, likewise.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
+        overrides: What was set from outside, by path, as expressions of the language; they stand in the trace.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Of seoro; stands in the trace.
         step_order: The order of steps in a round, as `Agenda` takes it; for tests that it changes nothing.
@@ -67,6 +68,7 @@ class Settings(Value):
     actions: Mapping[str, BoundAction] = field(default_factory=dict)
     modifiers: Mapping[str, BoundModifier] = field(default_factory=dict)
     output_directory: Path | None = None
+    overrides: Mapping[str, str] = field(default_factory=dict)
     grace: float = 5.0
     version: str = ""
     step_order: StepOrder | None = None
@@ -267,6 +269,7 @@ class Execution:
             file=self._plan.file,
             seed=self._settings.seed,
             parameters=self.parameters,
+            overrides=dict(self._settings.overrides),
             clock=self._settings.clock.name,
             version=self._settings.version,
         )

@@ -35,10 +35,13 @@ class Trace:
         self._now = now
         self._failed = failed
         self._numbers = count()
-if TYPE_CHECKING:
-    from seoro.runtime.events import Event
-
         self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
+        self.exact = Exact()
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether anybody sees the records."""
+        return bool(self._observers)
 
     @property
     def last_logs(self) -> tuple[str, ...]:

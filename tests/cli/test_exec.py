@@ -85,6 +85,7 @@ def test_the_trace_has_the_promised_records(write: Write) -> None:
         "file": "test.osc",
         "seed": 7,
         "parameters": {"name": "world", "pause": 0.0},
+        "overrides": {},
         "clock": "virtual",
         "version": "",
     }

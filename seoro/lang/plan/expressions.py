@@ -426,6 +426,10 @@ class Methods:
         """The implementation that a value has whose types these are, nearest first."""
         return next((found for name in types if (found := self._found.get((name, method))) is not None), None)
 
+    def named(self, method: str) -> Iterator[Method]:
+        """All implementations of a method, whatever type has them."""
+        return (found for (_, name), found in self._found.items() if name == method)
+
     def externals(self) -> Iterator[tuple[Method, External]]:
         """All external methods."""
         for method in self._found.values():

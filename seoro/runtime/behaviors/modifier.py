@@ -20,6 +20,7 @@ from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.explanation import Explanation
+from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, Status
 
@@ -43,7 +44,7 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
             outcome = await _run_function(applied, inside, partial(_attempt, inner))
         else:
             outcome = await within(applied.modifiers, inner)(inside)
-    except asyncio.CancelledError:
+    except (asyncio.CancelledError, EvaluationError):
         trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
         raise
     trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
@@ -56,7 +57,7 @@ async def _attempt(inner: Carry, place: Place) -> Outcome:
     trace.record("attempt.start", modifier=modifier, path=place.path)
     try:
         outcome = await inner(place)
-    except asyncio.CancelledError:
+    except (asyncio.CancelledError, EvaluationError):
         trace.record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
         raise
     trace.record("attempt.end", modifier=modifier, status=outcome.status.value, reason=outcome.reason)

@@ -28,6 +28,7 @@ from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
 from seoro.runtime.past import Past
 from seoro.runtime.values import Actor, HasFields, Struct, Value
+from seoro.runtime.verdict import Outcome, Status
 
 _Answer = Callable[[Environment, Past], None]
 
@@ -142,11 +143,14 @@ def _context(place: Place, past: Past) -> Context:
 def _carry_out(member: Emit | CallMethod, place: Place, environment: Environment, past: Past) -> None:
     place.services.count_start(member.span, len(place.position))
     number = record_start(member, place)
-    if isinstance(member, Emit):
-        outcome = run_emit(member, place, environment, past)
-    else:
-        outcome = run_call(member, environment)
-    record_end(number, outcome, place)
+    outcome = Outcome(Status.CANCELLED)  # unless it has a value
+    try:
+        if isinstance(member, Emit):
+            outcome = run_emit(member, place, environment, past)
+        else:
+            outcome = run_call(member, environment)
+    finally:
+        record_end(number, outcome, place)
 
 
 def _held(place: Place) -> Iterator[tuple[Struct | Actor, str]]:

@@ -1,0 +1,212 @@
+"""`serial` and `one_of` (7.6.2.1.2, 7.6.2.1.3), and the scenario's `do` (7.6.2.1.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+
+from seoro.lang.plan import Behavior, OneOf, Serial, Wait
+from seoro.lang.source import Span
+from seoro.runtime.accept.findings import Findings, Rule
+from seoro.runtime.accept.frames import (
+    CANCELLED,
+    FAILED,
+    SUCCEEDED,
+    UNKNOWN,
+    End,
+    Frame,
+    kind_of,
+    stands_at,
+    title_of,
+)
+from seoro.runtime.accept.history import History, Node
+
+
+@dataclass(frozen=True)
+class Checking:
+    """What checks of compositions need.
+
+    Args:
+        history: The trace.
+        findings: Gets what is wrong.
+        may_be_overridden: Whether a member may be ended, or kept from starting, by an `override`.
+    """
+
+    history: History
+    findings: Findings
+    may_be_overridden: Callable[[Behavior], bool]
+
+    def end_of(self, member: Behavior, node: Node) -> End:
+        """The end of a member that was the last to run."""
+        if node.status == CANCELLED:
+            return UNKNOWN if self.may_be_overridden(member) else End(None, inf, node.records)
+        return End(node.status, node.end.t, node.records)
+
+    def place_members(
+        self, members: Sequence[Behavior], nodes: Sequence[Node], rule: Rule, span: Span
+    ) -> list[tuple[int, Node]]:
+        """The members that behaviors of the trace are, with their positions; others are violations."""
+        placed: list[tuple[int, Node]] = []
+        for node in nodes:
+            found = [index for index, member in enumerate(members) if is_of(node, member)]
+            if not found:
+                self.findings.violate(rule, f"`{node.name}` is no member of it", span, node.start.seq)
+            elif found[0] in (index for index, _ in placed):
+                self.findings.violate(
+                    rule, f"`{node.name}` is carried out twice", members[found[0]].span, node.start.seq
+                )
+            else:
+                placed.append((found[0], node))
+        return placed
+
+
+def is_of(node: Node, behavior: Behavior) -> bool:
+    """Whether a behavior of the trace is one of the plan."""
+    return node.type == kind_of(behavior) and stands_at(node, behavior.span)
+
+
+def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[tuple[Behavior, Node]], End]:
+    """The members that were carried out one after another, and the end of that."""
+    findings, members = checking.findings, plan.members
+    placed = checking.place_members(members, frame.children, Rule.SERIAL, plan.span)
+    due, seq, following = frame.start.t, frame.start.seq, 0
+    last: tuple[int, Node] | None = None
+    for index, node in placed:
+        if index < following:
+            findings.violate(
+                Rule.SERIAL, f"`{node.name}` is out of order", members[index].span, seq, node.start.seq
+            )
+            continue
+        for missing in members[following:index]:
+            if not checking.may_be_overridden(missing):
+                message = f"`{title_of(missing)}` is left out"
+                findings.violate(Rule.SERIAL, message, missing.span, seq, node.start.seq)
+        if last is not None and last[1].status == FAILED:
+            message = f"`{node.name}` starts after a member has failed"
+            findings.violate(Rule.OUTCOME, message, members[index].span, last[1].end.seq, node.start.seq)
+        elif node.start.t != due:
+            message = (
+                f"`{node.name}` starts at {node.start.t:g} s, and not at {due:g} s, where its predecessor ended"
+            )
+            findings.violate(Rule.SERIAL, message, members[index].span, seq, node.start.seq)
+        due, seq, following, last = node.end.t, node.end.seq, index + 1, (index, node)
+    return [(members[index], node) for index, node in placed], _serial_end(plan, frame, last, checking)
+
+
+def _serial_end(plan: Serial, frame: Frame, last: tuple[int, Node] | None, checking: Checking) -> End:
+    members = plan.members
+    if last is None:
+        if all(map(checking.may_be_overridden, members)):
+            return End(SUCCEEDED, frame.start.t) if not members else UNKNOWN
+        return End(None, frame.start.t)
+    index, node = last
+    end = checking.end_of(members[index], node)
+    if end is UNKNOWN or end.status != SUCCEEDED:
+        return end
+    rest = members[index + 1 :]
+    if all(map(checking.may_be_overridden, rest)):
+        return end if not rest else UNKNOWN
+    return End(None, node.end.t, node.records)
+
+
+def end_of_one_of(plan: OneOf, frame: Frame, checking: Checking) -> tuple[list[tuple[Behavior, Node]], End]:
+    """The members that were invoked or waited, and the end of the one that it was."""
+    placed = checking.place_members(plan.members, frame.children, Rule.ONE_OF, plan.span)
+    choice = _Choice(plan, frame, placed, checking)
+    choice.check_starts()
+    return [(plan.members[index], node) for index, node in placed], choice.end()
+
+
+class _Choice:
+    """Which member it was; arguments as above."""
+
+    def __init__(self, plan: OneOf, frame: Frame, placed: list[tuple[int, Node]], checking: Checking) -> None:
+        self._plan = plan
+        self._frame = frame
+        self._checking = checking
+        self._guarded = {index for index, member in enumerate(plan.members) if _is_guarded(member)}
+        self._placed = placed
+
+    def check_starts(self) -> None:
+        """Guarded members wait from the start; of the others, the next is invoked when one has failed."""
+        findings, frame, members = self._checking.findings, self._frame, self._plan.members
+        started = {index for index, _ in self._placed}
+        for index in sorted(self._guarded - started):
+            if not self._may_lack(frame.start.t):
+                findings.violate(
+                    Rule.ONE_OF, f"`{title_of(members[index])}` does not wait", members[index].span, *frame.records
+                )
+        due, seq = frame.start.t, frame.start.seq
+        previous: Node | None = None
+        for index, node in self._placed:
+            span = members[index].span
+            if index in self._guarded:
+                if node.start.t != frame.start.t:
+                    findings.violate(
+                        Rule.ONE_OF, f"`{node.name}` waits too late", span, *frame.records[:1], node.start.seq
+                    )
+                continue
+            if previous is not None and previous.status != FAILED:
+                message = f"`{node.name}` is invoked, and `{previous.name}` was"
+                findings.violate(Rule.ONE_OF, message, span, previous.start.seq, node.start.seq)
+            elif node.start.t != due:
+                message = f"`{node.name}` starts at {node.start.t:g} s, and not at {due:g} s"
+                findings.violate(Rule.ONE_OF, message, span, seq, node.start.seq)
+            due, seq, previous = node.end.t, node.end.seq, node
+        if previous is None and len(self._guarded) < len(members) and not self._may_lack(frame.start.t):
+            findings.violate(Rule.ONE_OF, "no member is invoked", self._plan.span, *frame.records)
+
+    def _may_lack(self, due: float) -> bool:
+        """Whether a member need not have started that was due."""
+        decided = any(node.end.t == due and node.status != CANCELLED for _, node in self._placed)
+        return decided or self._checking.history.lasts(due, self._frame.end.t)
+
+    def end(self) -> End:
+        """The end of the member that was chosen."""
+        findings, members, placed = self._checking.findings, self._plan.members, self._placed
+        deciding = [
+            (index, node, mark) for index, node in placed if (mark := self._decides(index, node)) is not None
+        ]
+        if not deciding:
+            return self._undecided_end()
+        index, chosen, decision = min(deciding, key=lambda each: each[2])
+        for other, node in placed:
+            if node is chosen:
+                continue
+            if (other, node) in [(position, each) for position, each, _ in deciding]:
+                message = f"`{node.name}` goes on, and so does `{chosen.name}`"
+                findings.violate(Rule.ONE_OF, message, self._plan.span, *chosen.records, *node.records)
+            elif not self._checking.history.lasts(decision[0], node.end.t) and node.end.t > decision[0]:
+                message = f"`{node.name}` runs on after it was decided for `{chosen.name}`"
+                findings.violate(Rule.ONE_OF, message, members[other].span, decision[1], node.end.seq)
+        end = self._checking.end_of(members[index], chosen)
+        latest = max(node.end.t for _, node in placed)
+        return End(end.status, latest, end.records) if end.status in (SUCCEEDED, FAILED) else end
+
+    def _decides(self, index: int, node: Node) -> tuple[float, int] | None:
+        """When a member was chosen, as time and record; None if it was not."""
+        deciding = node
+        if index in self._guarded:
+            while deciding.type != "wait" and deciding.children:
+                deciding = deciding.children[0]
+            if deciding.type != "wait":
+                return None
+        return (deciding.end.t, deciding.end.seq) if deciding.status == SUCCEEDED else None
+
+    def _undecided_end(self) -> End:
+        failed = [node for _, node in self._placed if node.status == FAILED]
+        if failed and len(failed) == len(self._plan.members):
+            last = max(failed, key=lambda node: node.end)
+            return End(FAILED, last.end.t, last.records)
+        if failed and len(failed) == len(self._placed):
+            last = max(failed, key=lambda node: node.end)
+            return End(None, last.end.t, last.records)  # the next was due
+        return End(None)
+
+
+def _is_guarded(member: Behavior) -> bool:
+    """Whether a member begins with a `wait`, possibly inside of `serial`."""
+    while isinstance(member, Serial) and member.members:
+        member = member.members[0]
+    return isinstance(member, Wait)

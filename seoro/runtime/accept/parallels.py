@@ -1,0 +1,259 @@
+"""`parallel` (7.6.2.1.4): how its members lie to the first, the primary one.
+
+A secondary member starts in an interval around the start of the primary one, and ends in one around its end;
+kinds of overlap and offsets bound both. Where `start_to_start` says nothing, all start together: the standard
+leaves that open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from math import inf
+from typing import Final, NamedTuple
+
+from seoro.lang.plan import Behavior, Expression, Overlap, Parallel
+from seoro.runtime.accept.compositions import Checking
+from seoro.runtime.accept.findings import Rule, Undecided
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, UNKNOWN, End, Frame, title_of
+from seoro.runtime.accept.history import Node
+from seoro.runtime.accept.world import World
+from seoro.runtime.values import Range
+
+_ANY: Final = (-inf, inf)
+_ALLOWED: Final[Mapping[Overlap, tuple[tuple[float, float], tuple[float, float]]]] = {  # starts, ends
+    Overlap.EQUAL: ((0.0, 0.0), (0.0, 0.0)),
+    Overlap.START: ((0.0, 0.0), _ANY),
+    Overlap.END: (_ANY, (0.0, 0.0)),
+    Overlap.INITIAL: ((-inf, 0.0), _ANY),
+    Overlap.FINAL: (_ANY, (0.0, inf)),
+    Overlap.INSIDE: ((0.0, inf), (-inf, 0.0)),
+    Overlap.FULL: ((-inf, 0.0), (0.0, inf)),
+    Overlap.ANY: (_ANY, _ANY),
+}
+
+
+class _Fault(NamedTuple):
+    """A member that does not lie to the primary one as it should; when that was clear, and what is wrong."""
+
+    t: float
+    message: str
+    member: int
+
+
+class Bounds(NamedTuple):
+    """Offsets of secondary members from the primary one [s]."""
+
+    starts: tuple[float, float]
+    ends: tuple[float, float]
+    starts_together: bool
+
+    @property
+    def may_end_secondaries(self) -> bool:
+        """Whether secondary members that have no end of their own are ended."""
+        return self.ends[1] < inf
+
+
+def bounds_of(plan: Parallel, frame: Frame, world: World) -> Bounds:
+    """What the arguments of a composition say.
+
+    Raises:
+        Undecided: The trace does not tell their values.
+    """
+    starts, ends = _ALLOWED[plan.overlap]
+    if plan.start_to_start is not None:
+        starts = _within(_range(plan.start_to_start, frame, world), starts)
+    if plan.end_to_end is not None:
+        ends = _within(_range(plan.end_to_end, frame, world), ends)
+    return Bounds(starts, ends, plan.start_to_start is None)
+
+
+def _range(expression: Expression, frame: Frame, world: World) -> tuple[float, float]:
+    found = world.value(expression, frame.around.environment, frame.start.seq)
+    if not isinstance(found, Range):
+        raise Undecided(f"`{expression.span.text}` is no range")
+    return found.low, found.high
+
+
+def _within(given: tuple[float, float], allowed: tuple[float, float]) -> tuple[float, float]:
+    return max(given[0], allowed[0]), min(given[1], allowed[1])
+
+
+def end_of_parallel(
+    plan: Parallel, frame: Frame, bounds: Bounds | None, checking: Checking
+) -> tuple[list[tuple[Behavior, Node]], End]:
+    """The members that were carried out, and the end of all.
+
+    Args:
+        plan: The composition.
+        frame: Where it was carried out.
+        bounds: What its arguments say; None if that is not known.
+        checking: What checks need.
+    """
+    placed = checking.place_members(plan.members, frame.children, Rule.PARALLEL, plan.span)
+    found = [(plan.members[index], node) for index, node in placed]
+    if bounds is None:
+        return found, UNKNOWN
+    members = _Members(plan, frame, bounds, dict(placed), checking)
+    members.check_starts()
+    return found, members.end()
+
+
+class _Members:
+    """The members that were carried out; arguments as above."""
+
+    def __init__(
+        self, plan: Parallel, frame: Frame, bounds: Bounds, nodes: dict[int, Node], checking: Checking
+    ) -> None:
+        self._plan = plan
+        self._frame = frame
+        self._bounds = bounds
+        self._nodes = nodes
+        self._checking = checking
+        self._history = checking.history
+
+    def check_starts(self) -> None:
+        """Members start together, or as far apart as they may."""
+        findings, frame, members = self._checking.findings, self._frame, self._plan.members
+        start, primary = frame.start.t, self._nodes.get(0)
+        if self._nodes and min(node.start.t for node in self._nodes.values()) != start:
+            findings.violate(Rule.PARALLEL, "no member starts with it", self._plan.span, *frame.records)
+        for index, node in self._nodes.items():
+            span = members[index].span
+            if self._bounds.starts_together:
+                if node.start.t != start:
+                    message = f"`{node.name}` starts at {node.start.t:g} s, and not at {start:g} s with the others"
+                    findings.violate(Rule.PARALLEL, message, span, frame.start.seq, node.start.seq)
+            elif primary is not None and index > 0 and not self._is_offset(node.start.t, primary.start.t):
+                message = f"`{node.name}` starts {_offset(node.start.t - primary.start.t)} the primary member"
+                findings.violate(Rule.PARALLEL, message, span, primary.start.seq, node.start.seq)
+        for index in set(range(len(members))) - self._nodes.keys():
+            due = self._latest_start(index)
+            if self._frame_goes_on_after(due) and not self._checking.may_be_overridden(members[index]):
+                message = f"`{title_of(members[index])}` does not start"
+                findings.violate(Rule.PARALLEL, message, members[index].span, *frame.records)
+
+    def _is_offset(self, secondary: float, primary: float) -> bool:
+        low, high = self._bounds.starts
+        return _not_after(secondary, primary + high, self._history.reached) and _not_after(
+            primary, secondary - low, self._history.reached
+        )
+
+    def _latest_start(self, index: int) -> float:
+        """When a member has to have started that has not."""
+        if self._bounds.starts_together:
+            return self._frame.start.t
+        if index > 0:
+            primary = self._nodes.get(0)
+            return primary.start.t + self._bounds.starts[1] if primary is not None else inf
+        return max((node.start.t for node in self._nodes.values()), default=-inf) - self._bounds.starts[0]
+
+    def _frame_goes_on_after(self, due: float) -> bool:
+        """Whether it was neither ended nor failing in the instant at a time, and lasted until then."""
+        if due == inf:
+            return False
+        reached = self._history.reached(due)
+        failing = [node.end.t for node in self._nodes.values() if node.status == FAILED]
+        return not (self._history.lasts(reached, self._frame.end.t) or any(t <= reached for t in failing))
+
+    # -------------------------------------------------------- ends
+
+    def end(self) -> End:
+        """When all members had ended, or the first failed, or did not lie to the primary one as it should."""
+        failed = [node for node in self._nodes.values() if node.status == FAILED]
+        first = min(failed, key=lambda node: node.end, default=None)
+        fault = min(self._faults(), default=None)
+        if fault is not None and (first is None or fault.t < first.end.t):
+            return self._end_of_fault(fault)
+        if first is not None:
+            self._check_others_ended(first)
+            return End(FAILED, self._last_end(first.end.t), first.records)
+        ends = [self._checking.end_of(self._plan.members[index], node) for index, node in self._nodes.items()]
+        if any(end.status is None for end in ends) or len(self._nodes) < len(self._plan.members):
+            return End(None)
+        if UNKNOWN in ends:
+            return UNKNOWN
+        return End(SUCCEEDED, max(node.end.t for node in self._nodes.values()))
+
+    def _end_of_fault(self, fault: _Fault) -> End:
+        """A fault is the composition's own failure; if it did not fail then, a rule is broken."""
+        node = self._nodes[fault.member]
+        frame = self._frame
+        has_failed = frame.status == FAILED and self._history.lasts(fault.t, frame.end.t)
+        was_cut = frame.status in frame.cuts and self._history.lasts(fault.t, frame.end.t)
+        if not (has_failed or was_cut):
+            span = self._plan.members[fault.member].span
+            self._checking.findings.violate(Rule.PARALLEL, fault.message, span, *frame.records, *node.records)
+            return UNKNOWN
+        return End(FAILED, self._last_end(fault.t), node.records) if has_failed else UNKNOWN
+
+    def _check_others_ended(self, first: Node) -> None:
+        """The others are cancelled when a member fails."""
+        for index, node in self._nodes.items():
+            span = self._plan.members[index].span
+            if node.start.t > first.end.t:
+                message = f"`{node.name}` starts after `{first.name}` has failed"
+                self._checking.findings.violate(Rule.OUTCOME, message, span, first.end.seq, node.start.seq)
+            elif node.end.t > first.end.t and not self._history.lasts(first.end.t, node.end.t):
+                message = f"`{node.name}` goes on after `{first.name}` has failed"
+                self._checking.findings.violate(Rule.OUTCOME, message, span, first.end.seq, node.end.seq)
+
+    def _last_end(self, t: float) -> float:
+        """When the last member had cleaned up after a time."""
+        ends = [node.end.t for node in self._nodes.values() if self._history.lasts(t, node.end.t)]
+        return max([t, *ends])
+
+    def _faults(self) -> Iterator[_Fault]:
+        primary = self._nodes.get(0)
+        for index, node in self._nodes.items():
+            if node.status == SUCCEEDED:
+                yield from self._overlap_fault(index, node)
+        if primary is None:
+            return
+        for index, node in self._nodes.items():
+            if index > 0:
+                yield from self._end_faults(index, node, primary)
+
+    def _overlap_fault(self, index: int, node: Node) -> Iterator[_Fault]:
+        """There has to be an instant in which all members run."""
+        late = [other for other in self._nodes.values() if other.start.t > node.end.t]
+        missing = len(self._nodes) < len(self._plan.members) and self._frame.status == FAILED
+        if late or missing:
+            what = f"`{late[0].name}` started" if late else "another member started"
+            yield _Fault(node.end.t, f"`{node.name}` ended before {what}", index)
+
+    def _end_faults(self, index: int, node: Node, primary: Node) -> Iterator[_Fault]:
+        low, high = self._bounds.ends
+        reached, end = self._history.reached, node.end.t
+        name = node.name
+        if node.status == SUCCEEDED and low > -inf:
+            latest = reached(end + max(-low, 0.0))
+            was_running = primary.status == CANCELLED and self._frame.status == FAILED
+            if primary.end.t > latest or (was_running and self._history.lasts(latest, primary.end.t)):
+                yield _Fault(latest, f"`{name}` ended before the primary member, which ran on", index)
+            elif primary.status == SUCCEEDED and low > 0 and end < primary.end.t + low - 1e-9:
+                t = max(end, primary.end.t)
+                yield _Fault(t, f"`{name}` ended {_offset(end - primary.end.t)} the primary member", index)
+        if primary.status == SUCCEEDED and high < inf:
+            latest = reached(primary.end.t + max(high, 0.0))
+            if end > latest and not (node.status == SUCCEEDED and self._history.lasts(latest, end)):
+                yield _Fault(
+                    latest,
+                    f"`{name}` was still running {_offset(latest - primary.end.t)} the primary member",
+                    index,
+                )
+            elif node.status == CANCELLED and self._history.lasts(latest, end) and self._frame.status == FAILED:
+                yield _Fault(latest, f"`{name}` was still running when it should have ended", index)
+            elif node.status == SUCCEEDED and end > primary.end.t + high + 1e-9 and high < 0:
+                t = max(end, primary.end.t)
+                yield _Fault(t, f"`{name}` ended {_offset(end - primary.end.t)} the primary member", index)
+
+
+def _not_after(t: float, limit: float, reached: Callable[[float], float]) -> bool:
+    """Whether a time is no later than what is due at a limit happens."""
+    return limit == inf or t <= limit + 1e-9 or t <= reached(limit)
+
+
+def _offset(seconds: float) -> str:
+    if abs(seconds) < 1e-9:
+        return "together with"
+    return f"{abs(seconds):g} s {'after' if seconds > 0 else 'before'}"

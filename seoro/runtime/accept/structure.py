@@ -1,0 +1,233 @@
+"""Reading a trace, and what it has to be like whatever the scenario says.
+
+Records are numbered from 0 without gaps, time never goes back, what starts has one end, within that of what it is
+carried out in, and the run has a start, an end, and one behavior that is all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+from seoro.runtime.accept.findings import Findings, Rule
+from seoro.runtime.accept.history import Attempt, Happening, History, Mark, Node, Record
+
+_STATUSES: Final = frozenset({"succeeded", "failed", "cancelled"})
+_NUMBER: Final = (int, float)
+_FIELDS: Final[dict[str, dict[str, Any]]] = {
+    "run.start": {"scenario": str, "parameters": dict, "clock": str},
+    "run.end": {"status": str, "duration": _NUMBER},
+    "behavior.start": {
+        "id": int,
+        "parent": (int, type(None)),
+        "type": str,
+        "name": str,
+        "path": str,
+        "source": str,
+    },
+    "behavior.end": {"id": int, "status": str, "reason": str},
+    "behavior.cancel": {"id": int},
+    "attempt.start": {"modifier": int},
+    "attempt.end": {"modifier": int, "status": str},
+    "instance": {"behavior": int, "instance": int, "of": str, "values": dict},
+    "event": {"name": str, "arguments": dict},
+    "variable": {"path": str, "of": int, "field": str},
+}
+
+
+def read_history(records: Iterable[object], findings: Findings) -> History | None:
+    """Read a trace; None if it has no run at all.
+
+    Args:
+        records: The records.
+        findings: Gets what is wrong with the structure.
+    """
+    read = _Reader(findings)
+    for record in records:
+        read.take(record)
+    return read.finish()
+
+
+class _Reader:
+    """Reads record by record; what is not well formed is left out and told."""
+
+    def __init__(self, findings: Findings) -> None:
+        self._findings = findings
+        self._records: list[Record] = []
+        self._last = 0.0
+        self._next = 0  # the number of the next record
+        self._nodes: dict[int, Node] = {}
+        self._open: dict[int, Node] = {}
+        self._attempts: dict[int, Mark] = {}  # that are open, by modifier
+        self._root: Node | None = None
+        self._run: Record | None = None
+        self._end: Record | None = None
+        self._events: dict[tuple[int, str], list[Happening]] = {}
+        self._changes: dict[tuple[int, str], list[Happening]] = {}
+        self._instances: list[Record] = []
+        self._times: list[float] = []
+
+    def _wrong(self, message: str, *records: int) -> None:
+        self._findings.violate(Rule.STRUCTURE, message, None, *records)
+
+    def take(self, record: object) -> None:
+        """Read a record."""
+        place = len(self._records)
+        if not isinstance(record, dict) or not _is_stamped(record):
+            self._wrong("a record needs `seq`, `t` and `kind`", place)
+            return
+        if record["seq"] != self._next:
+            self._wrong(f"a record has the number {record['seq']} where {self._next} is due", place)
+        self._next = record["seq"] + 1
+        record = {**record, "seq": place}
+        if record["t"] < self._last:
+            self._wrong(f"time goes back from {self._last:g} s to {record['t']:g} s", place - 1, place)
+            record = {**record, "t": self._last}
+        self._last = record["t"]
+        if not self._times or self._times[-1] != self._last:
+            self._times.append(self._last)
+        self._records.append(record)
+        if self._end is not None:
+            self._wrong("there is a record after `run.end`", place)
+        missing = [
+            name
+            for name, kinds in _FIELDS.get(record["kind"], {}).items()
+            if not isinstance(record.get(name, ...), kinds)
+        ]
+        if missing:
+            self._wrong(f"`{record['kind']}` needs {', '.join(f'`{name}`' for name in missing)}", place)
+            return
+        self._place(record, Mark(place, self._last))
+
+    def _place(self, record: Record, mark: Mark) -> None:
+        match record["kind"]:
+            case "run.start":
+                if mark.seq != 0:
+                    self._wrong("`run.start` is not the first record", mark.seq)
+                self._run = self._run or record
+            case "run.end":
+                self._end = record
+            case "behavior.start":
+                self._start(record, mark)
+            case "behavior.end":
+                self._finish_node(record, mark)
+            case "behavior.cancel":
+                self._cancel(record, mark)
+            case "attempt.start" | "attempt.end":
+                self._attempt(record, mark)
+            case "instance":
+                self._instance(record, mark)
+            case "event":
+                self._happen(self._events, record, record.get("event"), mark)
+            case "variable":
+                self._happen(self._changes, record, record["field"], mark)
+            case _:
+                pass  # logs and coverage say nothing about what is accepted
+
+    def _start(self, record: Record, mark: Mark) -> None:
+        number, parent = record["id"], record["parent"]
+        if number in self._nodes:
+            self._wrong(f"behavior {number} starts twice", self._nodes[number].start.seq, mark.seq)
+            return
+        around = self._open.get(parent) if parent is not None else None
+        if parent is not None and around is None:
+            self._wrong(f"behavior {number} starts in behavior {parent}, which does not run", mark.seq)
+            around = self._nodes.get(parent)
+        kind, name, path, source = (str(record[name]) for name in ("type", "name", "path", "source"))
+        arguments = record.get("arguments") or {}
+        node = Node(number, around, kind, name, path, source, mark, mark, arguments=arguments)
+        self._nodes[number] = self._open[number] = node
+        if around is not None:
+            around.children.append(node)
+        elif self._root is None:
+            self._root = node
+        else:
+            self._wrong("there is a second behavior that is in no other", self._root.start.seq, mark.seq)
+
+    def _finish_node(self, record: Record, mark: Mark) -> None:
+        node = self._open.pop(record["id"], None)
+        if node is None:
+            self._wrong(f"behavior {record['id']} ends and does not run", mark.seq)
+            return
+        node.end, node.status, node.reason = mark, record["status"], record["reason"]
+        if node.status not in _STATUSES:
+            self._wrong(f"behavior {node.number} ends as {node.status!r}", mark.seq)
+        running = [child.number for child in node.children if child.number in self._open]
+        if running:
+            self._wrong(f"behavior {node.number} ends before {running[0]}, which runs in it", mark.seq)
+        if node.number in self._attempts:
+            self._wrong(f"modifier {node.number} ends before what it modifies", mark.seq)
+
+    def _cancel(self, record: Record, mark: Mark) -> None:
+        node = self._open.get(record["id"])
+        if node is None:
+            self._wrong(f"behavior {record['id']} is cancelled and does not run", mark.seq)
+        elif node.cancelled is None:
+            node.cancelled = mark
+
+    def _attempt(self, record: Record, mark: Mark) -> None:
+        number = record["modifier"]
+        node, started = self._open.get(number), self._attempts.pop(number, None)
+        is_start = record["kind"] == "attempt.start"
+        if node is None or is_start is not (started is None):
+            self._wrong(f"an attempt of modifier {number} does not begin and end in turn", mark.seq)
+            return
+        if started is None:
+            self._attempts[number] = mark
+        else:
+            node.attempts.append(Attempt(started, mark, record["status"]))
+
+    def _instance(self, record: Record, mark: Mark) -> None:
+        node = self._open.get(record["behavior"])
+        if node is None:
+            self._wrong(f"behavior {record['behavior']} invokes something and does not run", mark.seq)
+            return
+        node.instances.append(record["instance"])
+        self._instances.append(record)
+
+    def _happen(
+        self, where: dict[tuple[int, str], list[Happening]], record: Record, name: object, mark: Mark
+    ) -> None:
+        """Take what happened to an instance; what backends tell belongs to none."""
+        of = record.get("of")
+        if isinstance(of, int) and isinstance(name, str):
+            where.setdefault((of, name), []).append(Happening(mark, of, name, record))
+
+    def finish(self) -> History | None:
+        """What was read."""
+        last = Mark(len(self._records) - 1, self._last)
+        for node in self._open.values():
+            self._wrong(f"behavior {node.number} has no end", node.start.seq)
+            node.end = last
+        if self._run is None:
+            self._wrong("there is no `run.start`", 0)
+        if self._end is None:
+            self._wrong("there is no `run.end`", max(last.seq, 0))
+        elif self._end["duration"] != self._end["t"]:
+            self._wrong("the duration of the run is not the time of its end", self._end["seq"])
+        if self._root is None:
+            self._wrong("no behavior is the run itself", 0)
+        if self._run is None or self._end is None or self._root is None:
+            return None
+        cleanups = sorted(
+            (node.cancelled.t, node.end.t)
+            for node in self._nodes.values()
+            if node.cancelled is not None and node.end.t > node.cancelled.t
+        )
+        return History(
+            self._records,
+            self._run,
+            self._end,
+            self._root,
+            self._nodes,
+            self._events,
+            self._changes,
+            self._instances,
+            self._times,
+            cleanups,
+        )
+
+
+def _is_stamped(record: Record) -> bool:
+    stamps = record.get("seq"), record.get("t"), record.get("kind")
+    return isinstance(stamps[0], int) and isinstance(stamps[1], _NUMBER) and isinstance(stamps[2], str)

@@ -1,0 +1,377 @@
+"""Matching the behaviors of a trace with those of the plan, from the outside to the inside (7.6.1.4).
+
+Each behavior of the trace has to be one that the scenario invokes there. What lies around it (`until`, modifiers,
+its duration) is taken off layer by layer; then its members are matched, and their order and times checked. The
+rules that need more than that get the places where they apply.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf
+
+from seoro.lang.plan import (
+    Behavior,
+    CallMethod,
+    Emit,
+    InvokeAction,
+    InvokeScenario,
+    ModifierApplication,
+    OneOf,
+    Override,
+    Parallel,
+    Phase,
+    PhaseEvent,
+    Plan,
+    Scenario,
+    Serial,
+    Wait,
+)
+from seoro.lang.source import Span
+from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial, is_of
+from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.frames import (
+    CANCELLED,
+    FAILED,
+    SUCCEEDED,
+    UNKNOWN,
+    End,
+    Frame,
+    Matched,
+    check_end,
+    stands_at,
+    title_of,
+)
+from seoro.runtime.accept.history import History, Node
+from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of
+from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
+from seoro.runtime.accept.world import Instance, World
+from seoro.runtime.environment import Environment
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """A behavior that is being matched.
+
+    Args:
+        plan: The behavior; None for the run itself.
+        span: Its place in the scenario.
+    """
+
+    plan: Behavior | None
+    span: Span
+
+
+@dataclass(eq=False)
+class Tree:
+    """Matches a trace with a plan.
+
+    Args:
+        plan: The plan.
+        history: The trace.
+        world: Its values.
+        findings: Gets what is wrong.
+    """
+
+    plan: Plan
+    history: History
+    world: World
+    findings: Findings
+    matched: Matched = field(default_factory=Matched)
+    _pending: list[Callable[[], None]] = field(default_factory=list)
+    _taken: dict[int, int] = field(default_factory=dict)  # how many instances of a behavior were carried out
+
+    def match(self) -> Matched:
+        """Match all of it."""
+        overridden = {label.overridden[-1] for label in self._overrides()}
+        self._checking = Checking(
+            self.history, self.findings, lambda member: member.label is not None and member.label in overridden
+        )
+        root = self.history.root
+        if root.type != "scenario" or root.name != self.plan.entry:
+            message = f"the run is `{root.name}`, not the scenario `{self.plan.entry}`"
+            self.findings.violate(Rule.TREE, message, None, root.start.seq)
+            return self.matched
+        entry = self._instance(root, 0)
+        if entry is None:
+            self.findings.violate(Rule.STRUCTURE, "nothing tells of the values of the run", None, root.start.seq)
+            return self.matched
+        declared = self.plan.scenarios[self.plan.entry]
+        course = _Course(None, declared.span)
+        frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)
+        self._layers(course, layers_in(declared.modifiers), frame)
+        while self._pending:
+            self._pending.pop()()
+        return self.matched
+
+    def _overrides(self) -> list[Override]:
+        found: list[Override] = []
+        for scenario in self.plan.scenarios.values():
+            found += [each for each in scenario.modifiers if isinstance(each, Override)]
+            pending = [scenario.body] if scenario.body is not None else []
+            while pending:
+                behavior = pending.pop()
+                match behavior:
+                    case Serial() | Parallel() | OneOf():
+                        pending += behavior.members
+                        found += [each for each in behavior.modifications if isinstance(each, Override)]
+                    case InvokeAction() | InvokeScenario():
+                        found += [each for each in behavior.modifications if isinstance(each, Override)]
+                    case _:
+                        pass
+        for modifier in self.plan.modifiers.values():
+            found += [each for each in modifier.modifiers if isinstance(each, Override)]
+        return found
+
+    # -------------------------------------------------------- behaviors
+
+    def _behavior(self, plan: Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
+        """Match a behavior that is known to be the one."""
+        self.matched.plans[node.number] = plan
+        self.matched.around[node.number] = around
+        if node.name != title_of(plan) and plan.label is not None:
+            message = f"it is called `{node.name}`, and has the label `{plan.label}`"
+            self.findings.violate(Rule.TREE, message, plan.span, node.start.seq)
+        if plan.label is not None:
+            self.matched.labels.append((plan.label, node, around))
+        frame = Frame(node, node, node.start, node.end, node.status, tuple(node.children), around, cuts)
+        match plan:
+            case Wait():
+                self._alone(frame, plan)
+                self.matched.waits.append((plan, node, around))
+            case Emit():
+                self._zero_time(frame, plan)
+                self.matched.emits.append((plan, node, around))
+            case CallMethod():
+                self._zero_time(frame, plan)
+            case InvokeAction() | InvokeScenario():
+                for number, told in enumerate(node.instances):
+                    instance = self.world.instances.get(told)
+                    if instance is not None:
+                        instance.node = node
+                        self.matched.invocations.append((plan, instance, around))
+                        if plan.label is not None:
+                            around.labels.setdefault(plan.label, []).append(instance)
+                    self._check_declared(plan, node, number)
+                self._layers(_Course(plan, plan.span), layers_of(plan, self.plan), frame)
+            case Serial() | Parallel() | OneOf():
+                self._layers(_Course(plan, plan.span), layers_of(plan, self.plan), frame)
+
+    def _check_declared(self, plan: InvokeAction | InvokeScenario, node: Node, number: int) -> None:
+        instance = self.world.instances.get(node.instances[number])
+        name = plan.action if isinstance(plan, InvokeAction) else plan.scenario
+        if instance is not None and instance.declaration.name != name:
+            message = f"`{instance.declaration.name}` is invoked, and not `{name}`"
+            self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
+
+    def _alone(self, frame: Frame, plan: Behavior) -> None:
+        for child in frame.children:
+            self.findings.violate(Rule.TREE, f"`{child.name}` is no part of it", plan.span, child.start.seq)
+
+    def _zero_time(self, frame: Frame, plan: Behavior) -> None:
+        self._alone(frame, plan)
+        if frame.start.t != frame.end.t:
+            message = f"it takes {frame.end.t - frame.start.t:g} s, and should take no time"
+            self.findings.violate(Rule.EMIT, message, plan.span, *frame.records)
+
+    # -------------------------------------------------------- layers
+
+    def _layers(self, course: _Course, layers: Sequence[Layer], frame: Frame) -> None:
+        """Take off what lies around a behavior, the outermost first."""
+        for position, layer in enumerate(layers):
+            match layer:
+                case Untils():
+                    self.matched.untils.append((layer, frame, self._environment(frame)))
+                    frame = frame.loose(SUCCEEDED)
+                case Duration():
+                    self.matched.durations.append((layer, frame, self._environment(frame)))
+                    frame = frame.loose(SUCCEEDED, FAILED)
+                case Override():
+                    self.matched.overrides.append((layer, frame, self._override_scope(layer, frame)))
+                case ModifierApplication():
+                    self._modifier(course, layer, layers[position + 1 :], frame)
+                    return
+        self._core(course, frame)
+
+    def _modifier(self, course: _Course, layer: ModifierApplication, rest: Sequence[Layer], frame: Frame) -> None:
+        what = f"the modifier `{layer.modifier}`"
+        node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(_is_modifier, layer))
+        if node is None:
+            return
+        modifier = self.plan.modifiers[layer.modifier]
+        self.matched.modifiers.append((layer, modifier, node, self._environment(frame)))
+        end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None)
+        check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
+        inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(node.children), frame.around)
+        if modifier.library is None:
+            inside = replace(inside, cuts=frame.cuts)
+            self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
+            return
+        starts = [child.start.seq for child in node.children]
+        for attempt in node.attempts:
+            first, last = (bisect(starts, mark.seq) for mark in (attempt.start, attempt.end))
+            children = tuple(node.children[first:last])
+            again = replace(inside, start=attempt.start, end=attempt.end, status=attempt.status, children=children)
+            self._pending.append(partial(self._layers, course, rest, again))
+
+    def _only_child(
+        self, frame: Frame, rule: Rule, what: str, span: Span, is_it: Callable[[Node], bool]
+    ) -> Node | None:
+        """The behavior in a frame that has no other; None if it was ended before that started."""
+        found = [child for child in frame.children if is_it(child)]
+        for other in [child for child in frame.children if child not in found] + found[1:]:
+            self.findings.violate(rule, f"`{other.name}` is carried out besides {what}", span, other.start.seq)
+        if not found:
+            check_end(frame, End(None, frame.start.t), rule, span, self.history, self.findings)
+            return None
+        if found[0].start.t != frame.start.t:
+            message = f"{what} starts at {found[0].start.t:g} s, and not at {frame.start.t:g} s"
+            self.findings.violate(rule, message, span, frame.start.seq, found[0].start.seq)
+        return found[0]
+
+    def _environment(self, frame: Frame) -> Environment:
+        """What names stand for in what modifies a behavior: `it` is what is carried out."""
+        environment = frame.around.environment
+        taken = self._taken.get(frame.owner.number, 0)
+        instance = self._instance(frame.owner, taken) or self._instance(frame.owner, max(taken - 1, 0))
+        if instance is None:
+            return environment
+        return replace(environment, bindings={**environment.bindings, "it": instance})
+
+    def _override_scope(self, override: Override, frame: Frame) -> Instance:
+        """The scenario whose labels an override has."""
+        instance = self._instance(frame.owner, self._taken.get(frame.owner.number, 0))
+        if instance is not None and any(each is override for each in instance.declaration.modifiers):
+            return instance
+        return frame.around
+
+    def _instance(self, owner: Node, number: int) -> Instance | None:
+        told = owner.instances[number] if number < len(owner.instances) else -1
+        return self.world.instances.get(told)
+
+    # -------------------------------------------------------- what is carried out
+
+    def _core(self, course: _Course, frame: Frame) -> None:
+        match course.plan:
+            case None | InvokeScenario() | InvokeAction():
+                self._invocation(course, frame)
+                return
+            case Serial() as plan:
+                members, end = end_of_serial(plan, frame, self._checking)
+                rule = Rule.SERIAL
+            case OneOf() as plan:
+                members, end = end_of_one_of(plan, frame, self._checking)
+                rule = Rule.ONE_OF
+            case Parallel() as plan:
+                self._parallel(plan, frame)
+                return
+            case _:
+                return
+        check_end(frame, end, rule, plan.span, self.history, self.findings)
+        for member, node in members:
+            self._pending.append(partial(self._behavior, member, node, frame.around, frozenset({CANCELLED})))
+
+    def _parallel(self, plan: Parallel, frame: Frame) -> None:
+        try:
+            bounds = bounds_of(plan, frame, self.world)
+        except Undecided as why:
+            self.findings.skip(Rule.PARALLEL, why, plan.span)
+            bounds = None
+        members, end = end_of_parallel(plan, frame, bounds, self._checking)
+        check_end(frame, end, Rule.PARALLEL, plan.span, self.history, self.findings)
+        for member, node in members:
+            may_be_ended = member is not plan.members[0] and (bounds is None or bounds.may_end_secondaries)
+            cuts = frozenset({CANCELLED, SUCCEEDED} if may_be_ended else {CANCELLED})
+            self._pending.append(partial(self._behavior, member, node, frame.around, cuts))
+
+    def _invocation(self, course: _Course, frame: Frame) -> None:
+        """An instance is carried out: a scenario does its `do`, and both react to events."""
+        owner = frame.owner
+        number = self._taken.get(owner.number, 0)
+        self._taken[owner.number] = number + 1
+        instance = self._instance(owner, number)
+        if instance is None:
+            if owner.status != CANCELLED:
+                self.findings.violate(Rule.STRUCTURE, "nothing tells of its values", course.span, *frame.records)
+            return
+        instance.node = owner
+        if course.plan is None and number == 0:
+            self.matched.invocations.append((None, instance, instance))
+        self.matched.executions.append((instance, frame))
+        others = self._reactions(instance, frame)
+        body = instance.declaration.body if isinstance(instance.declaration, Scenario) else None
+        frame = replace(frame, children=tuple(others))
+        if body is not None:
+            self._body(body, instance, frame)
+            return
+        for child in others:
+            message = f"`{child.name}` is no part of `{instance.declaration.name}`"
+            self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
+        if isinstance(instance.declaration, Scenario):
+            end = End(SUCCEEDED, frame.start.t)
+            check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
+
+    def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
+        """Take out what an instance does by itself; returns the rest."""
+        others = list(frame.children)
+        for directive in instance.declaration.on:
+            mine = [child for child in others if any(is_of(child, member) for member in directive.members)]
+            others = [child for child in others if child not in mine]
+            for node in mine:
+                member = next(each for each in directive.members if is_of(node, each))
+                self.matched.plans[node.number] = member
+                self.matched.around[node.number] = instance
+            self.matched.reactions.append((instance, directive, tuple(mine)))
+        return others
+
+    def _body(self, body: Behavior, instance: Instance, frame: Frame) -> None:
+        """The `do` of a scenario: it starts and ends with it, unless `emit end` or `emit fail` ends it before."""
+        node = self._only_child(frame, Rule.DIRECT, "its `do`", body.span, lambda child: is_of(child, body))
+        if node is None:
+            return
+        if node.status == CANCELLED:
+            ending = self._ending_emit(instance, frame)
+            end = UNKNOWN if ending is not None or self._checking.may_be_overridden(body) else End(None, inf)
+        else:
+            end = End(node.status, node.end.t, node.records)
+        if end is UNKNOWN or self._ending_emit(instance, frame) is None:
+            check_end(frame, end, Rule.DIRECT, body.span, self.history, self.findings)
+        self._pending.append(partial(self._behavior, body, node, instance, frozenset({CANCELLED})))
+
+    def _ending_emit(self, instance: Instance, frame: Frame) -> Node | None:
+        """The `emit end` or `emit fail` of an instance that was carried out within a frame."""
+        for start in emits_of_end(instance):
+            pending = [*frame.node.children]
+            while pending:
+                node = pending.pop()
+                if node.type == "emit" and stands_at(node, start.span):
+                    return node
+                pending += node.children
+        return None
+
+
+def emits_of_end(instance: Instance) -> list[Emit]:
+    """Where the text of a scenario emits its own `end` or `fail`."""
+    declared = instance.declaration
+    found = [member for directive in declared.on for member in directive.members if isinstance(member, Emit)]
+    pending = [declared.body] if isinstance(declared, Scenario) and declared.body is not None else []
+    while pending:
+        behavior = pending.pop()
+        if isinstance(behavior, Emit):
+            found.append(behavior)
+        elif isinstance(behavior, Serial | Parallel | OneOf):
+            pending += behavior.members
+    return [emit for emit in found if is_ending(emit)]
+
+
+def is_ending(emit: Emit) -> bool:
+    """Whether it ends the scenario in which it stands."""
+    event = emit.event
+    return isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START
+
+
+def _is_modifier(application: ModifierApplication, node: Node) -> bool:
+    return node.type == "modifier" and node.name == application.modifier and stands_at(node, application.span)

@@ -1,0 +1,113 @@
+"""Traces of scenarios, whole and edited."""
+
+import json
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from seoro.embed import Options, Scenario, accept, load, prepare
+from seoro.runtime.accept import Acceptance
+from seoro.runtime.actions import ActionFunction
+from seoro.runtime.modifiers import ModifierFunction
+
+HEADER = "import osc.types\nimport osc.helpers\n\n"
+Record = dict[str, Any]
+
+
+@dataclass
+class Traced:
+    """A scenario, and the trace of a run of it, which may be edited."""
+
+    scenario: Scenario
+    records: list[Record] = field(default_factory=list)
+
+    def accept(self) -> Acceptance:
+        return accept(self.scenario, json.loads(json.dumps(self.records)))
+
+    @property
+    def broken(self) -> set[str]:
+        """The rules that the trace breaks."""
+        return {violation.rule.title for violation in self.accept().violations}
+
+    @property
+    def messages(self) -> str:
+        return "\n".join(violation.message for violation in self.accept().violations)
+
+    def copy(self) -> "Traced":
+        return Traced(self.scenario, [dict(record) for record in self.records])
+
+    # -------------------------------------------------------- finding and editing
+
+    def find(self, kind: str, number: int = 0, **fields: Any) -> Record:
+        """A record by its kind and some of its fields; of several, the one with that number."""
+        return [r for r in self.records if r["kind"] == kind and fields.items() <= r.items()][number]
+
+    def start(self, name: str, number: int = 0) -> Record:
+        return self.find("behavior.start", number, name=name)
+
+    def end(self, name: str, number: int = 0) -> Record:
+        return self.find("behavior.end", id=self.start(name, number)["id"])
+
+    def drop(self, *records: Record) -> None:
+        """Take out records, and close the gap in their numbers."""
+        self.records = [record for record in self.records if not any(record is other for other in records)]
+        self._number()
+
+    def drop_behavior(self, name: str, number: int = 0) -> None:
+        """Take out a behavior with all that belongs to it."""
+        numbers = {self.start(name, number)["id"]}
+        for record in self.records:
+            if record["kind"] == "behavior.start" and record["parent"] in numbers:
+                numbers.add(record["id"])
+        mine = [r for r in self.records if {r.get("id"), r.get("behavior"), r.get("modifier")} & numbers]
+        self.drop(*mine)
+
+    def insert(self, after: Record, **fields: Any) -> None:
+        """Put in a record, at the time of another, after that."""
+        position = next(index for index, record in enumerate(self.records) if record is after)
+        self.records.insert(position + 1, {"seq": 0, "t": after["t"], **fields})
+        self._number()
+
+    def move(self, record: Record, after: Record) -> None:
+        """Move a record after another, to whose time."""
+        self.records = [other for other in self.records if other is not record]
+        position = next(index for index, other in enumerate(self.records) if other is after)
+        record["t"] = after["t"]
+        self.records.insert(position + 1, record)
+        self._number()
+
+    def shift(self, first: Record, by: float) -> None:
+        """Let a record, and all after it, happen later by some seconds."""
+        for record in self.records[first["seq"] :]:
+            record["t"] += by
+            if "duration" in record:
+                record["duration"] += by
+
+    def _number(self) -> None:
+        for seq, record in enumerate(self.records):
+            record["seq"] = seq
+
+
+TraceText = Callable[..., Awaitable[Traced]]
+
+
+@pytest.fixture
+def trace_text(tmp_path: Path) -> TraceText:
+    """Runs the text of a scenario on the virtual clock, for its trace."""
+
+    async def trace(
+        text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = (), **options: Any
+    ) -> Traced:
+        path = tmp_path / "test.osc"
+        path.write_text(HEADER + text)
+        module = ModuleType("actions_of_a_test")
+        vars(module).update({function.__name__: function for function in actions})
+        scenario = load(path, modules=[module])
+        async with prepare(scenario, Options(seed=seed, clock="virtual", **options)) as run, run.running():
+            return Traced(scenario, [dict(record) async for record in run.trace()])
+
+    return trace
