@@ -6,25 +6,65 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.lang.plan import Plan
-from seoro.runtime.accept.findings import Acceptance, Findings
+from seoro.runtime.accept.channels import Channels
+from seoro.runtime.accept.constraining import Constraining
+from seoro.runtime.accept.emitting import Emitting
+from seoro.runtime.accept.findings import Acceptance, Findings, Rule
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED
+from seoro.runtime.accept.history import History
+from seoro.runtime.accept.modifying import Modifying
+from seoro.runtime.accept.moments import Moments
+from seoro.runtime.accept.overriding import Overriding
+from seoro.runtime.accept.pasts import Pasts
+from seoro.runtime.accept.reacting import Reacting
 from seoro.runtime.accept.structure import read_history
 from seoro.runtime.accept.tree import Tree
+from seoro.runtime.accept.variables import Variables
+from seoro.runtime.accept.waiting import Waiting
 from seoro.runtime.accept.world import World
+
+# How a run ends, by how the behavior that is all of it does; any run may end as an error, or by being stopped.
+_ENDS = {SUCCEEDED: "passed", FAILED: "failed", CANCELLED: "failed"}
 
 
 def check_trace(plan: Plan, records: Sequence[Mapping[str, Any]]) -> Acceptance:
     """Whether a trace is accepted by a scenario.
 
     Args:
-        plan: The scenario that was run, lowered with the same entry.
+        plan: The scenario that was run, lowered with the same entry and the same overrides.
         records: The records of the trace, as observers see them or as JSON has them.
     """
     findings = Findings()
     history = read_history(records, findings)
     if history is not None:
-        world = World(plan, history, findings)
-        Tree(plan, history, world, findings).match()
+        _check(plan, history, findings)
     return findings.acceptance([_number(place, record) for place, record in enumerate(records)])
+
+
+def _check(plan: Plan, history: History, findings: Findings) -> None:
+    world = World(plan, history, findings)
+    matched = Tree(plan, history, world, findings).match()
+    channels = Channels(plan, history, world)
+    emitting = Emitting(history, world, channels, findings)
+    pasts = Pasts(history, matched, channels, emitting.emitted(matched))
+    moments = Moments(history, world, channels)
+    Waiting(history, world, moments, pasts, findings).check(matched)
+    emitting.check(matched)
+    Reacting(history, world, moments, pasts, findings).check(matched)
+    Modifying(history, findings).check(matched)
+    Overriding(history, findings).check(matched)
+    Constraining(plan, history, world, findings).check(matched)
+    Variables(plan, history, world, findings).check()
+    _check_verdict(plan, history, findings)
+
+
+def _check_verdict(plan: Plan, history: History, findings: Findings) -> None:
+    """The run ends as the behavior that is all of it."""
+    root, status = history.root, history.end["status"]
+    if status not in ("error", "cancelled", _ENDS.get(root.status)):
+        message = f"the run {status}, and its scenario {root.status}"
+        span = plan.scenarios[plan.entry].span
+        findings.violate(Rule.OUTCOME, message, span, root.end.seq, history.end["seq"])
 
 
 def _number(place: int, record: Mapping[str, Any]) -> int:

@@ -46,6 +46,7 @@ class Node:
         children: What is carried out in it, in the order of starts.
         attempts: Of a modifier.
         instances: Numbers of what it invoked, in their order.
+        told: The records that tell of these.
         cancelled: When an action was told that it is.
     """
 
@@ -63,6 +64,7 @@ class Node:
     children: list[Node] = field(default_factory=list)
     attempts: list[Attempt] = field(default_factory=list)
     instances: list[int] = field(default_factory=list)
+    told: list[int] = field(default_factory=list)
     cancelled: Mark | None = None
 
     @property

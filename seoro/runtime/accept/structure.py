@@ -183,6 +183,7 @@ class _Reader:
             self._wrong(f"behavior {record['behavior']} invokes something and does not run", mark.seq)
             return
         node.instances.append(record["instance"])
+        node.told.append(mark.seq)
         self._instances.append(record)
 
     def _happen(

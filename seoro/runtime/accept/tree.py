@@ -82,7 +82,6 @@ class Tree:
     findings: Findings
     matched: Matched = field(default_factory=Matched)
     _pending: list[Callable[[], None]] = field(default_factory=list)
-    _taken: dict[int, int] = field(default_factory=dict)  # how many instances of a behavior were carried out
 
     def match(self) -> Matched:
         """Match all of it."""
@@ -95,7 +94,7 @@ class Tree:
             message = f"the run is `{root.name}`, not the scenario `{self.plan.entry}`"
             self.findings.violate(Rule.TREE, message, None, root.start.seq)
             return self.matched
-        entry = self._instance(root, 0)
+        entry = self.world.instances.get(root.instances[0]) if root.instances else None
         if entry is None:
             self.findings.violate(Rule.STRUCTURE, "nothing tells of the values of the run", None, root.start.seq)
             return self.matched
@@ -235,22 +234,25 @@ class Tree:
     def _environment(self, frame: Frame) -> Environment:
         """What names stand for in what modifies a behavior: `it` is what is carried out."""
         environment = frame.around.environment
-        taken = self._taken.get(frame.owner.number, 0)
-        instance = self._instance(frame.owner, taken) or self._instance(frame.owner, max(taken - 1, 0))
+        instance = self._carried_out(frame)
         if instance is None:
             return environment
         return replace(environment, bindings={**environment.bindings, "it": instance})
 
     def _override_scope(self, override: Override, frame: Frame) -> Instance:
         """The scenario whose labels an override has."""
-        instance = self._instance(frame.owner, self._taken.get(frame.owner.number, 0))
+        instance = self._carried_out(frame)
         if instance is not None and any(each is override for each in instance.declaration.modifiers):
             return instance
         return frame.around
 
-    def _instance(self, owner: Node, number: int) -> Instance | None:
-        told = owner.instances[number] if number < len(owner.instances) else -1
-        return self.world.instances.get(told)
+    def _carried_out(self, frame: Frame) -> Instance | None:
+        """What is carried out in a frame: a new instance, or the first, made before the modifiers begin."""
+        owner = frame.owner
+        position = bisect(owner.told, frame.start.seq)
+        is_inside = position < len(owner.told) and owner.told[position] < frame.end.seq
+        number = owner.instances[position if is_inside else 0] if owner.instances else -1
+        return self.world.instances.get(number)
 
     # -------------------------------------------------------- what is carried out
 
@@ -290,15 +292,13 @@ class Tree:
     def _invocation(self, course: _Course, frame: Frame) -> None:
         """An instance is carried out: a scenario does its `do`, and both react to events."""
         owner = frame.owner
-        number = self._taken.get(owner.number, 0)
-        self._taken[owner.number] = number + 1
-        instance = self._instance(owner, number)
+        instance = self._carried_out(frame)
         if instance is None:
             if owner.status != CANCELLED:
                 self.findings.violate(Rule.STRUCTURE, "nothing tells of its values", course.span, *frame.records)
             return
         instance.node = owner
-        if course.plan is None and number == 0:
+        if course.plan is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
         self.matched.executions.append((instance, frame))
         others = self._reactions(instance, frame)

@@ -27,7 +27,7 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.history import Happening, History, Record
-from seoro.runtime.environment import Environment, EvaluationError, Reads
+from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value, Variable
 
@@ -35,23 +35,27 @@ if TYPE_CHECKING:
     from seoro.runtime.accept.history import Node
 
 
+class NothingInvoked(Undecided):
+    """Nothing had been invoked under a label that an expression names."""
+
+
 @dataclass(eq=False)
-class Moment:
+class Present:
     """The record at which expressions are evaluated at present."""
 
     seq: int = 0
 
 
 class TimedFields(dict[str, Value]):
-    """Fields by name, as they were at a moment; a `dict`, since that is what structs hold.
+    """Fields by name, as they were at a place of the trace; a `dict`, since that is what structs hold.
 
     Args:
-        moment: The moment.
+        present: The place at which they are asked for.
     """
 
-    def __init__(self, moment: Moment) -> None:
+    def __init__(self, present: Present) -> None:
         super().__init__()
-        self._moment = moment
+        self._present = present
         self._changes: dict[str, tuple[list[int], list[Value]]] = {}
 
     def change(self, name: str, seq: int, value: Value) -> None:
@@ -63,7 +67,7 @@ class TimedFields(dict[str, Value]):
     def __getitem__(self, name: str) -> Value:
         if name in self._changes:
             places, values = self._changes[name]
-            index = bisect_left(places, self._moment.seq)
+            index = bisect_left(places, self._present.seq)
             if index > 0:
                 return values[index - 1]
         return super().__getitem__(name)
@@ -85,7 +89,7 @@ class Instance:
         told: The record that tells of it.
         fields: Its parameters and variables, and the global parameters.
         actor: On which it was invoked.
-        moment: At which expressions are evaluated.
+        present: At which expressions are evaluated.
     """
 
     declaration: Scenario | Action
@@ -93,7 +97,7 @@ class Instance:
     told: Record
     fields: TimedFields
     actor: Actor | None
-    moment: Moment
+    present: Present
     labels: dict[str, list[Instance]] = field(default_factory=dict)
     node: Node | None = None  # the behavior that invokes it
 
@@ -109,7 +113,7 @@ class Instance:
 
     def invoked(self, label: str) -> Instance | None:
         """What it had invoked last under a label."""
-        found = [each for each in self.labels.get(label, ()) if each.seq < self.moment.seq]
+        found = [each for each in self.labels.get(label, ()) if each.seq < self.present.seq]
         return found[-1] if found else None
 
     @property
@@ -136,9 +140,10 @@ class World:
 
     def __init__(self, plan: Plan, history: History, findings: Findings) -> None:
         self.plan = plan
-        self.moment = Moment()
+        self.present = Present()
         self.instances: dict[int, Instance] = {}
         self.objects: dict[int, Struct | Actor] = {}
+        self.told: list[tuple[Struct | Actor, int]] = []  # with the record that tells of each
         self._numbers: dict[int, int] = {}
         self._history = history
         self._findings = findings
@@ -149,7 +154,7 @@ class World:
         self.arguments: dict[int, dict[str, Value]] = {}  # of events, by record
         instances = {record["seq"]: record for record in history.instances}
         for seq, record in enumerate(history.records):
-            self.moment.seq = seq
+            self.present.seq = seq
             self._load(record, instances.get(seq), changes.get(seq), events_by_seq.get(seq))
 
     # -------------------------------------------------------- what the trace tells
@@ -181,11 +186,13 @@ class World:
             return
         if number in self.instances or number in self.objects:
             self._findings.violate(Rule.STRUCTURE, f"there are two instances {number}", None, record["seq"])
-        fields = TimedFields(self.moment)
+        fields = TimedFields(self.present)
         actor = self.decode(record["actor"]) if "actor" in record else None
         for field_name, value in record["values"].items():
             dict.__setitem__(fields, field_name, self.decode(value))
-        made = Instance(declared, number, record, fields, actor if isinstance(actor, Actor) else None, self.moment)
+        made = Instance(
+            declared, number, record, fields, actor if isinstance(actor, Actor) else None, self.present
+        )
         self.instances[number] = made
         self._numbers[id(made)] = number
 
@@ -222,7 +229,7 @@ class World:
 
     def _object(self, number: int, types: list[str], fields: Record, actor: object) -> Struct | Actor:
         if number in self.objects or number in self.instances:
-            self._findings.violate(Rule.STRUCTURE, f"there are two instances {number}", None, self.moment.seq)
+            self._findings.violate(Rule.STRUCTURE, f"there are two instances {number}", None, self.present.seq)
         known = {structure.type.name: structure.type for structure in self.plan.structures.all()}
         for index, name in enumerate(types):
             type_ = known.get(name)
@@ -231,11 +238,12 @@ class World:
         else:
             raise Undecided(f"there is no type {' of '.join(types[:1])!r}")
         made = (
-            Actor(cast(Any, type_), str(actor), TimedFields(self.moment), types[:index])
+            Actor(cast(Any, type_), str(actor), TimedFields(self.present), types[:index])
             if actor is not None
-            else Struct(cast(Any, type_), TimedFields(self.moment), types[:index])
+            else Struct(cast(Any, type_), TimedFields(self.present), types[:index])
         )
         self.objects[number] = made
+        self.told.append((made, self.present.seq))
         self._numbers[id(made)] = number
         for name, value in fields.items():
             dict.__setitem__(made.fields, name, self.decode(value))
@@ -244,6 +252,11 @@ class World:
     def holder(self, number: int) -> Instance | Struct | Actor | None:
         """What has a number."""
         return self.instances.get(number) or self.objects.get(number)
+
+    def next_instance(self, seq: int) -> list[int]:
+        """The record of the first instance at or after a record, if there is one."""
+        index = bisect_left(self._history.instances, seq, key=lambda record: int(record["seq"]))
+        return [int(record["seq"]) for record in self._history.instances[index : index + 1]]
 
     def number(self, holder: object) -> int | None:
         """The number of an instance; None if the trace does not tell of it."""
@@ -268,9 +281,11 @@ class World:
         reason = self._why_undecidable(expression)
         if reason is not None:
             raise Undecided(reason)
-        self.moment.seq = seq
+        self.present.seq = seq
         try:
             return evaluate(expression, replace(environment, reads=reads))
+        except NotInvoked as error:
+            raise NothingInvoked(str(error)) from None
         except EvaluationError as error:
             raise Undecided(f"`{_short(expression)}` has no value: {error}") from None
         except (KeyError, AssertionError, AttributeError, TypeError, IndexError, RecursionError):

@@ -1,0 +1,219 @@
+"""`emit`, and that events occur when something makes them occur, and only then (7.6.2.5.1, 7.6.2.5.2)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from seoro.lang.plan import DeclaredEvent, Emit, OnEvent, Phase, PhaseEvent, Scenario
+from seoro.runtime.accept.channels import Channels
+from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.history import Happening, History, Node
+from seoro.runtime.accept.tree import is_ending
+from seoro.runtime.accept.world import Instance, World
+from seoro.runtime.values import Value
+
+
+@dataclass(eq=False)
+class Emitting:
+    """Checks events.
+
+    Args:
+        history: The trace.
+        world: Its values.
+        channels: Finds events.
+        findings: Gets what is wrong.
+    """
+
+    history: History
+    world: World
+    channels: Channels
+    findings: Findings
+
+    def emitted(self, matched: Matched) -> dict[int, Happening]:
+        """The occurrences that behaviors emitted, by the numbers of these."""
+        found: dict[int, Happening] = {}
+        for plan, node, instance in _emits(matched):
+            happening = self._occurrence(plan, node, instance)
+            if happening is not None:
+                found[node.number] = happening
+        return found
+
+    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> Happening | None:
+        """What an `emit` emitted; what was emitted before in that instant may be the same."""
+        if is_ending(plan):
+            return None
+        candidates = [
+            happening
+            for happening in self.channels.at(instance.number, _name(plan), node.start.t)
+            if not happening.is_derived and happening.mark.seq < node.end.seq
+        ]
+        arguments = self._arguments(plan, node, instance)
+        fitting = [
+            happening
+            for happening in candidates
+            if arguments is None or _same(self.world.arguments.get(happening.mark.seq, {}), arguments)
+        ]
+        return fitting[-1] if fitting else None
+
+    def _arguments(self, plan: Emit, node: Node, instance: Instance) -> dict[str, Value] | None:
+        """The arguments of an `emit`; None if the trace does not tell them."""
+        try:
+            environment = instance.environment
+            return {name: self.world.value(value, environment, node.start.seq) for name, value in plan.arguments}
+        except Undecided:
+            return None
+
+    # -------------------------------------------------------- rules
+
+    def check(self, matched: Matched) -> None:
+        """Check all of it."""
+        emitted = self.emitted(matched)
+        for plan, node, instance in _emits(matched):
+            if is_ending(plan):
+                self._ending(plan, node, instance, matched)
+            elif node.number not in emitted and node.status == SUCCEEDED:
+                message = f"`{_name(plan)}` does not occur when it is emitted, or with other arguments"
+                self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
+        explained = {happening.mark.seq for happening in emitted.values()}
+        explained |= set(self._of_labels(matched))
+        explained |= set(self._of_instances(matched))
+        for (number, name), happenings in self.history.events.items():
+            self._declared(number, name, happenings, explained)
+
+    def _ending(self, plan: Emit, node: Node, instance: Instance, matched: Matched) -> None:
+        """`emit end` and `emit fail` end the scenario in which they stand."""
+        frames = (
+            frame
+            for each, frame in matched.executions
+            if each is instance and frame.start.seq < node.start.seq < frame.end.seq
+        )
+        frame = next(frames, None)
+        if frame is None or frame.held:
+            return
+        if not self.history.lasts(node.end.t, frame.end.t):
+            message = f"its scenario goes on until {frame.end.t:g} s"
+            self.findings.violate(Rule.EMIT, message, plan.span, *node.records, frame.end.seq)
+            return
+        event = plan.event
+        assert isinstance(event, PhaseEvent), "it ends its scenario"
+        status = SUCCEEDED if event.phase is Phase.END else FAILED
+        others = [
+            other
+            for each, other, within in _emits(matched)
+            if within is instance and is_ending(each) and other.start.t == node.start.t
+        ]
+        body_ended = any(child.status == FAILED and child.end.t == node.end.t for child in frame.children)
+        if frame.status not in (status, CANCELLED) and len(others) == 1 and not body_ended:
+            message = f"its scenario {frame.status}"
+            self.findings.violate(Rule.EMIT, message, plan.span, *node.records, frame.end.seq)
+
+    def _of_labels(self, matched: Matched) -> Iterator[int]:
+        """The events of labelled members, which start and end with them."""
+        for label, node, around in matched.labels:
+            yield from self._due(around, f"{label}.start", node.start.t, node, must=True)
+            phase = "fail" if node.status == FAILED else "end"
+            yield from self._due(around, f"{label}.{phase}", node.end.t, node, must=node.status != CANCELLED)
+
+    def _due(self, holder: Instance, name: str, t: float, node: Node, *, must: bool) -> Iterator[int]:
+        """The records of an event that is due."""
+        found = [each for each in self.channels.at(holder.number, name, t) if not each.is_derived]
+        if must and not found:
+            message = f"`{name}` does not occur at {t:g} s"
+            plan = holder.declaration
+            self.findings.violate(Rule.EVENT, message, plan.span, *node.records)
+        yield from (each.mark.seq for each in found)
+
+    def _of_instances(self, matched: Matched) -> Iterator[int]:
+        """The events of instances, which start and end with them; those of actions if anybody wants them."""
+        for instance, frame in matched.executions:
+            is_scenario = isinstance(instance.declaration, Scenario)
+            number = instance.number
+            is_cut = frame.end.t == frame.start.t and frame.status in frame.cuts
+            yield from self._due(instance, "start", frame.start.t, frame.node, must=is_scenario and not is_cut)
+            if frame.held or SUCCEEDED in frame.cuts:
+                yield from self._any_end(number, frame)
+                continue
+            phase = "fail" if frame.status == FAILED else "end"
+            must = is_scenario and frame.status != CANCELLED
+            yield from self._due(instance, phase, frame.end.t, frame.node, must=must)
+            if frame.status == CANCELLED:
+                yield from self._any_end(number, frame)
+
+    def _any_end(self, number: int, frame: Frame) -> Iterator[int]:
+        """Its end at any time, if something may hold it longer."""
+        for phase in ("end", "fail"):
+            found = self.channels.between(number, phase, frame.start.t, frame.end.t)
+            yield from (each.mark.seq for each in found[:1])
+
+    def _declared(self, number: int, name: str, happenings: list[Happening], explained: set[int]) -> None:
+        """Each occurrence has an emission, or what the event is declared to be has occurred."""
+        holder = self.world.holder(number)
+        if not isinstance(holder, Instance):
+            return
+        declared = next((event for event in holder.declaration.events if event.name == name), None)
+        span = declared.span if declared is not None else holder.declaration.span
+        seen: Counter[tuple[float, bool, str]] = Counter()
+        for happening in happenings:
+            seq, t = happening.mark
+            arguments = happening.told["arguments"]
+            seen[t, happening.is_derived, repr(sorted(arguments.items()))] += 1
+            if seen[t, happening.is_derived, repr(sorted(arguments.items()))] > 1:
+                self.findings.violate(Rule.EVENT, f"`{name}` occurs twice at {t:g} s", span, seq)
+            if not happening.is_derived and seq not in explained:
+                self.findings.violate(Rule.EVENT, f"`{name}` occurs at {t:g} s, and nothing emits it", span, seq)
+            if declared is not None and not happening.is_derived:
+                self._fits(declared.parameters, happening, name)
+            if happening.is_derived:
+                self._derived(holder, happening)
+
+    def _fits(self, parameters: tuple[str, ...], happening: Happening, name: str) -> None:
+        """Its arguments are those that it is declared with."""
+        told = happening.told["arguments"]
+        if set(told) != set(parameters):
+            message = f"`{name}` has the arguments {sorted(told)}, and is declared with {sorted(parameters)}"
+            self.findings.violate(Rule.EVENT, message, None, happening.mark.seq)
+
+    def _derived(self, holder: Instance, happening: Happening) -> None:
+        """What an event is declared to be has occurred; conditions, whose contexts are elsewhere, are left out."""
+        name = happening.name
+        declared = next((event for event in holder.declaration.events if event.name == name), None)
+        specification = declared.specification if declared is not None else None
+        if declared is None or specification is None:
+            message = f"`{name}` occurs, and neither is emitted nor declared to be something else"
+            self.findings.violate(Rule.EVENT, message, holder.declaration.span, happening.mark.seq)
+            return
+        if not isinstance(specification, OnEvent) or not isinstance(
+            specification.event, DeclaredEvent | PhaseEvent
+        ):
+            return
+        channels = self.channels.resolve(specification.event, holder.environment, happening.mark)
+        if not any(self.channels.at(channel.of, channel.name, happening.mark.t) for channel in channels):
+            message = f"`{name}` occurs, and what it is declared to be does not"
+            self.findings.violate(Rule.EVENT, message, declared.span, happening.mark.seq)
+
+
+def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:
+    """All that was emitted, by members and by reactions."""
+    yield from matched.emits
+    for instance, _, nodes in matched.reactions:
+        for node in nodes:
+            plan = matched.plans.get(node.number)
+            if isinstance(plan, Emit):
+                yield plan, node, instance
+
+
+def _name(plan: Emit) -> str:
+    event = plan.event
+    if isinstance(event, DeclaredEvent):
+        return event.name
+    return f"{event.label}.{event.phase.value}" if event.label is not None else event.phase.value
+
+
+def _same(told: dict[str, Value], evaluated: dict[str, Value]) -> bool:
+    """Whether arguments are the same; a value that the trace does not tell of may be any."""
+    return told.keys() == evaluated.keys() and all(
+        type(told[name]) is not type(value) or told[name] == value for name, value in evaluated.items()
+    )

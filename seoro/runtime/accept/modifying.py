@@ -1,0 +1,126 @@
+"""The modifiers of `osc.helpers`: how their ends follow from those of what they modify.
+
+What other libraries carry out has rules that nobody but they know; it is told as not checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from seoro.lang.plan import Modifier, ModifierApplication
+from seoro.runtime.accept.findings import Findings, Rule
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
+from seoro.runtime.accept.history import Attempt, History, Node
+
+_LIBRARY: Final = "osc.helpers"
+_LIMITED: Final = frozenset({"timeout", "running_is_failure", "running_is_success"})
+_OUTCOMES: Final[
+    Mapping[str, Mapping[str, str]]
+] = {  # of the modifier, by that of the attempt; cancelled: it holds
+    "inverter": {SUCCEEDED: FAILED, FAILED: SUCCEEDED},
+    "failure_is_success": {SUCCEEDED: SUCCEEDED, FAILED: SUCCEEDED},
+    "success_is_failure": {SUCCEEDED: FAILED, FAILED: FAILED},
+    "success_is_running": {SUCCEEDED: CANCELLED, FAILED: FAILED},
+    "failure_is_running": {SUCCEEDED: SUCCEEDED, FAILED: CANCELLED},
+    "timeout": {SUCCEEDED: SUCCEEDED, FAILED: FAILED, CANCELLED: FAILED},
+    "running_is_failure": {SUCCEEDED: SUCCEEDED, FAILED: FAILED, CANCELLED: FAILED},
+    "running_is_success": {SUCCEEDED: SUCCEEDED, FAILED: FAILED, CANCELLED: SUCCEEDED},
+}
+
+
+@dataclass(eq=False)
+class Modifying:
+    """Checks modifiers.
+
+    Args:
+        history: The trace.
+        findings: Gets what is wrong.
+    """
+
+    history: History
+    findings: Findings
+
+    def check(self, matched: Matched) -> None:
+        """Check all of them."""
+        for application, modifier, node, _ in matched.modifiers:
+            if modifier.library == _LIBRARY:
+                self._check(application, modifier, node)
+            elif modifier.library is not None:
+                reason = f"`{modifier.name}` is carried out by a library, whose rules are not known"
+                self.findings.skip(Rule.MODIFIER, reason, application.span)
+
+    def _check(self, application: ModifierApplication, modifier: Modifier, node: Node) -> None:
+        def wrong(message: str, *records: int) -> None:
+            self.findings.violate(Rule.MODIFIER, message, application.span, *node.records, *records)
+
+        attempts = node.attempts
+        self._check_times(node, wrong)
+        if modifier.name in ("repeat", "retry"):
+            self._check_again(modifier.name, node, wrong)
+            return
+        if len(attempts) > 1:
+            wrong(f"`{modifier.name}` carries it out {len(attempts)} times", attempts[1].start.seq)
+        if modifier.name in _LIMITED:
+            self._check_limit(modifier.name, node, wrong)
+        if not attempts or node.status == CANCELLED:
+            return
+        [first, *_] = attempts
+        due = _OUTCOMES.get(modifier.name, {}).get(first.status)
+        if due != node.status:
+            wrong(f"`{modifier.name}` {node.status}, and what it modifies {_ended(first.status)}", first.end.seq)
+
+    def _check_times(self, node: Node, wrong: Callable[..., None]) -> None:
+        """What is carried out starts with it; each next attempt when the one before has ended; then it ends."""
+        due, seq = node.start.t, node.start.seq
+        for attempt in node.attempts:
+            if attempt.start.t != due:
+                wrong(f"an attempt starts at {attempt.start.t:g} s, and not at {due:g} s", seq, attempt.start.seq)
+            due, seq = attempt.end.t, attempt.end.seq
+        if node.attempts and node.status != CANCELLED and node.end.t != due:
+            wrong(f"it ends at {node.end.t:g} s, and what it modifies at {due:g} s", seq)
+
+    def _check_again(self, name: str, node: Node, wrong: Callable[..., None]) -> None:
+        """`repeat` goes on while it succeeds, `retry` while it fails, so often as they are to."""
+        count, attempts = node.arguments.get("count"), node.attempts
+        goes_on = SUCCEEDED if name == "repeat" else FAILED
+        for attempt in attempts[:-1]:
+            if attempt.status != goes_on:
+                wrong(f"`{name}` goes on after an attempt that {_ended(attempt.status)}", attempt.end.seq)
+        if not isinstance(count, int):
+            wrong("its count is not told")
+            return
+        if 0 <= count < len(attempts):
+            wrong(f"`{name}` makes {len(attempts)} attempts of {count}", attempts[count].start.seq)
+        if node.status == CANCELLED or not attempts:
+            return
+        last = attempts[-1]
+        if last.status == goes_on and len(attempts) != count:
+            wrong(f"`{name}` ends after {len(attempts)} attempts of {_times(count)}", last.end.seq)
+        if last.status != node.status:
+            wrong(f"`{name}` {node.status}, and its last attempt {_ended(last.status)}", last.end.seq)
+
+    def _check_limit(self, name: str, node: Node, wrong: Callable[..., None]) -> None:
+        """What does not end in time is cancelled then, and not before."""
+        limit: Any = node.arguments.get("duration") if name == "timeout" else 0.0
+        if not isinstance(limit, int | float):
+            wrong("its duration is not told")
+            return
+        latest = self.history.reached(node.start.t + limit)
+        for attempt in node.attempts:
+            if attempt.end.t > latest and not self._is_cut(attempt, latest):
+                wrong(f"what it modifies lasts longer than {limit:g} s", attempt.end.seq)
+            elif attempt.status == CANCELLED and node.status != CANCELLED and attempt.end.t < latest:
+                wrong(f"what it modifies is cancelled before {limit:g} s have passed", attempt.end.seq)
+
+    def _is_cut(self, attempt: Attempt, latest: float) -> bool:
+        return attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
+
+
+def _ended(status: str) -> str:
+    return "was cancelled" if status == CANCELLED else status
+
+
+def _times(count: int) -> str:
+    return "any number" if count < 0 else str(count)

@@ -1,0 +1,276 @@
+"""When an event specification is met (7.3.10.4), for one who listens from a place of the trace on.
+
+A moment may be a span of time, where a duration was drawn from a range. It is *sure* if the specification was met
+then; others may have been met, as far as the trace tells: changes of variables that follow each other at once may
+have taken hold together.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from seoro.lang.plan import (
+    Elapsed,
+    EventCondition,
+    EventReference,
+    EventSpecification,
+    Every,
+    Expression,
+    Fall,
+    Holds,
+    OnEvent,
+    Rise,
+)
+from seoro.runtime.accept.channels import Channel, Channels
+from seoro.runtime.accept.findings import Undecided
+from seoro.runtime.accept.history import TIME_DIGITS, Happening, History, Mark
+from seoro.runtime.accept.pasts import Past
+from seoro.runtime.accept.world import EventObject, NothingInvoked, TimedFields, World, has_labels
+from seoro.runtime.environment import Environment, Reads
+from seoro.runtime.values import Range
+
+_MOST = 100_000  # moments of one who listens; more would take too long
+_NESTING = 64  # of events that are derived from one another; the runtime refuses more
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When a specification was met.
+
+    Args:
+        first: The earliest time [s].
+        last: The latest [s].
+        sure: Whether it was.
+        happening: The event, if it was one that was emitted.
+    """
+
+    first: float
+    last: float
+    sure: bool
+    happening: Happening | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Listening:
+    """One who listens.
+
+    Args:
+        start: The start of the event context.
+        limit: Up to when moments are asked for [s].
+        environment: What names stand for.
+        past: Gives what is in the causal past at the start.
+    """
+
+    start: Mark
+    limit: float
+    environment: Environment
+    past: Callable[[], Past]
+
+
+@dataclass(eq=False)
+class Moments:
+    """Finds moments.
+
+    Args:
+        history: The trace.
+        world: Its values.
+        channels: Finds events.
+    """
+
+    history: History
+    world: World
+    channels: Channels
+
+    def of(self, specification: EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
+        """All moments within an event context, in the order of time.
+
+        Raises:
+            Undecided: The trace does not tell them.
+        """
+        found = list(self._of(specification, listening, depth))
+        return sorted(found, key=lambda moment: (moment.first, moment.last))
+
+    def _of(self, specification: EventSpecification, listening: Listening, depth: int) -> Iterator[Moment]:
+        if depth > _NESTING:
+            raise Undecided("events are derived from one another too deeply")
+        if isinstance(specification, OnEvent):
+            occurrences = self._occurrences(specification.event, listening, depth)
+            yield from self._guarded(specification, listening, occurrences, depth)
+        else:
+            yield from self._of_condition(specification, listening)
+
+    # -------------------------------------------------------- events
+
+    def _occurrences(self, reference: EventReference, listening: Listening, depth: int) -> Iterator[Moment]:
+        for channel in self.channels.resolve(reference, listening.environment, listening.start):
+            yield from self._emitted(channel, listening)
+            declared = channel.declared
+            if declared is not None and declared.specification is not None:
+                inside = replace(listening, start=channel.start, environment=channel.environment)
+                for moment in self.of(declared.specification, inside, depth + 1):
+                    yield replace(moment, happening=None)
+
+    def _emitted(self, channel: Channel, listening: Listening) -> Iterator[Moment]:
+        start, past = listening.start, None
+        for happening in self.channels.between(channel.of, channel.name, channel.start.t, listening.limit):
+            seq, t = happening.mark
+            if happening.is_derived or seq > channel.end:
+                continue
+            if t == start.t:
+                past = past or listening.past()
+                if seq in past.surely:
+                    continue
+                yield Moment(t, t, seq not in past.perhaps, happening)
+            else:
+                yield Moment(t, t, True, happening)
+
+    def _guarded(
+        self, specification: OnEvent, listening: Listening, occurrences: Iterator[Moment], depth: int
+    ) -> Iterator[Moment]:
+        """The occurrences at which the condition of an event holds."""
+        match specification.condition:
+            case None:
+                yield from occurrences
+            case Holds(expression):
+                for moment in occurrences:
+                    yield from self._if_holds(expression, specification.name, listening, moment)
+            case Elapsed(duration):
+                low, high = self._seconds(duration, listening)
+                for moment in occurrences:
+                    if moment.last >= round(listening.start.t + low, TIME_DIGITS):
+                        is_sure = moment.first >= round(listening.start.t + high, TIME_DIGITS)
+                        yield replace(moment, sure=moment.sure and is_sure)
+            case Rise() | Fall() | Every() as condition:
+                turns = self.of(condition, listening, depth + 1)
+                for moment in occurrences:
+                    meeting = [turn for turn in turns if turn.first <= moment.last and moment.first <= turn.last]
+                    if meeting:
+                        is_sure = any(turn.sure and turn.first == turn.last for turn in meeting)
+                        yield replace(moment, sure=moment.sure and is_sure)
+            case _:
+                assert_never(specification.condition)
+
+    def _if_holds(
+        self, expression: Expression, name: str | None, listening: Listening, moment: Moment
+    ) -> Iterator[Moment]:
+        """A moment, if a condition holds then; the condition sees the occurrence by its name."""
+        environment, happening = listening.environment, moment.happening
+        if name is not None:
+            arguments = self.world.arguments.get(happening.mark.seq, {}) if happening is not None else {}
+            environment = replace(environment, bindings={**environment.bindings, name: EventObject(arguments)})
+        if moment.first != moment.last:
+            yield replace(moment, sure=False)
+            return
+        begin = listening.start.seq
+        if happening is not None:
+            begin = max(begin, happening.mark.seq)
+        values = [self._holds(expression, environment, seq) for seq in self._states(begin, moment.first)]
+        if any(values):
+            yield replace(moment, sure=moment.sure and all(values))
+
+    def _states(self, begin: int, t: float) -> list[int]:
+        """Places of an instant at which variables may have had different values, from a record on."""
+        records = self.history.records
+        first = max(begin, bisect_left(records, t, key=lambda record: record["t"]))
+        places = [first + 1]
+        for seq in range(first, len(records)):
+            if records[seq]["t"] > t or len(places) > 50:
+                break
+            if records[seq]["kind"] in ("variable", "instance"):
+                places.append(seq + 1)
+        return places
+
+    def _holds(self, expression: Expression, environment: Environment, seq: int) -> bool:
+        try:
+            return bool(self.world.value(expression, environment, seq))
+        except NothingInvoked:
+            return False
+
+    # -------------------------------------------------------- conditions
+
+    def _of_condition(self, condition: EventCondition, listening: Listening) -> Iterator[Moment]:
+        match condition:
+            case Holds(expression):
+                yield from self._turns(expression, True, listening, counts_from_start=True)
+            case Rise(expression):
+                yield from self._turns(expression, True, listening, counts_from_start=False)
+            case Fall(expression):
+                yield from self._turns(expression, False, listening, counts_from_start=False)
+            case Elapsed(duration):
+                low, high = self._seconds(duration, listening)
+                start, reached = listening.start.t, self.history.reached
+                yield Moment(reached(start + low), reached(start + high), True)
+            case Every():
+                yield from self._ticks(condition, listening)
+            case _:
+                assert_never(condition)
+
+    def _seconds(self, expression: Expression, listening: Listening) -> tuple[float, float]:
+        found = self.world.value(expression, listening.environment, listening.start.seq)
+        low, high = (found.low, found.high) if isinstance(found, Range) else (found, found)
+        if not all(
+            isinstance(bound, int | float) and math.isfinite(bound) and bound >= 0 for bound in (low, high)
+        ):
+            raise Undecided(f"`{expression.span.text}` is no duration")
+        return float(low), float(high)  # type: ignore[arg-type] # they are numbers
+
+    def _ticks(self, every: Every, listening: Listening) -> Iterator[Moment]:
+        period, _ = self._seconds(every.period, listening)
+        offset = self._seconds(every.offset, listening)[0] if every.offset is not None else 0.0
+        first = listening.start.t + offset
+        if period < 10**-TIME_DIGITS:
+            raise Undecided(f"`{every.span.text}` has no period")
+        last = -math.inf
+        for number in range(_MOST):
+            t = self.history.reached(first + number * period)
+            if t > listening.limit:
+                return
+            if t > last:
+                yield Moment(t, t, True)
+            last = t
+        raise Undecided(f"`{every.span.text}` occurs more than {_MOST:,} times")
+
+    # -------------------------------------------------------- expressions
+
+    def _turns(
+        self, expression: Expression, awaited: bool, listening: Listening, *, counts_from_start: bool
+    ) -> Iterator[Moment]:
+        """When an expression becomes true, or false."""
+        last: bool | None = None  # the value that it surely had before
+        for number, (t, value, is_sure) in enumerate(self._values(expression, listening)):
+            if number > _MOST:
+                raise Undecided(f"`{expression.span.text}` changes more than {_MOST:,} times")
+            if value is awaited and (last is not awaited if last is not None else counts_from_start):
+                yield Moment(t, t, is_sure)
+            if is_sure or last is None:
+                last = value
+
+    def _values(self, expression: Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
+        """The values of an expression, when it may have another one, and whether it surely had that."""
+        records, seq, t, is_sure = self.history.records, listening.start.seq, listening.start.t, True
+        depends_on_labels = has_labels(expression)
+        while True:
+            reads = Reads()
+            try:
+                value = bool(self.world.value(expression, listening.environment, seq, reads))
+            except NothingInvoked:
+                value = False
+            yield t, value, is_sure
+            following = [
+                place
+                for (_, name), holder in reads.fields.items()
+                if isinstance(holder.fields, TimedFields)
+                and (place := holder.fields.next_change(name, seq)) is not None
+            ]
+            if depends_on_labels:
+                following += self.world.next_instance(seq)
+            if not following:
+                return
+            place = min(following)
+            seq, t, is_sure = place + 1, records[place]["t"], not self.history.sees_change_next(place)
+            if t > listening.limit:
+                return

@@ -1,0 +1,149 @@
+"""What a flow of control cannot see (again) when it begins to listen: its causal past in that instant (7.6.2.5).
+
+An occurrence belongs to an instant, and a flow does not see those that it emitted or consumed itself, nor those
+that flows which it was forked from or joined did. A trace does not tell which occurrence ended a `wait`; where
+there were several that may have, they are *perhaps* in the past.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario, OnEvent
+from seoro.runtime.accept.channels import Channels
+from seoro.runtime.accept.findings import Undecided
+from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.history import Happening, History, Mark, Node
+from seoro.runtime.environment import Environment
+
+
+@dataclass
+class Past:
+    """Records of events in the past of one who begins to listen.
+
+    Args:
+        surely: What is.
+        perhaps: What may be.
+    """
+
+    surely: set[int] = field(default_factory=set)
+    perhaps: set[int] = field(default_factory=set)
+
+
+@dataclass(eq=False)
+class Pasts:
+    """Finds causal pasts.
+
+    Args:
+        history: The trace.
+        matched: The places of rules.
+        channels: Finds the events that are referred to.
+        emitted: The records of the events that behaviors emitted, by their numbers.
+    """
+
+    history: History
+    matched: Matched
+    channels: Channels
+    emitted: dict[int, Happening]
+
+    def __post_init__(self) -> None:
+        self._reactions = {node.number for _, _, nodes in self.matched.reactions for node in nodes}
+        self._waits = {node.number: (plan, instance) for plan, node, instance in self.matched.waits}
+        self._labels = {node.number: (label, instance) for label, node, instance in self.matched.labels}
+        self._untils: dict[int, list[tuple[EventSpecification, Frame, Environment]]] = {}
+        for layer, frame, environment in self.matched.untils:
+            for directive in layer.directives:
+                listening = (directive.event, frame, environment)
+                self._untils.setdefault(frame.owner.number, []).append(listening)
+
+    def before(self, node: Node, mark: Mark) -> Past:
+        """The past of a flow at a place within a behavior."""
+        past = Past()
+        current: Node | None = node
+        while current is not None:
+            self._add_beginning(current, mark, past)
+            if current.type not in ("parallel", "one_of"):
+                for earlier in self._ended_before(current.children, mark):
+                    self._add_all(earlier, mark.t, past)
+            mark = Mark(current.start.seq, mark.t)
+            current = current.parent
+        past.perhaps -= past.surely
+        return past
+
+    def _ended_before(self, children: list[Node], mark: Mark) -> Iterator[Node]:
+        """The behaviors of a flow that ended in an instant, before a record."""
+        for index in range(_position(children, mark.seq) - 1, -1, -1):
+            child = children[index]
+            if child.number in self._reactions:
+                continue
+            if child.end.t < mark.t:
+                return
+            if child.end.seq < mark.seq:
+                yield child
+
+    def _add_beginning(self, node: Node, mark: Mark, past: Past) -> None:
+        """What a behavior that runs has emitted at its start: the events of its label, and of what it invoked."""
+        if node.start.t != mark.t:
+            return
+        if node.number in self._labels:
+            label, around = self._labels[node.number]
+            past.surely.update(self._phases(around.number, f"{label}.start", mark.t))
+        if node.type in ("scenario", "action"):
+            for number in node.instances:
+                found = self._phases(number, "start", mark.t)
+                past.surely.update(seq for seq in found if seq < mark.seq)
+
+    def _add_all(self, first: Node, t: float, past: Past) -> None:
+        """What was emitted and consumed in a behavior that has ended, in an instant."""
+        pending = [first]
+        while pending:
+            node = pending.pop()
+            if node.number in self._reactions or node.end.t < t:
+                continue
+            pending += node.children
+            if node.number in self.emitted:
+                past.surely.add(self.emitted[node.number].mark.seq)
+            if node.number in self._labels:
+                label, around = self._labels[node.number]
+                for phase in ("start", "end", "fail"):
+                    past.surely.update(self._phases(around.number, f"{label}.{phase}", t))
+            if isinstance(self.matched.plans.get(node.number), InvokeScenario | InvokeAction):
+                for number in node.instances:
+                    for phase in ("start", "end", "fail"):
+                        past.surely.update(self._phases(number, phase, t))
+            self._add_consumed(node, t, past)
+
+    def _add_consumed(self, node: Node, t: float, past: Past) -> None:
+        if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
+            plan, instance = self._waits[node.number]
+            self._consume([(plan.event, node.start, instance.environment)], t, past)
+        consumed = [
+            (event, frame.start, environment)
+            for event, frame, environment in self._untils.get(node.number, ())
+            if frame.end.t == t
+        ]
+        self._consume(consumed, t, past)
+
+    def _consume(
+        self, listening: Iterable[tuple[EventSpecification, Mark, Environment]], t: float, past: Past
+    ) -> None:
+        for specification, start, environment in listening:
+            if not isinstance(specification, OnEvent):
+                continue
+            try:
+                found = self.channels.happenings(specification.event, environment, start, t, t)
+            except Undecided:
+                continue
+            seqs = {happening.mark.seq for happening in found if happening.mark.t == t}
+            only = len(seqs) == 1 and not self.channels.is_derived(specification.event, environment, start)
+            (past.surely if only else past.perhaps).update(seqs)
+
+    def _phases(self, number: int, name: str, t: float) -> Iterator[int]:
+        return (found.mark.seq for found in self.channels.at(number, name, t))
+
+
+def _position(children: list[Node], seq: int) -> int:
+    """How many of some behaviors start before a record."""
+    return bisect_left(children, seq, key=lambda child: child.start.seq)

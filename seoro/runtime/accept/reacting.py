@@ -1,0 +1,135 @@
+"""`on` and `sample`: what an instance does whenever an event occurs (7.6.2.5.5, 7.3.6.1.2).
+
+Their event contexts start with the execution of the instance. The instant in which that ends may be too late.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from functools import partial
+
+from seoro.lang.plan import EventSpecification, On, OnEvent, Sample
+from seoro.lang.source import Span
+from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.frames import Frame, Matched
+from seoro.runtime.accept.history import Happening, History, Node
+from seoro.runtime.accept.moments import Listening, Moment, Moments
+from seoro.runtime.accept.pasts import Pasts
+from seoro.runtime.accept.world import Instance, World
+
+
+@dataclass(eq=False)
+class Reacting:
+    """Checks reactions.
+
+    Args:
+        history: The trace.
+        world: Its values.
+        moments: Finds when specifications are met.
+        pasts: Finds what is not seen.
+        findings: Gets what is wrong.
+    """
+
+    history: History
+    world: World
+    moments: Moments
+    pasts: Pasts
+    findings: Findings
+
+    def check(self, matched: Matched) -> None:
+        """Check all of them."""
+        reactions = {(instance.number, id(on)): nodes for instance, on, nodes in matched.reactions}
+        for instance, frame in matched.executions:
+            for directive in instance.declaration.on:
+                self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
+            for sample in instance.declaration.samples:
+                self._sample(sample, instance, frame)
+
+    def _found(self, event: EventSpecification, instance: Instance, frame: Frame, own: set[int]) -> list[Moment]:
+        """When an event is met for an instance; what its own reaction emitted it may not have seen."""
+        past = partial(self.pasts.before, frame.node, frame.start)
+        listening = Listening(frame.start, frame.end.t, instance.environment, past)
+        found = self.moments.of(event, listening)
+        return [
+            replace(each, sure=False) if each.happening is not None and each.happening.mark.seq in own else each
+            for each in found
+        ]
+
+    def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
+        own = {emitted.mark.seq for node in nodes if (emitted := self.pasts.emitted.get(node.number)) is not None}
+        try:
+            found = self._found(directive.event, instance, frame, own)
+        except Undecided as why:
+            self.findings.skip(Rule.ON, why, directive.span)
+            return
+        for number, member in enumerate(directive.members):
+            mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
+            times = Counter(node.start.t for node in mine)
+            records = {node.start.t: node.start.seq for node in mine}
+            self._compare(found, times, records, Rule.ON, member.span if number else directive.span, frame)
+
+    def _compare(
+        self,
+        found: list[Moment],
+        times: Counter[float],
+        records: dict[float, int],
+        rule: Rule,
+        span: Span,
+        frame: Frame,
+    ) -> None:
+        """Compare when something was done with when it should have been."""
+        for t, count in times.items():
+            if count > sum(moment.first <= t <= moment.last for moment in found):
+                message = f"it reacts {_times(count)} at {t:g} s, and its event has not occurred so often"
+                self.findings.violate(rule, message, span, records[t])
+        due = Counter(moment.first for moment in found if moment.sure and moment.first == moment.last)
+        for t, count in due.items():
+            if times[t] < count and t < frame.end.t:
+                seen = [m.happening.mark.seq for m in found if m.happening is not None and m.first == t]
+                message = f"it reacts {_times(times[t])} at {t:g} s, and its event occurs {_times(count)}"
+                self.findings.violate(rule, message, span, *seen)
+
+    # -------------------------------------------------------- sampled variables
+
+    def _sample(self, sample: Sample, instance: Instance, frame: Frame) -> None:
+        """A sampled variable takes its value whenever its event occurs."""
+        changes = [
+            change
+            for change in self.history.changes.get((instance.number, sample.field), ())
+            if change.told.get("by") == frame.node.number and frame.start.seq < change.mark.seq
+        ]
+        changes = [change for change in changes if change.mark.t <= frame.end.t]
+        try:
+            found = self._found(sample.event, instance, frame, set())
+        except Undecided as why:
+            self.findings.skip(Rule.SAMPLE, why, sample.span)
+            return
+        times = Counter(change.mark.t for change in changes)
+        records = {change.mark.t: change.mark.seq for change in changes}
+        self._compare(found, times, records, Rule.SAMPLE, sample.span, frame)
+        if not (isinstance(sample.event, OnEvent) and sample.event.name is not None):
+            for change in changes:
+                self._check_value(sample, instance, change)
+
+    def _check_value(self, sample: Sample, instance: Instance, change: Happening) -> None:
+        """The value is what the expression had in one of the rounds of that instant."""
+        records, seq, t = self.history.records, change.mark.seq, change.mark.t
+        places = [seq]
+        while seq > 0 and records[seq - 1]["t"] == t and len(places) < 50:
+            seq -= 1
+            if records[seq]["kind"] in ("variable", "instance"):
+                places.append(seq)
+        try:
+            told = self.world.decode(change.told["exact"])
+            values = [self.world.value(sample.value, instance.environment, place) for place in [*places, seq]]
+        except Undecided as why:
+            self.findings.skip(Rule.SAMPLE, why, sample.span)
+            return
+        if all(type(value) is type(told) and value != told for value in values):
+            message = f"`{sample.field}` takes the value {told}, and `{sample.value.span.text}` is {values[0]}"
+            self.findings.violate(Rule.SAMPLE, message, sample.span, change.mark.seq)
+
+
+def _times(count: int) -> str:
+    return {0: "not", 1: "once"}.get(count, f"{count} times")
