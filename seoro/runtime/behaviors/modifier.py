@@ -19,8 +19,8 @@ from seoro.runtime.applied import Applied, Modifying
 from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
-from seoro.runtime.explanation import Explanation
 from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.explanation import Explanation
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome, Status
 
