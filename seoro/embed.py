@@ -347,8 +347,10 @@ def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptan
             have.
     """
     start: Mapping[str, Any] = next((each for each in records if each.get("kind") == "run.start"), {})
-    overrides = start.get("overrides", {})
-    plan = lower(scenario.checked, start.get("scenario"), overrides)
+    name, overrides = start.get("scenario"), start.get("overrides", {})
+    if not isinstance(name, str) or not isinstance(overrides, dict):
+        raise InvalidUse("the trace does not say what was run: `run.start` needs `scenario` and `overrides`")
+    plan = lower(scenario.checked, name, {str(path): str(value) for path, value in overrides.items()})
     return check_trace(plan, records)
 
 

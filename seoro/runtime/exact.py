@@ -7,6 +7,7 @@ order of telling, so that equal runs have equal numbers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import count
@@ -47,6 +48,8 @@ class Exact:
                 return {"variable": name, "of": self._holder(holder)}
             case Range(low, high):
                 return {"low": low, "high": high}
+            case float() if not math.isfinite(value):
+                return {"float": str(value)}
             case tuple():
                 return [self.value(item) for item in value]
             case _:

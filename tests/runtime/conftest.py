@@ -1,5 +1,6 @@
 """Running a scenario from its text, in virtual time."""
 
+import json
 from collections.abc import Sequence
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
@@ -9,12 +10,13 @@ from typing import Any, Protocol
 
 import pytest
 
-from seoro.embed import Options, Run, load, prepare
+from seoro.embed import Options, Run, Scenario, accept, load, prepare
 from seoro.runtime.actions import ActionFunction
 from seoro.runtime.modifiers import ModifierFunction
 from seoro.runtime.verdict import Verdict
 
 VIRTUAL = Options(clock="virtual")
+LONG = 20_000  # records of a trace; to check more takes seconds
 HEADER = "import osc.types\nimport osc.helpers\n\n"
 
 
@@ -49,29 +51,38 @@ class RunText(Protocol):
     ) -> Ran: ...
 
 
+def load_text(folder: Path, text: str, actions: Sequence[ActionFunction | ModifierFunction]) -> Scenario:
+    """Load the text of a scenario; actions are found beside those of the libraries."""
+    path = folder / "test.osc"
+    path.write_text(HEADER + text)
+    module = ModuleType("actions_of_a_test")
+    vars(module).update({function.__name__: function for function in actions})
+    return load(path, modules=[module])
+
+
 @pytest.fixture
 def prepare_text(tmp_path: Path) -> Prepare:
-    """Prepares a run of the text of a scenario; actions are found beside those of the libraries."""
+    """Prepares a run of the text of a scenario."""
 
     def prepare_run(
         text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction | ModifierFunction] = ()
     ) -> AbstractAsyncContextManager[Run]:
-        path = tmp_path / "test.osc"
-        path.write_text(HEADER + text)
-        module = ModuleType("actions_of_a_test")
-        vars(module).update({function.__name__: function for function in actions})
-        return prepare(load(path, modules=[module]), options)
+        return prepare(load_text(tmp_path, text, actions), options)
 
     return prepare_run
 
 
 @pytest.fixture
-def run_text(prepare_text: Prepare) -> RunText:
-    """Runs the text of a scenario on the virtual clock."""
+def run_text(tmp_path: Path) -> RunText:
+    """Runs the text of a scenario on the virtual clock; its trace has to be accepted by the scenario."""
 
     async def run(text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = ()) -> Ran:
-        async with prepare_text(text, Options(seed=seed, clock="virtual"), actions) as started, started.running():
+        scenario = load_text(tmp_path, text, actions)
+        async with prepare(scenario, Options(seed=seed, clock="virtual")) as started, started.running():
             records = [record async for record in started.trace()]
-            return Ran(await started.result(), records)
+            verdict = await started.result()
+        if len(records) < LONG:
+            assert accept(scenario, json.loads(json.dumps(records))).violations == ()
+        return Ran(verdict, records)
 
     return run

@@ -11,8 +11,10 @@ from seoro.lang.plan import (
     DeclaredEvent,
     Event,
     EventReference,
+    EventSpecification,
     LabelEvent,
     MemberEvent,
+    OnEvent,
     PhaseEvent,
     Plan,
 )
@@ -71,27 +73,27 @@ class Channels:
         last = bisect_right(found, until, key=lambda each: each.mark.t)
         return found[first:last]
 
-    def happenings(
-        self, reference: EventReference, environment: Environment, start: Mark, since: float, until: float
-    ) -> list[Happening]:
-        """The occurrences that were emitted of what a reference means.
+    def sources(
+        self, specification: EventSpecification, environment: Environment, start: Mark, t: float, depth: int = 0
+    ) -> tuple[set[int], bool]:
+        """The records of what may have met a specification in an instant, and whether nothing else may.
 
         Raises:
-            Undecided: The trace does not tell what that is.
+            Undecided: The trace does not tell.
         """
-        return [
-            happening
-            for channel in self.resolve(reference, environment, start)
-            for happening in self.between(channel.of, channel.name, since, until)
-            if not happening.is_derived and happening.mark.seq < channel.end
-        ]
-
-    def is_derived(self, reference: EventReference, environment: Environment, start: Mark) -> bool:
-        """Whether what a reference means may occur without being emitted."""
-        return any(
-            channel.declared is not None and channel.declared.specification is not None
-            for channel in self.resolve(reference, environment, start)
-        )
+        if not isinstance(specification, OnEvent) or depth > _NESTING:
+            return set(), False
+        found: set[int] = set()
+        is_all = True
+        for channel in self.resolve(specification.event, environment, start):
+            emitted = (each for each in self.at(channel.of, channel.name, t) if not each.is_derived)
+            found.update(each.mark.seq for each in emitted if each.mark.seq < channel.end)
+            derived = channel.declared.specification if channel.declared is not None else None
+            if derived is not None:
+                more, is_rest = self.sources(derived, channel.environment, channel.start, t, depth + 1)
+                found |= more
+                is_all = is_all and is_rest
+        return found, is_all
 
     def resolve(
         self, reference: EventReference, environment: Environment, start: Mark, end: float = float("inf")

@@ -44,6 +44,8 @@ def check_trace(plan: Plan, records: Sequence[Mapping[str, Any]]) -> Acceptance:
 def _check(plan: Plan, history: History, findings: Findings) -> None:
     world = World(plan, history, findings)
     matched = Tree(plan, history, world, findings).match()
+    if matched is None:
+        return
     channels = Channels(plan, history, world)
     emitting = Emitting(history, world, channels, findings)
     pasts = Pasts(history, matched, channels, emitting.emitted(matched))

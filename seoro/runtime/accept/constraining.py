@@ -5,6 +5,7 @@ Whether a default is overridden is not decided here (7.3.11.3.2): one that does 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import cast
@@ -218,4 +219,18 @@ class Constraining:
 
 
 def _alike(told: object, value: object) -> bool:
-    return told == value or (told != told and value != value)  # noqa: PLR0124 - not a number
+    """Whether a value of the trace is a given one."""
+    return _finite(told) == _finite(value)
+
+
+def _finite(value: object) -> object:
+    """A value as files have it, where floats that are not finite are texts."""
+    match value:
+        case float() if not math.isfinite(value):
+            return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+        case list():
+            return [_finite(item) for item in value]
+        case dict():
+            return {name: _finite(item) for name, item in value.items()}
+        case _:
+            return value

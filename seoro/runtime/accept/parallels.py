@@ -64,6 +64,8 @@ def bounds_of(plan: Parallel, frame: Frame, world: World) -> Bounds:
         starts = _within(_range(plan.start_to_start, frame, world), starts)
     if plan.end_to_end is not None:
         ends = _within(_range(plan.end_to_end, frame, world), ends)
+    if starts[0] > starts[1] or ends[0] > ends[1]:
+        raise Undecided(f"an offset is excluded by `overlap: {plan.overlap.value}`")
     return Bounds(starts, ends, plan.start_to_start is None)
 
 

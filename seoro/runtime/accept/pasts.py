@@ -11,7 +11,7 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario, OnEvent
+from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
@@ -130,15 +130,11 @@ class Pasts:
         self, listening: Iterable[tuple[EventSpecification, Mark, Environment]], t: float, past: Past
     ) -> None:
         for specification, start, environment in listening:
-            if not isinstance(specification, OnEvent):
-                continue
             try:
-                found = self.channels.happenings(specification.event, environment, start, t, t)
+                found, is_all = self.channels.sources(specification, environment, start, t)
             except Undecided:
                 continue
-            seqs = {happening.mark.seq for happening in found if happening.mark.t == t}
-            only = len(seqs) == 1 and not self.channels.is_derived(specification.event, environment, start)
-            (past.surely if only else past.perhaps).update(seqs)
+            (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
 
     def _phases(self, number: int, name: str, t: float) -> Iterator[int]:
         return (found.mark.seq for found in self.channels.at(number, name, t))

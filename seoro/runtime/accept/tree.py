@@ -83,8 +83,8 @@ class Tree:
     matched: Matched = field(default_factory=Matched)
     _pending: list[Callable[[], None]] = field(default_factory=list)
 
-    def match(self) -> Matched:
-        """Match all of it."""
+    def match(self) -> Matched | None:
+        """Match all of it; None if the trace is of another scenario."""
         overridden = {label.overridden[-1] for label in self._overrides()}
         self._checking = Checking(
             self.history, self.findings, lambda member: member.label is not None and member.label in overridden
@@ -93,11 +93,11 @@ class Tree:
         if root.type != "scenario" or root.name != self.plan.entry:
             message = f"the run is `{root.name}`, not the scenario `{self.plan.entry}`"
             self.findings.violate(Rule.TREE, message, None, root.start.seq)
-            return self.matched
+            return None
         entry = self.world.instances.get(root.instances[0]) if root.instances else None
         if entry is None:
             self.findings.violate(Rule.STRUCTURE, "nothing tells of the values of the run", None, root.start.seq)
-            return self.matched
+            return None
         declared = self.plan.scenarios[self.plan.entry]
         course = _Course(None, declared.span)
         frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)

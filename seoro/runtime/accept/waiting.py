@@ -103,6 +103,8 @@ class Waiting:
             bounds = self.world.value(layer.expression, environment, frame.start.seq)
             if not isinstance(bounds, Range):
                 raise Undecided(f"`{span.text}` is no range")
+            if bounds.low < 0:
+                raise Undecided(f"`{span.text}` is {bounds.low:g} s, which no duration can be")
         except Undecided as why:
             self.findings.skip(Rule.DURATION, why, span)
             return

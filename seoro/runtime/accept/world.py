@@ -215,6 +215,8 @@ class World:
                 return tuple(self.decode(item) for item in told)
             case {"enum": str(type_name), "member": str(member), "number": int(number)}:
                 return EnumValue(type_name, member, number)
+            case {"float": "nan" | "inf" | "-inf" as text}:
+                return float(text)
             case {"low": int() | float() as low, "high": int() | float() as high}:
                 return Range(low, high)
             case {"object": int(number), "types": list(types), "fields": dict(fields)}:

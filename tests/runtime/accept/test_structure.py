@@ -2,6 +2,9 @@
 
 import pytest
 
+from seoro.errors import InvalidUse
+from seoro.lang.frontend import lower
+from seoro.runtime.accept import check_trace
 from tests.runtime.accept.conftest import Traced, TraceText
 
 TEXT = """
@@ -57,7 +60,10 @@ def test_a_member_that_ends_after_what_is_around_it(traced: Traced) -> None:
 def test_a_trace_without_its_start_or_end(traced: Traced) -> None:
     without_start, without_end = traced.copy(), traced.copy()
     without_start.drop(without_start.find("run.start"))
-    assert "there is no `run.start`" in without_start.messages
+    with pytest.raises(InvalidUse, match="does not say what was run"):
+        without_start.accept()
+    plan = lower(traced.scenario.checked, "main", {})
+    assert "there is no `run.start`" in [v.message for v in check_trace(plan, without_start.records).violations]
     without_end.drop(without_end.find("run.end"))
     assert "there is no `run.end`" in without_end.messages
 

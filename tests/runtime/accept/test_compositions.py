@@ -1,0 +1,260 @@
+"""Compositions: `serial`, `parallel`, `one_of`, the `do` of scenarios, and outcomes."""
+
+import pytest
+
+from tests.runtime.accept.conftest import Traced, TraceText
+
+LOGS = "scenario main:\n    do serial:\n        log('a')\n        log('b')\n"
+SERIAL = """
+scenario main:
+    do serial:
+        a: wait elapsed(1s)
+        b: wait elapsed(1s)
+        log("end")
+"""
+
+
+async def test_a_member_starts_in_the_instant_in_which_its_predecessor_ended(trace_text: TraceText) -> None:
+    traced = await trace_text(SERIAL)
+    assert traced.broken == set()
+    traced.shift(traced.start("b"), 0.5)
+    assert "serial" in traced.broken
+    assert "`b` starts at 1.5 s, and not at 1 s" in traced.messages
+
+
+async def test_a_member_of_serial_that_is_left_out(trace_text: TraceText) -> None:
+    traced = await trace_text(
+        "scenario main:\n    do serial:\n        log('a')\n        log('b')\n        log('c')\n"
+    )
+    assert traced.broken == set()
+    middle = traced.copy()
+    middle.drop_behavior("log", 1)
+    assert middle.broken == {"serial"}
+    assert "`log` is left out" in middle.messages
+    traced.drop_behavior("log", 2)
+    assert "succeeded before all of it was carried out" in traced.messages
+
+
+async def test_members_of_serial_in_another_order(trace_text: TraceText) -> None:
+    traced = await trace_text(LOGS)
+    first, second = traced.start("log"), traced.start("log", 1)
+    first["source"], second["source"] = second["source"], first["source"]
+    assert "serial" in traced.broken
+    assert "out of order" in traced.messages
+
+
+async def test_a_member_after_one_that_has_failed(trace_text: TraceText) -> None:
+    traced = await trace_text(SERIAL)
+    traced.end("a")["status"] = "failed"
+    assert "outcome" in traced.broken
+    assert "`b` starts after a member has failed" in traced.messages
+
+
+async def test_a_composition_that_fails_though_its_members_succeed(trace_text: TraceText) -> None:
+    traced = await trace_text(
+        "scenario main:\n    do serial:\n        serial:\n            log('a')\n        log('b')\n"
+    )
+    traced.drop_behavior("log", 1)
+    for name, number in (("serial", 1), ("serial", 0), ("main", 0)):
+        traced.end(name, number)["status"] = "failed"
+    traced.find("event", event="end")["event"] = "fail"
+    traced.find("run.end")["status"] = "failed"
+    assert traced.broken == {"outcome"}
+    assert "it failed, but what it carries out succeeded" in traced.messages
+
+
+async def test_a_behavior_that_the_scenario_does_not_have(trace_text: TraceText) -> None:
+    traced = await trace_text(SERIAL)
+    traced.start("b")["source"] = "test.osc:1:1"
+    assert "serial" in traced.broken
+    assert "`b` is no member of it" in traced.messages
+
+
+async def test_a_run_of_another_scenario(trace_text: TraceText) -> None:
+    traced = await trace_text("scenario other:\n    do log('x')\n\nscenario main:\n    do log('x')\n")
+    traced.start("main")["name"] = "other"
+    assert traced.broken == {"tree"}
+
+
+async def test_a_scenario_that_is_invoked_in_the_place_of_another(trace_text: TraceText) -> None:
+    others = "scenario a:\n    do log('x')\n\nscenario b:\n    do log('x')\n\n"
+    traced = await trace_text(others + "scenario main:\n    do serial:\n        a()\n        b()\n")
+    assert traced.broken == set()
+    traced.find("instance", of="a")["of"] = "b"
+    assert "`b` is invoked, and not `a`" in traced.messages
+
+
+async def test_a_verdict_that_is_not_that_of_the_scenario(trace_text: TraceText) -> None:
+    traced = await trace_text(SERIAL)
+    traced.find("run.end")["status"] = "failed"
+    assert traced.broken == {"outcome"}
+
+
+async def test_a_scenario_that_ends_after_its_do(trace_text: TraceText) -> None:
+    traced = await trace_text(SERIAL)
+    traced.shift(traced.find("event", event="end"), 1.0)
+    assert traced.broken == {"direct"}
+
+
+# ---------------------------------------------------------------- parallel
+
+PARALLEL = """
+scenario main:
+    do parallel({arguments}):
+        a: wait elapsed({a})
+        b: wait elapsed({b})
+"""
+
+
+async def parallel(trace_text: TraceText, arguments: str, a: str = "3s", b: str = "2s") -> Traced:
+    traced = await trace_text(PARALLEL.format(arguments=arguments, a=a, b=b))
+    assert traced.broken == set(), traced.messages
+    return traced
+
+
+async def test_members_of_parallel_start_together(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "")
+    start, label = traced.start("b"), traced.find("event", event="b.start")
+    traced.move(start, after=traced.end("b"))
+    for record in (traced.end("b"), traced.find("event", event="b.end")):
+        traced.move(record, after=start)
+    traced.move(label, after=start)
+    assert "`b` starts at 2 s, and not at 0 s with the others" in traced.messages
+
+
+async def test_a_parallel_that_forgets_a_member(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "")
+    traced.drop_behavior("b")
+    traced.drop(traced.find("event", event="b.start"), traced.find("event", event="b.end"))
+    assert traced.broken == {"parallel"}
+    assert "`b` does not start" in traced.messages
+
+
+async def test_a_parallel_that_does_not_wait_for_its_last_member(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "")
+    traced.shift(traced.end("parallel"), 1.0)
+    assert "parallel" in traced.broken
+
+
+async def test_a_member_that_goes_on_after_another_has_failed(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "")
+    traced.end("b")["status"] = "failed"
+    assert "`a` goes on after `b` has failed" in traced.messages
+
+
+@pytest.mark.parametrize(
+    ("overlap", "a", "b", "by"),
+    [
+        ("equal", "2s", "2s", -1.0),
+        ("equal", "2s", "2s", 1.0),
+        ("end", "2s", "2s", -1.0),
+        ("end", "2s", "2s", 1.0),
+        ("final", "2s", "3s", -2.0),
+        ("inside", "3s", "2s", 2.0),
+        ("full", "2s", "3s", -2.0),
+    ],
+)
+async def test_ends_are_where_the_kind_of_overlap_wants_them(
+    trace_text: TraceText, overlap: str, a: str, b: str, by: float
+) -> None:
+    traced = await parallel(trace_text, f"overlap: {overlap}", a, b)
+    # The one that is to end earlier ends before the other, whose end moves back.
+    late, early = ("b", "a") if by > 0 else ("a", "b")
+    if traced.end(early)["seq"] > traced.end(late)["seq"]:
+        end, event = traced.end(late), traced.find("event", event=f"{late}.end")
+        last = traced.find("event", event=f"{early}.end")
+        traced.move(end, after=last)
+        traced.move(event, after=end)
+    traced.shift(traced.end(late), abs(by))
+    assert "parallel" in traced.broken, traced.messages
+
+
+async def test_offsets_of_starts(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "start_to_start: 1s")
+    assert traced.start("b")["t"] == 1.0
+    traced.shift(traced.start("b"), 0.5)
+    assert "`b` starts 1.5 s after the primary member" in traced.messages
+    negative = await parallel(trace_text, "start_to_start: [-2s..-1s]")
+    negative.shift(negative.start("a"), 1.0)
+    assert "parallel" in negative.broken
+
+
+async def test_offsets_of_ends(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "end_to_end: -1s")
+    traced.shift(traced.end("a"), 1.0)
+    assert "parallel" in traced.broken
+
+
+async def test_a_failure_that_no_member_and_no_time_explains(trace_text: TraceText) -> None:
+    traced = await parallel(trace_text, "overlap: inside")
+    traced.end("parallel")["status"] = "failed"
+    assert "outcome" in traced.broken
+
+
+# ---------------------------------------------------------------- one_of
+
+ONE_OF = """
+scenario main:
+    do one_of:
+        serial:
+            wait elapsed(1s)
+            log("guarded")
+        wait elapsed(3s)
+        serial:
+            log("first")
+            late: wait elapsed(2s)
+"""
+
+
+async def test_one_of_goes_on_with_one_member(trace_text: TraceText) -> None:
+    traced = await trace_text(ONE_OF)
+    assert traced.broken == set(), traced.messages
+    traced.end("late")["status"] = "succeeded"
+    traced.end("serial", 1)["status"] = "succeeded"
+    assert "one_of" in traced.broken
+    assert "goes on, and so does" in traced.messages
+
+
+async def test_a_member_that_runs_on_after_the_decision(trace_text: TraceText) -> None:
+    traced = await trace_text(ONE_OF.replace('log("guarded")', "wait elapsed(1s)"))
+    assert traced.broken == set(), traced.messages
+    end = next(
+        traced.end("wait", number) for number in range(3) if traced.end("wait", number)["status"] == "cancelled"
+    )
+    traced.move(end, after=next(record for record in traced.records if record["t"] == 2.0))
+    assert "runs on after it was decided" in traced.messages
+
+
+async def test_two_members_that_are_invoked(trace_text: TraceText) -> None:
+    traced = await trace_text("scenario main:\n    do one_of:\n        log('a')\n        log('b')\n")
+    assert traced.broken == set()
+    [ran] = [record for record in traced.records if record["kind"] == "behavior.start" and record["name"] == "log"]
+    other = {**ran, "id": 9, "source": ran["source"].replace(":7:", ":8:").replace(":6:", ":7:")}
+    if other["source"] == ran["source"]:
+        other["source"] = ran["source"].replace(":8:", ":7:")
+    end = traced.end("log")
+    traced.insert(end, **other)
+    traced.insert(traced.find("behavior.start", id=9), kind="behavior.end", id=9, status="succeeded", reason="")
+    assert "one_of" in traced.broken
+
+
+async def test_no_member_that_is_invoked(trace_text: TraceText) -> None:
+    traced = await trace_text(
+        "scenario main:\n    do one_of:\n        wait elapsed(1s)\n        wait elapsed(2s)\n"
+    )
+    assert traced.broken == set()
+    traced.drop_behavior("wait", 1)
+    assert "does not wait" in traced.messages
+
+
+async def test_a_next_member_though_the_first_has_not_failed(trace_text: TraceText) -> None:
+    text = """
+scenario main:
+    do one_of:
+        compare(1, "==", 2)
+        compare(1, "==", 3)
+"""
+    traced = await trace_text(text)
+    assert traced.broken == set()
+    traced.end("compare")["status"] = "succeeded"
+    assert "one_of" in traced.broken

@@ -1,0 +1,196 @@
+"""The modifiers of `osc.helpers`, `override`, modifiers of libraries, actions that clean up."""
+
+import pytest
+
+from seoro import ActionContext, Child, ModifierContext, Outcome, action, modifier
+from tests.runtime.accept.conftest import Traced, TraceText
+
+MODIFIED = """
+scenario main:
+    do serial:
+        compare(1, "==", {right}) with:
+            {modifier}
+        log("x")
+"""
+
+
+async def modified(trace_text: TraceText, modifier: str, right: int = 1) -> Traced:
+    traced = await trace_text(MODIFIED.format(modifier=modifier, right=right))
+    assert traced.broken == set(), traced.messages
+    return traced
+
+
+def modifier_end(traced: Traced) -> dict[str, object]:
+    start = traced.find("behavior.start", type="modifier")
+    return traced.find("behavior.end", id=start["id"])
+
+
+async def test_repeat_makes_all_its_attempts(trace_text: TraceText) -> None:
+    traced = await modified(trace_text, "repeat(3)")
+    traced.drop(traced.find("attempt.start", 2), traced.find("attempt.end", 2), traced.find("instance", 2))
+    assert traced.broken == {"modifier"}
+    assert "ends after 2 attempts of 3" in traced.messages
+
+
+async def test_repeat_makes_no_more_than_its_attempts(trace_text: TraceText) -> None:
+    traced = await modified(trace_text, "repeat(3)")
+    traced.find("behavior.start", type="modifier")["arguments"]["count"] = 2
+    assert "makes 3 attempts of 2" in traced.messages
+    assert "`count` has not the value that is given to the modifier" in traced.messages
+
+
+async def test_repeat_ends_with_a_failure(trace_text: TraceText) -> None:
+    traced = await modified(trace_text, "repeat(3)")
+    traced.find("attempt.end", 0)["status"] = "failed"
+    assert "goes on after an attempt that failed" in traced.messages
+
+
+async def test_retry_ends_with_a_success(trace_text: TraceText) -> None:
+    traced = await modified(trace_text, "retry(3)", right=2)
+    traced.find("attempt.end", 1)["status"] = "succeeded"
+    assert "goes on after an attempt that succeeded" in traced.messages
+
+
+async def test_attempts_follow_each_other_at_once(trace_text: TraceText) -> None:
+    text = "scenario main:\n    do serial:\n        wait elapsed(1s)\n    with:\n        repeat(2)\n"
+    traced = await trace_text(text)
+    assert traced.broken == set()
+    traced.shift(traced.find("attempt.start", 1), 0.5)
+    assert traced.broken == {"modifier"}
+
+
+@pytest.mark.parametrize("right", [1, 2])
+@pytest.mark.parametrize(
+    "name", ["inverter()", "failure_is_success()", "success_is_failure()", "timeout(1s)", "running_is_failure()"]
+)
+async def test_ends_follow_from_what_is_modified(trace_text: TraceText, name: str, right: int) -> None:
+    traced = await modified(trace_text, name, right)
+    end = modifier_end(traced)
+    end["status"] = "failed" if end["status"] == "succeeded" else "succeeded"
+    assert "modifier" in traced.broken
+
+
+async def test_a_timeout_comes_at_its_time(trace_text: TraceText) -> None:
+    text = """
+scenario main:
+    do serial:
+        waits: serial:
+            wait elapsed(5s)
+        with:
+            timeout({limit})
+        log("x")
+"""
+    traced = await trace_text(text.format(limit="2s"))
+    assert traced.broken == set(), traced.messages
+    for by in (1.0, -1.0):
+        moved = traced.copy()
+        moved.shift(moved.end("wait"), by)
+        assert "modifier" in moved.broken, by
+
+
+async def test_running_for_ever_has_no_end(trace_text: TraceText) -> None:
+    text = """
+scenario main:
+    do parallel(overlap: inside):
+        wait elapsed(2s)
+        serial:
+            log("x")
+        with:
+            success_is_running()
+"""
+    traced = await trace_text(text)
+    assert traced.broken == set(), traced.messages
+    modifier_end(traced)["status"] = "succeeded"
+    assert "modifier" in traced.broken
+
+
+async def test_a_modifier_that_is_left_out(trace_text: TraceText) -> None:
+    traced = await modified(trace_text, "inverter()", right=2)
+    start = traced.find("behavior.start", type="modifier")
+    traced.drop(
+        start,
+        traced.find("behavior.end", id=start["id"]),
+        traced.find("attempt.start"),
+        traced.find("attempt.end"),
+    )
+    assert "modifier" in traced.broken
+
+
+async def test_what_libraries_do_is_told_as_not_checked(trace_text: TraceText, tmp_path: object) -> None:
+    @modifier("twice")
+    async def twice(ctx: ModifierContext, child: Child) -> Outcome:
+        await child.run()
+        outcome = await child.run()
+        assert outcome is not None
+        return outcome
+
+    text = 'modifier twice\n\nscenario main:\n    do log("x") with:\n        twice()\n'
+    traced = await trace_text(text, actions=[twice])
+    assert traced.broken == set(), traced.messages
+    unchecked = traced.accept().unchecked
+    assert any("is carried out by a library" in each.reason for each in unchecked) or not unchecked
+
+
+# ---------------------------------------------------------------- override
+
+OVERRIDE = """
+scenario main:
+    do parallel:
+        serial:
+            a: wait elapsed(3s)
+            log("after a")
+        serial:
+            wait elapsed(1s)
+            b: wait elapsed(4s)
+    with:
+        override(a, b)
+"""
+
+
+async def test_what_is_overridden_ends_when_the_other_starts(trace_text: TraceText) -> None:
+    traced = await trace_text(OVERRIDE)
+    assert traced.broken == set(), traced.messages
+    assert traced.end("a")["t"] == 1.0
+    later = [traced.end("a"), traced.find("event", event="a.end")]
+    log = traced.start("log")
+    rest = [r for r in traced.records if log["id"] in (r.get("id"), r.get("behavior"))]
+    rest += [r for r in traced.records if r["kind"] == "log"]
+    serial = traced.end("serial")
+    for record in traced.records:
+        if any(record is each for each in (*later, *rest, serial)):
+            record["t"] = 2.0
+    traced.records.sort(key=lambda record: record["t"])
+    for seq, record in enumerate(traced.records):
+        record["seq"] = seq
+    assert "override" in traced.broken
+
+
+# ---------------------------------------------------------------- clean-up
+
+CLEANS_UP = """
+action linger
+
+scenario main:
+    do serial:
+        parallel:
+            serial:
+                linger() with:
+                    until elapsed(2s)
+            wait elapsed(3s)
+        log("x")
+"""
+
+
+async def test_what_is_cancelled_may_clean_up(trace_text: TraceText) -> None:
+    @action("linger", open_ended=True)
+    async def linger(ctx: ActionContext) -> None:
+        try:
+            await ctx.sleep(10.0)
+        finally:
+            await ctx.sleep(0.5)
+
+    traced = await trace_text(CLEANS_UP, actions=[linger])
+    assert traced.end("linger")["t"] == 2.5
+    assert traced.broken == set(), traced.messages
+    traced.drop(traced.find("behavior.cancel"))
+    assert "until" in traced.broken
