@@ -296,16 +296,21 @@ class Agenda:
             # It is taken back at once, so that the round waits for its clean-up.
             foreign = flow.foreign
             self._return(flow)
-            self._busy += 1
-            flow.told = True
+            self._tell(flow)
             if foreign is not None:
                 foreign.cancel()
         elif flow.parked is not None and not flow.parked.done():
-            self._busy += 1
-            flow.told = True
+            self._tell(flow)
             flow.parked.cancel()
         elif flow.task is None and flow.alive:
             self._flow_ended(flow, _CANCELLED)  # before it has begun
+
+    def _tell(self, flow: Flow) -> None:
+        """The flow is going to see that it is cancelled."""
+        self._busy += 1
+        flow.told = True
+        if flow.on_cancel is not None:
+            flow.on_cancel()
 
     # -------------------------------------------------------- the outside world
 

@@ -54,6 +54,7 @@ class Drive:
 
     def __await__(self) -> Generator[Any, None, None]:
         error: BaseException | None = None
+        self._flow.on_cancel = self._cancelled
         try:
             while True:
                 try:
@@ -62,6 +63,7 @@ class Drive:
                     return
                 error = yield from self._await(awaited)
         finally:
+            self._flow.on_cancel = None
             with suppress(RuntimeError):  # a coroutine that was given up may ignore this, too
                 self._coroutine.close()
             if self._deadline is not None:
@@ -70,9 +72,6 @@ class Drive:
     def _resume(self, error: BaseException | None) -> Any:
         if error is not None and self._overruns > 1:
             raise error
-        if isinstance(error, asyncio.CancelledError) and self._deadline is None:
-            self._set_deadline()
-            self._told()
         self._meter.begin()
         try:
             return self._coroutine.send(None) if error is None else self._coroutine.throw(error)
@@ -108,6 +107,12 @@ class Drive:
         self._overrun()
         self._agenda.cancel_again(self._flow)
         self._set_deadline()
+
+    def _cancelled(self) -> None:
+        """The action is told that it is cancelled; it may see that without coming by here."""
+        if self._deadline is None:
+            self._set_deadline()
+            self._told()
 
     def _set_deadline(self) -> None:
         self._deadline = asyncio.get_running_loop().call_later(self._grace(), self._give_up)

@@ -85,6 +85,7 @@ class Flow:
         "forked",
         "fresh",
         "guard",
+        "on_cancel",
         "on_end",
         "open_ended",
         "outcome",
@@ -106,6 +107,7 @@ class Flow:
         self.task: asyncio.Task[None] | None = None  # once it has begun
         self.forked: dict[Flow, None] = {}  # the flows forked from it that have not ended, in order of starts
         self.on_end: Callable[[Flow], None] | None = None
+        self.on_cancel: Callable[[], None] | None = None  # called when it is told that it is cancelled
         self.guard: Callable[[Flow], None] | None = None  # called when its next wait is over, between rounds
         self.scopes: list[Scope] = [Scope(self, 0)]
         self.outcome: Outcome | None = None

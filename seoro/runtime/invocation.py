@@ -158,7 +158,7 @@ class Services:
 
     def _record_change(self, holder: HasFields, name: str, shown: str, value: Value, by: int | None) -> None:
         trace = self.trace
-        if trace.is_watched:
+        if trace.is_observed:
             fields = {"of": trace.exact.number(holder), "field": name, "exact": trace.exact.value(value), "by": by}
             trace.record("variable", path=shown, value=plain(value), **fields)
 

@@ -39,11 +39,6 @@ class Trace:
         self.exact = Exact()
 
     @property
-    def is_watched(self) -> bool:
-        """Whether anybody sees the records."""
-        return bool(self._observers)
-
-    @property
     def last_logs(self) -> tuple[str, ...]:
         """The last logs, as people read them: time, level unless it is `info`, message."""
         return tuple(
@@ -101,7 +96,7 @@ class Trace:
             is_derived: Whether it was not emitted, but what it is declared to be has occurred.
         """
         holder = event.holder()
-        if self.is_watched and holder is not None:
+        if self._observers and holder is not None:
             fields: dict[str, Any] = {"of": self.exact.number(holder), "event": event.name}
             if is_derived:
                 fields["derived"] = True

@@ -63,10 +63,23 @@ def _check(plan: Plan, history: History, findings: Findings) -> None:
 def _check_verdict(plan: Plan, history: History, findings: Findings) -> None:
     """The run ends as the behavior that is all of it."""
     root, status = history.root, history.end["status"]
+    span = plan.scenarios[plan.entry].span
+    if history.is_exact and root.start.t != 0:
+        findings.violate(Rule.DIRECT, f"the run begins at {root.start.t:g} s", span, 0, root.start.seq)
+    if history.end["t"] != root.end.t:
+        message = f"the run ends at {history.end['t']:g} s, and its scenario at {root.end.t:g} s"
+        findings.violate(Rule.DIRECT, message, span, root.end.seq, history.end["seq"])
+    if status == "failed" and root.status == CANCELLED and not _waits(history):
+        message = "the run failed, its scenario was cancelled, and nothing waits in it"
+        findings.violate(Rule.OUTCOME, message, span, root.end.seq, history.end["seq"])
     if status not in ("error", "cancelled", _ENDS.get(root.status)):
         message = f"the run {status}, and its scenario {root.status}"
-        span = plan.scenarios[plan.entry].span
         findings.violate(Rule.OUTCOME, message, span, root.end.seq, history.end["seq"])
+
+
+def _waits(history: History) -> bool:
+    """Whether something still waited at the end of the run: then nothing could happen any more."""
+    return any(child.status == CANCELLED and child.end.t == history.root.end.t for child in history.root.children)
 
 
 def _number(place: int, record: Mapping[str, Any]) -> int:

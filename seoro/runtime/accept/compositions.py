@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.lang.source import Span
@@ -40,7 +39,7 @@ class Checking:
     def end_of(self, member: Behavior, node: Node) -> End:
         """The end of a member that was the last to run."""
         if node.status == CANCELLED:
-            return UNKNOWN if self.may_be_overridden(member) else End(None, inf, node.records)
+            return UNKNOWN if self.may_be_overridden(member) else End(None, node.end.t, node.records)
         return End(node.status, node.end.t, node.records)
 
     def place_members(
@@ -82,16 +81,41 @@ def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[
             if not checking.may_be_overridden(missing):
                 message = f"`{title_of(missing)}` is left out"
                 findings.violate(Rule.SERIAL, message, missing.span, seq, node.start.seq)
-        if last is not None and last[1].status == FAILED:
-            message = f"`{node.name}` starts after a member has failed"
-            findings.violate(Rule.OUTCOME, message, members[index].span, last[1].end.seq, node.start.seq)
-        elif node.start.t != due:
-            message = (
-                f"`{node.name}` starts at {node.start.t:g} s, and not at {due:g} s, where its predecessor ended"
-            )
-            findings.violate(Rule.SERIAL, message, members[index].span, seq, node.start.seq)
+        _check_next(node, members[index], (due, seq), last, members, checking)
         due, seq, following, last = node.end.t, node.end.seq, index + 1, (index, node)
     return [(members[index], node) for index, node in placed], _serial_end(plan, frame, last, checking)
+
+
+def _check_next(
+    node: Node,
+    member: Behavior,
+    due: tuple[float, int],
+    last: tuple[int, Node] | None,
+    members: Sequence[Behavior],
+    checking: Checking,
+) -> None:
+    """A member starts when the one before it has ended, and has not failed.
+
+    Args:
+        node: The member in the trace.
+        member: The member.
+        due: When it should start [s], and the record that says so.
+        last: The position of the one before it, and that in the trace.
+        members: All members.
+        checking: What checks need.
+    """
+    t, seq = due
+    before = last[1] if last is not None else None
+    if before is not None and before.status == FAILED:
+        rule, message = Rule.OUTCOME, f"`{node.name}` starts after a member has failed"
+    elif last is not None and last[1].status == CANCELLED and not checking.may_be_overridden(members[last[0]]):
+        rule, message = Rule.OUTCOME, f"`{node.name}` starts after a member was cancelled"
+    elif node.start.t != t:
+        rule = Rule.SERIAL
+        message = f"`{node.name}` starts at {node.start.t:g} s, and not at {t:g} s, where its predecessor ended"
+    else:
+        return
+    checking.findings.violate(rule, message, member.span, seq, node.start.seq)
 
 
 def _serial_end(plan: Serial, frame: Frame, last: tuple[int, Node] | None, checking: Checking) -> End:
@@ -202,7 +226,8 @@ class _Choice:
         if failed and len(failed) == len(self._placed):
             last = max(failed, key=lambda node: node.end)
             return End(None, last.end.t, last.records)  # the next was due
-        return End(None)
+        ends = [node.end.t for _, node in self._placed]
+        return End(None, max(ends, default=self._frame.start.t))
 
 
 def _is_guarded(member: Behavior) -> bool:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from seoro.lang.plan import DeclaredEvent, Emit, OnEvent, Phase, PhaseEvent, Scenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, is_ending
 from seoro.runtime.accept.history import Happening, History, Node
-from seoro.runtime.accept.tree import is_ending
 from seoro.runtime.accept.world import Instance, World
 from seoro.runtime.values import Value
 

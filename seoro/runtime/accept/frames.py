@@ -23,6 +23,9 @@ from seoro.lang.plan import (
     OneOf,
     Override,
     Parallel,
+    Phase,
+    PhaseEvent,
+    Scenario,
     Serial,
     Wait,
 )
@@ -49,7 +52,7 @@ class Frame:
         children: What lies in it.
         around: The scenario that contains the behavior.
         cuts: The ways to end, of all, in which it may have been ended in the midst.
-        held: Whether it may last longer than what it carries out.
+        loosened: By how many layers it may last longer than what it carries out.
     """
 
     node: Node
@@ -60,11 +63,16 @@ class Frame:
     children: tuple[Node, ...]
     around: Instance
     cuts: frozenset[str] = frozenset({CANCELLED})
-    held: bool = False
+    loosened: int = 0
 
     def loose(self, *cuts: str) -> Frame:
         """The same, of what may be held, and be ended in the midst in other ways, too."""
-        return replace(self, cuts=self.cuts.union(cuts), held=True)
+        return replace(self, cuts=self.cuts.union(cuts), loosened=self.loosened + 1)
+
+    @property
+    def held(self) -> bool:
+        """Whether it may last longer than what it carries out."""
+        return self.loosened > 0
 
     @property
     def records(self) -> tuple[int, int]:
@@ -78,7 +86,7 @@ class End:
 
     Args:
         status: Succeeded or failed; None if it had not ended.
-        t: When it ended, or, without a status, when it should have gone on [s].
+        t: When it ended, or, without a status, when it went on no more [s].
         records: What shows that.
     """
 
@@ -167,7 +175,7 @@ def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, 
     if end.status is None:
         if frame.status not in frame.cuts:
             findings.violate(rule, f"it {frame.status} before all of it was carried out", span, *shown)
-        elif end.t < inf and not history.lasts(end.t, frame.end.t):
+        elif end.t < inf and frame.loosened < 2 and not history.lasts(end.t, frame.end.t):
             findings.violate(rule, f"it did not go on at {end.t:g} s, and was not ended then", span, *shown)
         return
     is_then = history.lasts(end.t, frame.end.t)
@@ -188,3 +196,23 @@ def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, 
 
 def _ended(status: str) -> str:
     return "was cancelled" if status == CANCELLED else status
+
+
+def emits_of_end(instance: Instance) -> list[Emit]:
+    """Where the text of a scenario emits its own `end` or `fail`."""
+    declared = instance.declaration
+    found = [member for directive in declared.on for member in directive.members if isinstance(member, Emit)]
+    pending = [declared.body] if isinstance(declared, Scenario) and declared.body is not None else []
+    while pending:
+        behavior = pending.pop()
+        if isinstance(behavior, Emit):
+            found.append(behavior)
+        elif isinstance(behavior, Serial | Parallel | OneOf):
+            pending += behavior.members
+    return [emit for emit in found if is_ending(emit)]
+
+
+def is_ending(emit: Emit) -> bool:
+    """Whether it ends the scenario in which it stands."""
+    event = emit.event
+    return isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START

@@ -171,7 +171,8 @@ class _Members:
             return End(FAILED, self._last_end(first.end.t), first.records)
         ends = [self._checking.end_of(self._plan.members[index], node) for index, node in self._nodes.items()]
         if any(end.status is None for end in ends) or len(self._nodes) < len(self._plan.members):
-            return End(None)
+            cancelled = [node.end.t for node in self._nodes.values() if node.status == CANCELLED]
+            return End(None, max(cancelled, default=inf))
         if UNKNOWN in ends:
             return UNKNOWN
         return End(SUCCEEDED, max(node.end.t for node in self._nodes.values()))

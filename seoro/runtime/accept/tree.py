@@ -11,9 +11,10 @@ from bisect import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf
+from typing import Final
 
 from seoro.lang.plan import (
+    Action,
     Behavior,
     CallMethod,
     Emit,
@@ -23,8 +24,6 @@ from seoro.lang.plan import (
     OneOf,
     Override,
     Parallel,
-    Phase,
-    PhaseEvent,
     Plan,
     Scenario,
     Serial,
@@ -42,6 +41,7 @@ from seoro.runtime.accept.frames import (
     Frame,
     Matched,
     check_end,
+    emits_of_end,
     stands_at,
     title_of,
 )
@@ -50,6 +50,8 @@ from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, laye
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
 from seoro.runtime.accept.world import Instance, World
 from seoro.runtime.environment import Environment
+
+_TIMELESS: Final = frozenset({"log", "compare", "increment", "decrement"})  # actions that await nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +84,7 @@ class Tree:
     findings: Findings
     matched: Matched = field(default_factory=Matched)
     _pending: list[Callable[[], None]] = field(default_factory=list)
+    _executed: set[int] = field(default_factory=set)  # numbers of instances
 
     def match(self) -> Matched | None:
         """Match all of it; None if the trace is of another scenario."""
@@ -172,9 +175,16 @@ class Tree:
 
     def _zero_time(self, frame: Frame, plan: Behavior) -> None:
         self._alone(frame, plan)
+        self._succeeds(frame.node, plan)
         if frame.start.t != frame.end.t:
             message = f"it takes {frame.end.t - frame.start.t:g} s, and should take no time"
             self.findings.violate(Rule.EMIT, message, plan.span, *frame.records)
+
+    def _succeeds(self, node: Node, plan: Behavior) -> None:
+        """What takes no time can only succeed; if its expressions have no value, the run ends as an error."""
+        if node.status != SUCCEEDED and self.history.end["status"] != "error":
+            message = f"`{node.name}` takes no time, and can only succeed"
+            self.findings.violate(Rule.OUTCOME, message, plan.span, *node.records)
 
     # -------------------------------------------------------- layers
 
@@ -202,7 +212,7 @@ class Tree:
             return
         modifier = self.plan.modifiers[layer.modifier]
         self.matched.modifiers.append((layer, modifier, node, self._environment(frame)))
-        end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None)
+        end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None, node.end.t)
         check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
         inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(node.children), frame.around)
         if modifier.library is None:
@@ -293,11 +303,19 @@ class Tree:
         """An instance is carried out: a scenario does its `do`, and both react to events."""
         owner = frame.owner
         instance = self._carried_out(frame)
-        if instance is None:
-            if owner.status != CANCELLED:
+        is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
+        if instance is None or (instance.number in self._executed and not is_cut):
+            if not is_cut:
                 self.findings.violate(Rule.STRUCTURE, "nothing tells of its values", course.span, *frame.records)
             return
         instance.node = owner
+        if not is_cut:
+            self._executed.add(instance.number)
+        is_inside = frame.start.seq < instance.seq
+        due = frame.start if is_inside else owner.start
+        if instance.told["t"] != due.t:
+            message = f"it gets its values at {instance.told['t']:g} s, and starts at {due.t:g} s"
+            self.findings.violate(Rule.VALUE, message, course.span, due.seq, instance.seq)
         if course.plan is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
         self.matched.executions.append((instance, frame))
@@ -307,6 +325,10 @@ class Tree:
         if body is not None:
             self._body(body, instance, frame)
             return
+        declared = instance.declaration
+        if isinstance(declared, Action) and declared.library == "osc.helpers" and declared.name in _TIMELESS:
+            end = End(frame.status, frame.start.t)
+            check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
         for child in others:
             message = f"`{child.name}` is no part of `{instance.declaration.name}`"
             self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
@@ -324,6 +346,7 @@ class Tree:
                 member = next(each for each in directive.members if is_of(node, each))
                 self.matched.plans[node.number] = member
                 self.matched.around[node.number] = instance
+                self._succeeds(node, member)
             self.matched.reactions.append((instance, directive, tuple(mine)))
         return others
 
@@ -334,7 +357,9 @@ class Tree:
             return
         if node.status == CANCELLED:
             ending = self._ending_emit(instance, frame)
-            end = UNKNOWN if ending is not None or self._checking.may_be_overridden(body) else End(None, inf)
+            end = (
+                UNKNOWN if ending is not None or self._checking.may_be_overridden(body) else End(None, node.end.t)
+            )
         else:
             end = End(node.status, node.end.t, node.records)
         if end is UNKNOWN or self._ending_emit(instance, frame) is None:
@@ -351,26 +376,6 @@ class Tree:
                     return node
                 pending += node.children
         return None
-
-
-def emits_of_end(instance: Instance) -> list[Emit]:
-    """Where the text of a scenario emits its own `end` or `fail`."""
-    declared = instance.declaration
-    found = [member for directive in declared.on for member in directive.members if isinstance(member, Emit)]
-    pending = [declared.body] if isinstance(declared, Scenario) and declared.body is not None else []
-    while pending:
-        behavior = pending.pop()
-        if isinstance(behavior, Emit):
-            found.append(behavior)
-        elif isinstance(behavior, Serial | Parallel | OneOf):
-            pending += behavior.members
-    return [emit for emit in found if is_ending(emit)]
-
-
-def is_ending(emit: Emit) -> bool:
-    """Whether it ends the scenario in which it stands."""
-    event = emit.event
-    return isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START
 
 
 def _is_modifier(application: ModifierApplication, node: Node) -> bool:

@@ -36,7 +36,7 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
     path, source = f"{place.path}/{name}", str(applied.plan.span)
     fields = {"type": "modifier", "name": name, "path": path, "source": source}
     trace = services.trace
-    arguments = trace.exact.fields(applied.fields) if trace.is_watched else {}
+    arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
     trace.record("behavior.start", id=number, parent=place.parent, **fields, arguments=arguments)
     inside = replace(place, parent=number)
     try:

@@ -45,7 +45,7 @@ def record_instance(instance: Instance, behavior: int | None, services: Services
         services: Of the run.
     """
     trace = services.trace
-    if trace.is_watched:
+    if trace.is_observed:
         exact = trace.exact
         fields = {"instance": exact.number(instance), "of": instance.declaration.name, "path": instance.path}
         if instance.actor is not None:
