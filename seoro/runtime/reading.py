@@ -48,7 +48,9 @@ class Readers:
 
     def _forget(self) -> None:
         """Drop what is beyond the window, but nothing that a reader has not read."""
-        read = min((reader.position for reader in self._readers), default=self._end)
+        read = self._end
+        if self._readers:
+            read = min((reader.position for reader in self._readers), default=read)
         while len(self._records) > WINDOW and self._first < read:
             self._records.popleft()
             self._first += 1
@@ -103,7 +105,7 @@ class Readers:
     @property
     def are_behind(self) -> bool:
         """Whether a reader is so far behind that time has to wait for it."""
-        if self._waits_for_none or len(self._records) < WINDOW:
+        if self._waits_for_none or len(self._records) < WINDOW or not self._readers:
             return False
         return any(self._end - reader.position >= WINDOW for reader in self._readers)
 
