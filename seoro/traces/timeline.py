@@ -13,7 +13,7 @@ from seoro.traces.explained import explanation_lines
 from seoro.traces.read import Record, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
-_TOLD = {"run.start", "run.end", "log", "event", "variable", "cover", "record"}
+_TOLD = {"behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record"}
 _MAX_DEPTH = 30  # of indentation
 
 
@@ -64,6 +64,8 @@ def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[L
     held: Record | None = None  # a start whose end may follow at once
     depth = 0  # of what happens next
     for record in records:
+        if not (is_whole or record["kind"] in _TOLD):
+            continue
         is_end = record["kind"] == "behavior.end"
         is_short = held is not None and is_end and (record["id"], record["t"]) == (held["id"], held["t"])
         if held is not None and not is_short:
@@ -77,7 +79,7 @@ def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[L
             ended = running.pop(record["id"], unknown)
             yield _ended(record, ended, is_short)
             depth = ended.depth
-        elif is_whole or record["kind"] in _TOLD:
+        else:
             yield _line(record, depth, running)
     if held is not None:
         yield _started(held, running[held["id"]])
