@@ -94,6 +94,11 @@ class Agenda:
         self._settled = asyncio.Event()
         self._interrupt = anyio.Event()
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether instants are at the very times at which something is due."""
+        return self._clock.deterministic
+
     # -------------------------------------------------------- flows
 
     def fork(self, path: tuple[int, ...], parent: Scope | None, behave: Behave) -> Flow:

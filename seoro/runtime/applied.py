@@ -2,16 +2,15 @@
 
 Their parameters get their values together with those of what is invoked, since a modifier may constrain it. An
 argument is a constraint on its parameter: that it is equal to a value, or in a range. What is carried out again
-gets new values; those of its modifiers stay.
+gets new values; the parameters of its modifiers stay, and their variables begin anew.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from seoro.lang import frozen
 from seoro.lang.plan import (
     Binding,
     Compare,
@@ -22,16 +21,14 @@ from seoro.lang.plan import (
     Modifier,
     ModifierApplication,
     Override,
-    Plan,
     Structures,
     Until,
-    modifier_type,
 )
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.environment import Calls, Deferred, Environment, Seed
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.instantiate import Parameters
+from seoro.runtime.invocation import Instance
 from seoro.runtime.values import Actor, HasFields, Value
 
 if TYPE_CHECKING:
@@ -41,7 +38,8 @@ _APPLIED = "applied()"  # what a modifier is bound to around its arguments; no n
 _IT = "it"
 
 
-class Applied(frozen.Frozen):
+@dataclass(eq=False)
+class Applied:
     """A modifier that is applied.
 
     Args:
@@ -49,8 +47,10 @@ class Applied(frozen.Frozen):
         modifier: The modifier.
         around: The scope of its arguments.
         inside: Its own scope.
-        bindings: What names are bound to in it; for a composition, there is no `it`.
+        bindings: What names are bound to in it.
         modifiers: The modifiers that it applies in turn, the outermost first.
+        position: Where it is among all that modifies one behavior.
+        holder: What a struct or an actor is called of which it is a member; empty for all else.
     """
 
     plan: ModifierApplication
@@ -59,6 +59,9 @@ class Applied(frozen.Frozen):
     inside: Environment
     bindings: dict[str, Value | HasFields]
     modifiers: tuple[Applied | Override, ...]
+    position: tuple[int, ...]
+    holder: str = ""
+    _is_entered: bool = field(default=False, init=False)
 
     @property
     def fields(self) -> Fields:
@@ -71,6 +74,14 @@ class Applied(frozen.Frozen):
         actor = evaluate(self.plan.actor, self.around) if self.plan.actor is not None else None
         assert actor is None or isinstance(actor, Actor)
         return actor
+
+    @property
+    def name(self) -> str:
+        """What people call this application, among all that modifies one behavior."""
+        name, actor = self.modifier.name.rpartition(".")[2], self.plan.actor
+        holder = self.holder or (actor.span.text if actor is not None and not isinstance(actor, Binding) else "")
+        number = ".".join(map(str, self.position[2 if self.holder else 1 :]))
+        return f"{holder}.{name}[{number}]" if holder else f"{name}[{number}]"
 
     def turn_to(self, it: HasFields) -> None:
         """What it modifies is carried out again, by another instance."""
@@ -100,6 +111,27 @@ class Applied(frozen.Frozen):
             for name, value in self.plan.arguments:
                 self.fields[name] = evaluate(value, self.around)
             fill(self.fields, self.modifier.structure, structures, self.inside, evaluate)
+
+    def enter(self, path: str, structures: Structures) -> Instance:
+        """An instance of it for each time that what it modifies is carried out.
+
+        Args:
+            path: Its position, for people.
+            structures: The structures of all types.
+
+        Raises:
+            EvaluationError: A variable has no value.
+        """
+        structure, fields = self.modifier.structure, self.fields
+        if self._is_entered:
+            fields = Fields()
+            parameters = (declared.name for declared in structure.fields.values() if not declared.is_variable)
+            fields.update((name, self.fields[name]) for name in parameters)
+        instance = Instance(path, fields, self.modifier, self.bindings, self.inside.scenario)
+        if self._is_entered:
+            fill(fields, structure, structures, replace(self.inside, instance=instance), evaluate)
+        self._is_entered = True
+        return instance
 
     def attached(self, calls: Calls) -> Attached:
         """What is to be chosen for it, or because of it.
@@ -133,41 +165,50 @@ Modifying: TypeAlias = Until | Applied | Override
 
 
 def apply(
-    modifications: Iterable[Modification], plan: Plan, around: Environment, it: HasFields | None
+    modifications: Iterable[Modification],
+    modifiers: Mapping[str, Modifier],
+    around: Environment,
+    it: HasFields,
+    position: tuple[int, ...],
 ) -> tuple[Modifying, ...]:
     """The modifications of a behavior, without values yet.
 
     Args:
         modifications: As they are written.
-        plan: Has the modifiers.
+        modifiers: The modifiers, by their names.
         around: The scope in which they are written.
-        it: What is modified; None for a composition.
+        it: What is modified.
+        position: Of all of them, among what modifies one behavior.
     """
     return tuple(
-        _apply_one(each, plan, around, it, number) if isinstance(each, ModifierApplication) else each
+        _apply_one(each, modifiers, around, it, (*position, number))
+        if isinstance(each, ModifierApplication)
+        else each
         for number, each in enumerate(modifications)
     )
 
 
 def _apply_one(
-    application: ModifierApplication, plan: Plan, around: Environment, it: HasFields | None, number: int
+    application: ModifierApplication,
+    modifiers: Mapping[str, Modifier],
+    around: Environment,
+    it: HasFields,
+    position: tuple[int, ...],
 ) -> Applied:
-    modifier = plan.modifiers[application.modifier]
-    bindings: dict[str, Value | HasFields] = {}
-    if it is not None:
-        bindings[_IT] = it
+    modifier = modifiers[application.modifier]
+    bindings: dict[str, Value | HasFields] = {_IT: it}
     if application.actor is not None:
         bindings["actor"] = cast(Value, Deferred(application.actor, around))  # no value, but stands for one
     inside = Environment(
-        Parameters((modifier_type(modifier.name),)),
+        Instance(modifier.name, Fields(), modifier, bindings, around.outermost),
         bindings,
         modifier.name,
         around.outermost,
-        seed=Seed(around.seed, f"{number} {modifier.name}"),
+        seed=Seed(around.seed, f"{position[-1]} {modifier.name}"),
         run=around.run,
     )
-    modifiers = cast(tuple[Applied | Override, ...], apply(modifier.modifiers, plan, inside, it))
-    return Applied(application, modifier, around, inside, bindings, modifiers)
+    nested = cast(tuple[Applied | Override, ...], apply(modifier.modifiers, modifiers, inside, it, position))
+    return Applied(application, modifier, around, inside, bindings, nested, position)
 
 
 def with_nested(modifications: Iterable[Modifying]) -> Iterator[Applied]:

@@ -9,6 +9,9 @@ whose inputs nobody knows, every 20 ms of the run's clock. Where 7.3.10.4 is sil
   is drawn once, from the seed.
 - As the `if` of an event, `rise`, `fall` and `every` hold in the instants in which they occur, an expression
   is evaluated with the occurrence, and `elapsed` holds from its time on.
+- `rise` and `fall` of what names the occurrence compare it with those of the last instant before that had some,
+  since the occurrences of one instant have no order. `every` of what names it holds if its time is one of those
+  that the occurrence asks for, on the real clock within 20 ms.
 - An expression with a label under which nothing has been invoked yet does not hold.
 """
 
@@ -22,7 +25,7 @@ from random import Random
 from typing import TypeAlias, assert_never
 
 from seoro.lang import frozen
-from seoro.lang.plan import Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise
+from seoro.lang.plan import Binding, Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise, parts
 from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer
 from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.evaluate import evaluate
@@ -93,10 +96,24 @@ class Conditions:
                 assert_never(condition)
 
     def guard(
-        self, condition: EventCondition | None, environment: Environment, context: Context
+        self, condition: EventCondition | None, environment: Environment, context: Context, name: str | None = None
     ) -> tuple[Callable[[Environment], bool], Stop]:
-        """What says whether a condition of an event holds when that occurs, given the names then; and its end."""
+        """What says whether a condition of an event holds when that occurs, given the names then; and its end.
+
+        Args:
+            condition: The condition.
+            environment: What its names stand for, but for that of the occurrence.
+            context: The event context.
+            name: The name of the occurrence, if it has one.
+        """
         match condition:
+            case Rise(expression) | Fall(expression) if name is not None and _names(expression, name):
+                changes = _Changes(expression, isinstance(condition, Rise), lambda: self._agenda.instant)
+                return self._safely(changes.check), _nothing
+            case Every(period, offset) if name is not None and any(
+                part is not None and _names(part, name) for part in (period, offset)
+            ):
+                return self._safely(lambda inside: self._is_tick(condition, inside, context)), _nothing
             case None:
                 return lambda _: True, _nothing
             case Holds(expression):
@@ -135,19 +152,20 @@ class Conditions:
         self, condition: Every, environment: Environment, context: Context, occurs: Callable[[], None]
     ) -> Stop:
         try:
-            period = _seconds(evaluate(condition.period, environment), condition.period)
-            if period < SHORTEST_PERIOD:
-                reason = f"the period of `every` has to be at least 1 ns, and is {period:g} s"
-                raise EvaluationError(reason, condition.period.span)
-            first = context.start
-            if condition.offset is not None:
-                first += _seconds(evaluate(condition.offset, environment), condition.offset)
+            first, period = _first_and_period(condition, environment, context)
         except EvaluationError as error:
             self._failed(error)
             return _nothing
         ticks = _Ticks(self._agenda, first, period, occurs)
         ticks.start()
         return ticks.stop
+
+    def _is_tick(self, condition: Every, environment: Environment, context: Context) -> bool:
+        """Whether an instant is the first one at or after a time of `every`."""
+        first, period = _first_and_period(condition, environment, context)
+        number = math.floor(round((self._agenda.now - first) / period, TIME_DIGITS))
+        passed = self._agenda.now - round(first + number * period, TIME_DIGITS)
+        return number >= 0 and passed <= (0.0 if self._agenda.is_exact else POLL_PERIOD)
 
     def _at(self, time: float, act: Callable[[], None]) -> Stop:
         """Do something at a time; at once, if that has come."""
@@ -283,6 +301,54 @@ class _Ticks:
             self._number += 1
         if not self._timer.over:
             self._agenda.at(self._due, self._timer)
+
+
+class _Changes:
+    """What an expression about occurrences has been.
+
+    Args:
+        expression: It is true or false of an occurrence.
+        awaited: What it has to become.
+        instant: Gives the number of the present instant.
+    """
+
+    def __init__(self, expression: Expression, awaited: bool, instant: Callable[[], int]) -> None:
+        self._expression = expression
+        self._awaited = awaited
+        self._instant = instant
+        self._last = -1  # the last instant with occurrences
+        self._now: set[bool] = set()  # what it was in that
+        self._before: set[bool] = set()  # what it was in the one with occurrences before
+
+    def check(self, environment: Environment) -> bool:
+        """Whether it has changed with an occurrence."""
+        value = bool(evaluate(self._expression, environment))
+        if self._last != self._instant():
+            self._last, self._before, self._now = self._instant(), self._now, set()
+        self._now.add(value)
+        return value is self._awaited and (not self._awaited) in self._before
+
+
+def _names(expression: Expression, name: str) -> bool:
+    """Whether an expression uses what is bound to a name."""
+    pending = [expression]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Binding) and part.name == name:
+            return True
+        pending += parts(part)
+    return False
+
+
+def _first_and_period(condition: Every, environment: Environment, context: Context) -> tuple[float, float]:
+    """When `every` occurs first, and the time from one occurrence to the next [s]."""
+    period = _seconds(evaluate(condition.period, environment), condition.period)
+    if period < SHORTEST_PERIOD:
+        reason = f"the period of `every` has to be at least 1 ns, and is {period:g} s"
+        raise EvaluationError(reason, condition.period.span)
+    if condition.offset is None:
+        return context.start, period
+    return context.start + _seconds(evaluate(condition.offset, environment), condition.offset), period
 
 
 def _seconds(duration: Value, expression: Expression) -> float:

@@ -22,6 +22,7 @@ from seoro.lang.source import Span
 from seoro.runtime.buckets import bucket_of, number_of
 from seoro.runtime.environment import Environment, EvaluationError, Seed
 from seoro.runtime.evaluate import evaluate
+from seoro.runtime.holding import newly_held
 from seoro.runtime.instantiate import types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.tally import ItemCoverage, Tally
@@ -37,10 +38,10 @@ _DIGITS = 12  # of values in their unit, so that 50kph are 50 again
 
 
 class _Holder(frozen.Value):
-    """Something with items: a scenario or an action, or a struct or an actor that it holds.
+    """Something with items: a scenario, an action or a modifier, or a struct or an actor that it holds.
 
     Args:
-        instance: The scenario or action.
+        instance: The scenario, action or modifier.
         value: What has the items.
         path: Where the instance has it; empty for the instance itself.
         seed: What is drawn for values that its items construct is drawn from it.
@@ -72,10 +73,10 @@ class _Holder(frozen.Value):
 
     def environment(self, bindings: Mapping[str, Value | HasFields]) -> Environment:
         """What names stand for in its items."""
-        given = dict(bindings)
-        if self.instance.actor is not None and self.value is self.instance:
-            given["actor"] = self.instance.actor
-        return Environment(self.value, given, self.instance.path, self.instance, seed=self.seed, run=self.run)
+        instance = self.instance
+        given = {**bindings, **(instance.bindings if self.value is instance else {})}
+        scenario = instance.around or instance
+        return Environment(self.value, given, instance.path, scenario, seed=self.seed, run=self.run)
 
 
 class _Sample(frozen.Value):
@@ -149,15 +150,8 @@ class Coverage:
         """An instance and what it holds that no other has held before."""
         seed = Seed(self.run.seed, f"{instance.path} coverage")
         yield _Holder(instance, instance, "", seed, self.run)
-        pending: list[tuple[str, Value]] = list(instance.fields.items())
-        while pending:
-            path, value = pending.pop(0)
-            if isinstance(value, tuple):
-                pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
-            elif isinstance(value, Struct | Actor) and value not in self._held:
-                self._held.add(value)
-                yield _Holder(instance, value, path, seed, self.run)
-                pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]
+        for value, path in newly_held(instance, self._held):
+            yield _Holder(instance, value, path, seed, self.run)
 
     def _open_tally(self, holder: _Holder, item: plan.AnyCoverageItem) -> None:
         key = item.owner, item.name

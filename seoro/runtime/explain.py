@@ -19,6 +19,7 @@ from seoro.lang.plan import (
     EventSpecification,
     InvokeAction,
     InvokeScenario,
+    Modifier,
     OneOf,
     OnEvent,
     Serial,
@@ -125,7 +126,9 @@ def _awaiting(
         derived = services.declared_event(place.instance, reference.name).specification
         if derived is not None and not isinstance(derived, OnEvent):
             readings += read_condition(derived, environment, plan)
-    emitters = emitters_of(reference, place.instance.declaration, services)
+    declaration = place.instance.declaration
+    assert not isinstance(declaration, Modifier), "modifiers have no behaviors of their own"
+    emitters = emitters_of(reference, declaration, services)
     return Activity(kind, what, None, readings, short(reference.span.text), emitters)
 
 

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Protocol
 
 from seoro.lang import frozen
-from seoro.lang.plan import Action, Constraint, ConstraintMember, Plan, Scenario, Structure, behavior_type
+from seoro.lang.plan import (
+    Action,
+    Constraint,
+    ConstraintMember,
+    Modifier,
+    Plan,
+    Scenario,
+    Structure,
+    behavior_type,
+    modifier_type,
+)
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
+from seoro.runtime.choose.times import Times, Window
 from seoro.runtime.environment import Calls, Environment, Seed
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
@@ -19,7 +30,8 @@ if TYPE_CHECKING:
     from seoro.runtime.applied import Applied
 
 
-class Parameters(frozen.Frozen):
+@dataclass(eq=False)
+class Parameters:
     """The parameters of an instance, while they get their values.
 
     Args:
@@ -29,6 +41,7 @@ class Parameters(frozen.Frozen):
 
     types: tuple[str, ...]
     fields: Fields = field(default_factory=Fields)
+    windows: Mapping[str, Window] = field(default_factory=dict)
 
 
 class Invocation(frozen.Value):
@@ -42,6 +55,7 @@ class Invocation(frozen.Value):
         seed: What is drawn for the instance is drawn from it.
         run: For external methods that ask for it.
         applied: The modifiers of the instance; those that have no values yet get theirs.
+        times: Its parameters for times.
     """
 
     given: Mapping[str, Value]
@@ -51,6 +65,7 @@ class Invocation(frozen.Value):
     seed: Seed
     run: MethodContext | None
     applied: tuple[Applied, ...] = ()
+    times: Times | None = None
 
 
 class Made(Protocol):
@@ -66,9 +81,13 @@ class Made(Protocol):
         """What `plan.Methods` calls its type and what that inherits, nearest first."""
         ...
 
+    windows: Mapping[str, Window]  # of its times that anything is said about
 
-def types_of(declared: Scenario | Action) -> tuple[str, ...]:
-    """What `plan.Methods` calls a scenario or an action and what it inherits, nearest first."""
+
+def types_of(declared: Scenario | Action | Modifier) -> tuple[str, ...]:
+    """What `plan.Methods` calls a scenario, an action or a modifier and what it inherits, nearest first."""
+    if isinstance(declared, Modifier):
+        return (modifier_type(declared.name),)
     return (behavior_type(declared.name), *map(behavior_type, declared.bases))
 
 
@@ -92,7 +111,8 @@ def entry_parameters(
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
     scenario = plan.scenarios[plan.entry]
-    invocation = Invocation({}, None, (), None, Seed(seed), run, applied)
+    times = Times(scenario.span, {})
+    invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
     roots = (plan.globals, scenario.structure)
     return _choose(plan, roots, made or Parameters(types_of(scenario)), invocation, plan.overrides)
 
@@ -116,17 +136,18 @@ def choose_parameters(
     _choose(plan, (structure,), made, invocation, ())
 
 
-def choose_for_modifiers(plan: Plan, invocation: Invocation) -> None:
-    """Give the modifiers of a composition their values.
+def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
+    """Give a composition, and what modifies it, their values.
 
     Args:
         plan: The plan.
-        invocation: Says no more than which they are, and the scope around.
+        made: What stands for the composition.
+        invocation: What holds for its times, and what modifies it.
 
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
-    _choose(plan, (), Parameters(()), invocation, ())
+    _choose(plan, (), made, invocation, ())
 
 
 def _choose(
@@ -144,6 +165,10 @@ def _choose(
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
     if is_free and all(applied.is_plain for applied in invocation.applied):
         fields.update(given)
+        if invocation.times is not None:
+            values, made.windows = invocation.times.plain()
+            for name, value in values.items():
+                fields.setdefault(name, value)
         for root in roots:
             fill(fields, root, plan.structures, environment, evaluate)
         for applied in invocation.applied:
@@ -156,7 +181,7 @@ def _choose(
     environment = replace(environment, calls=calls)
     if around is not None:
         around = replace(around, bindings={**around.bindings, "it": made}, calls=calls)
-    choose(
+    made.windows = choose(
         Request(
             holder=made,
             roots=roots,
@@ -168,6 +193,7 @@ def _choose(
             around=around,
             overrides=overrides,
             attached=tuple(applied.attached(calls) for applied in invocation.applied),
+            times=invocation.times,
         )
     )
     return fields

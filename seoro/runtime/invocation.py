@@ -19,6 +19,7 @@ from seoro.lang.plan import (
     Emit,
     InvokeAction,
     InvokeScenario,
+    Modifier,
     ObjectType,
     OneOf,
     Override,
@@ -36,6 +37,7 @@ from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
 from seoro.runtime.blocking import Share
 from seoro.runtime.choose.fields import Fields
+from seoro.runtime.choose.times import Window
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
@@ -103,6 +105,7 @@ class Services:
     running: dict[Flow, list[Running]] = field(default_factory=dict)  # what flows are in, the innermost last
     emitted: dict[int, float] = field(default_factory=dict)  # when an `emit`, by its identity, was reached [s]
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
+    modified: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose modifiers are carried out
     _ids: count[int] = field(default_factory=count)
     _starts: int = 0
     _starts_instant: int = -1
@@ -110,7 +113,8 @@ class Services:
     @property
     def is_ending(self) -> bool:
         """Whether what goes on is the end of the entry scenario, or of the run."""
-        scope = self.entry.instance.scope if self.entry is not None else None
+        entry = self.entry.instance if self.entry is not None else None
+        scope = entry.scope if isinstance(entry, Instance) else None
         return self.decision is not None or (scope is not None and self.agenda.is_ended(scope))
 
     def new_id(self) -> int:
@@ -180,6 +184,11 @@ class Services:
         """Whether any struct or actor has a sampled variable."""
         return any(declared.samples for declared in self.plan.objects.values())
 
+    @cached_property
+    def has_modified_objects(self) -> bool:
+        """Whether any struct or actor has a modifier."""
+        return any(declared.modifiers for declared in self.plan.objects.values())
+
     def _declared(self, holder: Struct | Actor) -> ObjectType | None:
         """What a struct or an actor has besides its fields; of its types, the nearest has all of it."""
         return next((self.plan.objects[name] for name in holder.types if name in self.plan.objects), None)
@@ -193,7 +202,7 @@ class Services:
         if not isinstance(holder, Instance):
             return replace(around, instance=holder, bindings={}, scenario=around.outermost)
         seed = Seed(self.seed, holder.path)
-        return Environment(holder, holder.bindings, holder.path, seed=seed, run=self.run)
+        return Environment(holder, holder.bindings, holder.path, holder.around, seed=seed, run=self.run)
 
     def count_start(self, span: Span, depth: int) -> None:
         """Count a start of a behavior.
@@ -247,21 +256,64 @@ class Latest:
 
 
 @dataclass(eq=False)
-class Instance:
-    """A running scenario or action.
+class _WithPhases:
+    """What starts and ends.
 
     Args:
-        declaration: What runs.
         path: Its position, for people.
         fields: Values of its parameters.
-        actor: The actor it was invoked on, if it belongs to one.
     """
 
-    declaration: Scenario | Action
     path: str
     fields: Fields
-    actor: Actor | None
+    windows: Mapping[str, Window] = field(default_factory=dict, kw_only=True)  # of its times
+
+    @cached_property
+    def _phases(self) -> dict[tuple[str | None, Phase], Event]:
+        return {}
+
+    def phase(self, label: str | None, phase: Phase) -> Event:
+        """The channel of a predefined event: of a labelled member, or of this itself."""
+        found = self._phases.get((label, phase))
+        if found is None:
+            name = f"{label}.{phase.value}" if label else phase.value
+            found = self._phases[label, phase] = Event(f"{self.path}.{name}", ref(self), name)
+        return found
+
+
+@dataclass(eq=False)
+class Composed(_WithPhases):
+    """A composition while it is carried out, for its `with:` block; its fields are its parameters."""
+
+    types: tuple[str, ...] = ()
+
+    def is_heard(self, phase: Phase) -> bool:
+        """Whether anyone has listened to one of its events."""
+        return (None, phase) in self._phases
+
+
+@dataclass(eq=False)
+class Instance(_WithPhases):
+    """A running scenario or action, or a modifier of one.
+
+    Args:
+        path, fields: As for all that starts and ends.
+        declaration: What runs.
+        bindings: What names are bound in its scope besides its fields: `actor`, and `it` in a modifier.
+        around: The scenario in which a modifier is applied, which has the global parameters; None for all else.
+    """
+
+    declaration: Scenario | Action | Modifier
+    bindings: Mapping[str, Value | HasFields]
+    around: HasFields | None = None
     scope: Scope | None = None  # from the start of its execution
+
+    @property
+    def actor(self) -> Actor | None:
+        """The actor that a scenario or an action was invoked on, if it belongs to one."""
+        actor = self.bindings.get("actor")
+        assert actor is None or isinstance(actor, Actor), "asked of what is invoked"
+        return actor
 
     @cached_property
     def types(self) -> tuple[str, ...]:
@@ -278,11 +330,6 @@ class Instance:
     def events(self) -> dict[str, plan_.Event]:
         """The declarations of its events, by their names."""
         return {event.name: event for event in self.declaration.events}
-
-    @property
-    def bindings(self) -> dict[str, Value | HasFields]:
-        """What names are bound in its scope besides its fields."""
-        return {"actor": self.actor} if self.actor is not None else {}
 
     @cached_property
     def _declared(self) -> dict[str, Event]:
@@ -309,42 +356,36 @@ class Instance:
         """The channel of an event that it declares."""
         return self._declared[name]
 
-    @cached_property
-    def _phases(self) -> dict[tuple[str | None, Phase], Event]:
-        return {}
-
     def event(self, reference: OwnEvent) -> Event:
         """The channel of an event of this scenario or action."""
         if isinstance(reference, PhaseEvent):
             return self.phase(reference.label, reference.phase)
         return self.declared(reference.name)
 
-    def phase(self, label: str | None, phase: Phase) -> Event:
-        """The channel of a predefined event: of a labelled member, or of the instance itself."""
-        found = self._phases.get((label, phase))
-        if found is None:
-            name = f"{label}.{phase.value}" if label else phase.value
-            found = self._phases[label, phase] = Event(f"{self.path}.{name}", ref(self), name)
-        return found
-
 
 @dataclass(eq=False)
 class Invoked:
-    """The instances of one invocation.
+    """The instances of one invocation, or what stands for one composition, for what modifies it.
 
     Args:
         instance: The latest; what modifies the invocation sees the first before that is carried out.
-        make: Makes another one, at a path for people.
+        make: Makes another one, for when it is carried out again at a place.
+        depth: Of the scope of the invocation in its flow.
     """
 
-    instance: Instance
-    make: Callable[[str], Instance]
+    instance: Instance | Composed
+    make: Callable[[Place], Instance | Composed]
+    depth: int
     _is_taken: bool = False
 
-    def take(self, path: str) -> Instance:
-        """One that has not been carried out."""
+    def renew(self, place: Place) -> None:
+        """It is going to be carried out again, by another instance."""
         if self._is_taken:
-            self.instance = self.make(path)
+            self.instance, self._is_taken = self.make(place), False
+
+    def take(self, place: Place) -> Instance | Composed:
+        """One that has not been carried out."""
+        self.renew(place)
         self._is_taken = True
         return self.instance
 
@@ -372,7 +413,7 @@ class Place:
         parent: Number, in the trace, of the behavior around it.
         position: Its position in the tree of invocations.
         path: The same, for people.
-        invoked: For what modifies an invocation, and for what carries it out: what is invoked.
+        invoked: For what modifies an invocation or a composition, and for what carries it out: what that is.
         runs: How many times each modifier around it has started what it modifies.
     """
 
@@ -393,7 +434,9 @@ class Place:
     def take_invoked(self) -> Instance:
         """What is carried out here by an invocation."""
         assert self.invoked is not None, "an invocation stands here"
-        return self.invoked.take(self.path)
+        instance = self.invoked.take(self)
+        assert isinstance(instance, Instance), "it is no composition"
+        return instance
 
     @property
     def agenda(self) -> Agenda:
@@ -425,11 +468,11 @@ class Place:
 
     def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
         """What names stand for here; in what modifies an invocation, `it` is what is invoked."""
-        all_bindings = self.instance.bindings if bindings is None else {**bindings, **self.instance.bindings}
+        all_bindings = {**bindings, **self.instance.bindings} if bindings else dict(self.instance.bindings)
         if self.invoked is not None:
             all_bindings["it"] = self.invoked.instance
-        seed = Seed(self.services.seed, self.purpose)
-        return Environment(self.instance, all_bindings, self.path, seed=seed, run=self.services.run)
+        instance, seed = self.instance, Seed(self.services.seed, self.purpose)
+        return Environment(instance, all_bindings, self.path, instance.around, seed=seed, run=self.services.run)
 
 
 _KINDS: Mapping[type[Behavior], str] = {

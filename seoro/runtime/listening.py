@@ -24,7 +24,7 @@ from seoro.runtime.conditions import Context, Stop
 from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Ear, Occurrence
-from seoro.runtime.invocation import Instance
+from seoro.runtime.invocation import Composed, Instance
 from seoro.runtime.values import Actor, HasFields, Struct
 from seoro.runtime.verdict import RunStatus
 
@@ -64,7 +64,8 @@ class Listener:
             occurs = self._once_an_instant(meet)
             return self._services.conditions.arm(specification, environment, self._context, occurs)
         name = specification.name
-        holds, forget = self._services.conditions.guard(specification.condition, environment, self._context)
+        conditions = self._services.conditions
+        holds, forget = conditions.guard(specification.condition, environment, self._context, name)
 
         def hear(occurrence: Occurrence) -> bool:
             bound = {**environment.bindings, name: cast(HasFields, occurrence)} if name else environment.bindings
@@ -95,7 +96,7 @@ class Listener:
                 return self._listen_declared(name, environment, meet)
             case PhaseEvent(label, phase):
                 instance = environment.instance
-                assert isinstance(instance, Instance), "checked: it has phases"
+                assert isinstance(instance, Instance | Composed), "checked: it has phases"
                 ear = Ear(self._context.past, meet)
                 self._services.events.listen(instance.phase(label, phase), ear)
                 return ear.stop

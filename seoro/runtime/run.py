@@ -22,9 +22,9 @@ from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda, Flow, StepOrder
 from seoro.runtime.applied import apply, with_nested
-from seoro.runtime.behaviors.perform import perform, recorded, within
+from seoro.runtime.behaviors.invoke import OF_TYPE
+from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, within
 from seoro.runtime.behaviors.records import record_instance
-from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
@@ -37,7 +37,6 @@ from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
 from seoro.runtime.trace import Trace, unwritten
-from seoro.runtime.unsupported import refuse_unsupported
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
 
@@ -89,7 +88,6 @@ class Execution:
         self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, self._broken, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
-        refuse_unsupported(plan)
         self._actions = settings.actions
         self._run, run_of_coverage = (
             MethodContext(settings.seed, Path(plan.file), settings.output_directory) for _ in range(2)
@@ -132,9 +130,9 @@ class Execution:
     def _instantiate(self) -> Instance:
         _check_implementations(self._plan, self._settings)
         scenario = self._plan.scenarios[self._plan.entry]
-        entry = Instance(scenario, scenario.name, Fields(), None)
+        entry = Instance(scenario.name, Fields(), scenario, {})
         scope = Environment(entry, seed=Seed(self._settings.seed), run=self._run)
-        self._modifying = apply(scenario.modifiers, self._plan, scope, entry)
+        self._modifying = apply(scenario.modifiers, self._plan.modifiers, scope, entry, OF_TYPE)
         try:
             self._fill(entry)
         except NoChoice as error:
@@ -151,10 +149,10 @@ class Execution:
         applied = tuple(with_nested(self._modifying))
         entry_parameters(self._plan, self._settings.seed, self._run, entry, applied)
 
-    def _entry_again(self, path: str) -> Instance:
+    def _entry_again(self, place: Place) -> Instance:
         """For modifiers of the entry scenario that carry it out again; its values are the same."""
         self._services.cancelled.clear()
-        entry = Instance(self._entry.declaration, path, Fields(), None)
+        entry = Instance(place.path, Fields(), self._entry.declaration, {})
         for applied in with_nested(self._modifying):
             applied.turn_to(entry)
         self._fill(entry)
@@ -249,10 +247,10 @@ class Execution:
 
     async def _perform_entry(self, root: Flow) -> Outcome:
         services, entry = self._services, self._entry
-        invoked = services.entry = Invoked(entry, self._entry_again)
+        invoked = services.entry = Invoked(entry, self._entry_again, len(root.scopes))
         place = Place(services, root, entry, None, (), entry.declaration.name, invoked)
         invocation = InvokeScenario(None, self._plan.entry, None, (), (), None, (), entry.declaration.span)
-        modified = within(self._modifying, lambda inside: run_scenario(inside.take_invoked(), inside, perform))
+        modified = within(self._modifying, lasting(place, carry_scenario))
 
         def carry(inside: Place) -> Awaitable[Outcome]:
             record_instance(entry, _ENTRY, services)

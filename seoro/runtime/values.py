@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 from seoro.lang import frozen
 from seoro.lang.plan import ActorType, EnumValue, StructType, ValueType
+
+if TYPE_CHECKING:
+    from seoro.runtime.applied import Applied
 
 Value: TypeAlias = (
     "bool | int | float | str | EnumValue | Struct | Actor | Range | Variable[Any] | tuple[Value, ...]"
@@ -25,11 +28,13 @@ class Struct:
         type: Its declared type.
         fields: Its fields by name.
         latent: Names of the conditional subtypes that it is of, nearest first (7.3.8.2.5).
+        modifiers: The modifiers that are members of its types, as they are applied to it.
     """
 
     type: StructType
     fields: dict[str, Value] = field(default_factory=dict)
     latent: list[str] = field(default_factory=list)
+    modifiers: tuple[Applied, ...] = ()
 
     @property
     def types(self) -> tuple[str, ...]:
@@ -46,12 +51,14 @@ class Actor:
         name: Path of the field that holds it, such as `robot`.
         fields: Its fields by name.
         latent: Names of the conditional subtypes that it is of, nearest first (7.3.8.2.5).
+        modifiers: The modifiers that are members of its types, as they are applied to it.
     """
 
     type: ActorType
     name: str
     fields: dict[str, Value] = field(default_factory=dict)
     latent: list[str] = field(default_factory=list)
+    modifiers: tuple[Applied, ...] = ()
 
     @property
     def types(self) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ class Outcome(Value):
 
 
 SUCCEEDED = Outcome(Status.SUCCEEDED)
+CANCELLED = Outcome(Status.CANCELLED)
 
 
 def failure(reason: str, span: Span, explanation: Explanation | None = None) -> Outcome:

@@ -6,14 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from seoro.embed import Options
-from seoro.errors import InvalidUse
 from seoro.lang.plan import Expression
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.values import Value
 from seoro.runtime.verdict import RunStatus
-from tests.runtime.conftest import Prepare, RunText
+from tests.runtime.conftest import RunText
 
 
 async def times(run_text: RunText, waited: str, changes: str = "increment(n)") -> list[float]:
@@ -216,9 +214,60 @@ scenario main:
     assert ran.verdict.span.text == place
 
 
-@pytest.mark.parametrize("condition", ["rise(g.n > m)", "fall(g.n > m)", "every(g.n * 1s)"])
-async def test_a_change_of_the_occurrence_cannot_be_watched(prepare_text: Prepare, condition: str) -> None:
-    text = f"scenario main:\n    m: int = 1\n    event go(n: int)\n    do wait @go as g if {condition}\n"
-    with pytest.raises(InvalidUse, match="an occurrence in"):
-        async with prepare_text(text, Options(clock="virtual")):
-            raise AssertionError("it must not start")
+@pytest.mark.parametrize(
+    ("condition", "met"),
+    [
+        ("rise(g.n > m)", [2.0, 5.0]),
+        ("fall(g.n > m)", [3.0]),
+        ("rise(g.n > 0)", []),
+        ("every(g.n * 1s)", [1.0, 2.0, 3.0, 4.0, 5.0]),
+        ("every(2s, offset: g.n * 1s)", [1.0, 2.0, 3.0, 5.0]),
+        ("elapsed(g.n * 1s)", [1.0, 2.0, 3.0, 4.0, 5.0]),
+    ],
+)
+async def test_conditions_on_what_occurs(run_text: RunText, condition: str, met: list[float]) -> None:
+    """Each occurrence is compared with those before, and asks for times of its own."""
+    ran = await run_text(f"""
+scenario main:
+    m: int = 1
+    event go(n: int)
+    event met
+    on @go as g if {condition}:
+        emit met
+    do serial:
+        wait elapsed(1s)
+        emit go(1)
+        wait elapsed(1s)
+        emit go(2)
+        wait elapsed(1s)
+        emit go(1)
+        wait elapsed(1s)
+        emit go(1)
+        wait elapsed(1s)
+        emit go(5)
+        wait elapsed(1s)
+""")
+    found = [r["t"] for r in ran.records if r["kind"] == "event" and r["name"] == "main.met"]
+    assert found == met
+
+
+async def test_occurrences_of_one_instant_are_compared_with_those_before(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    event go(n: int)
+    event met(n: int)
+    on @go as g if rise(g.n > 1):
+        emit met(g.n)
+    do serial:
+        parallel:
+            emit go(1)
+            emit go(3)
+        wait elapsed(1s)
+        parallel:
+            emit go(2)
+            emit go(4)
+        wait elapsed(1s)
+        emit go(5)
+""")
+    met = [(r["t"], r["arguments"]["n"]) for r in ran.records if r["kind"] == "event" and r["name"] == "main.met"]
+    assert met == [(1.0, 2), (1.0, 4)]

@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import pytest
 
-from seoro import ActionFailed, InvalidUse
+from seoro import ActionFailed
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.modifiers import modifier
 from seoro.runtime.verdict import Outcome, RunStatus
-from tests.runtime.conftest import Prepare, RunText
+from tests.runtime.conftest import RunText
 
 BROKEN = """
 scenario broken:
@@ -344,19 +344,3 @@ async def test_a_modifier_waits_for_nothing_else(run_text: RunText) -> None:
     ran = await run_text(text, actions=MODIFIERS)
     assert ran.verdict.status is RunStatus.ERROR
     assert "its context and its child only" in ran.verdict.reason
-
-
-@pytest.mark.parametrize(
-    "member",
-    [
-        "event late",
-        "on elapsed(1s):\n        emit end",
-        "var n: int = sample(1, every(1s))",
-        "keep(it.duration < 2s)",
-    ],
-)
-async def test_what_modifiers_cannot_have_yet_is_refused(prepare_text: Prepare, member: str) -> None:
-    text = f'modifier watch:\n    {member}\n\nscenario main:\n    do log("x") with:\n        watch()\n'
-    with pytest.raises(InvalidUse, match=r"(of|in) a modifier"):
-        async with prepare_text(text):
-            raise AssertionError("it must not start")

@@ -120,11 +120,18 @@ scenario main:
 
 
 @pytest.mark.parametrize(
-    ("ending", "answers"), [("emit end", 1), ("wait elapsed(0s)", 1), ("wait elapsed(9s)", 0)]
+    ("ending", "around", "answers"),
+    [
+        ("emit end", "elapsed(1s)", 1),
+        ("wait elapsed(0s)", "elapsed(1s)", 1),
+        ("wait elapsed(9s)", "elapsed(1s)", 1),
+        ("wait elapsed(9s)", "elapsed(9s)", 0),
+    ],
 )
 async def test_the_end_of_its_scenario_is_the_last_that_it_answers(
-    run_text: RunText, ending: str, answers: int
+    run_text: RunText, ending: str, around: str, answers: int
 ) -> None:
+    """It answers as well when `until` ends its invocation, but not when anything else does."""
     ran = await run_text(f"""
 scenario inner:
     event over
@@ -133,8 +140,10 @@ scenario inner:
     do {ending}
 scenario main:
     do serial:
-        inner() with:
-            until elapsed(1s)
+        one_of:
+            inner() with:
+                until {around}
+            wait elapsed(2s)
         wait elapsed(1s)
 """)
     assert len([r for r in ran.records if r["kind"] == "event" and r["name"].endswith("over")]) == answers

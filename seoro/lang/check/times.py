@@ -65,6 +65,7 @@ class Times(NamedTuple):
 
     duration: plan.Expression | None
     overlap: plan.Overlap
+    is_overlap_given: bool
     start_to_start: plan.Expression | None
     end_to_end: plan.Expression | None
 
@@ -93,7 +94,7 @@ class Timing:
             self._check_offset(overlap, START_TO_START, starts, _STARTS)
             self._check_offset(overlap, END_TO_END, ends, _ENDS)
         default = _Overlap.START if starts is None else _Overlap.ANY
-        return Times(times.get(DURATION), overlap or default, starts, ends)
+        return Times(times.get(DURATION), overlap or default, overlap is not None, starts, ends)
 
     def of_invocation(
         self, arguments: ast.ArgumentList, parameters: MemberTable[FieldSymbol]

@@ -153,7 +153,7 @@ class Values:
         self._measure(symbol)
         members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
         latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
-        made = self._made(symbol.plan_type, members, latents, symbol.span)
+        made = self._made(symbol.plan_type, members, latents, symbol.span, _is_modified(symbol))
         self._open.pop()
         self._structures[symbol] = made
         self._expressions.program.structures.add(made)
@@ -180,10 +180,11 @@ class Values:
         members: tuple[plan.StructureMember, ...],
         latents: tuple[plan.Latent, ...],
         span: Span,
+        is_modified: bool = False,
     ) -> plan.Structure:
         fields = {member.name: member for member in members if isinstance(member, plan.FieldDeclaration)}
         open_fields = frozenset(field.name for field in fields.values() if self._is_open(field))
-        return plan.Structure(type_, fields, members, latents, open_fields, span)
+        return plan.Structure(type_, fields, members, latents, open_fields, span, is_modified)
 
     def _is_open(self, field: plan.FieldDeclaration) -> bool:
         """Whether the value of a field has to be chosen if it is not given."""
@@ -384,6 +385,14 @@ def declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[
     """The fields that a declaration of several names has added to a type."""
     for name in field_names:
         yield from (field for field in all_fields(symbol).called(name.text).values() if field.span is name.span)
+
+
+def _is_modified(symbol: TypeSymbol) -> bool:
+    """Whether modifiers are members of a struct or an actor."""
+    parts = (part for type_ in lineage(symbol) for part in type_.parts)
+    return symbol.kind in {Kind.STRUCT, Kind.ACTOR} and any(
+        isinstance(member, ast.ModifierApplication) for part in parts for member in part.members
+    )
 
 
 def _is_standard_struct(symbol: TypeSymbol | None) -> bool:

@@ -12,9 +12,9 @@ from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.lower import reach
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.lower.overrides import Overrides
-from seoro.lang.lower.reach import applied, invocations, modifiers
 from seoro.lang.symbols import TypeSymbol, all_events, all_fields, do_directive, lineage, may_lack_values
 
 
@@ -34,7 +34,7 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
     actions: dict[str, plan.Action] = {}
     pending = [first]
     while pending:
-        for invocation in invocations(pending.pop().body):
+        for invocation in reach.invocations(pending.pop().body):
             if isinstance(invocation, plan.InvokeAction):
                 if invocation.action not in actions:
                     actions[invocation.action] = lowering.action(invocation.action)
@@ -42,15 +42,18 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
                 scenarios[invocation.scenario] = lowering.invoked(invocation.scenario)
                 pending.append(scenarios[invocation.scenario])
     objects = lowering.objects()
+    modifiers = lowering.modifiers(scenarios.values(), actions.values(), objects.values())
+    structures = checked.program.structures
+    structures.modify(modifiers, {name: type_.modifiers for name, type_ in objects.items()})
     return plan.Plan(
         entry=first.name,
         overrides=given,
         scenarios=scenarios,
         actions=actions,
-        modifiers=lowering.modifiers(scenarios.values(), actions.values(), objects.values()),
+        modifiers=modifiers,
         objects=objects,
         globals=global_parameters,
-        structures=checked.program.structures,
+        structures=structures,
         file=checked.sources.entry.file.name,
         coverage=checked.coverage,
     )
@@ -109,15 +112,16 @@ class _Lowering:
     ) -> dict[str, plan.Modifier]:
         """All modifiers that are applied in a plan."""
         symbols = {symbol.plan_name: symbol for symbol in self._program.modifiers.values()}
-        pending = [name for scenario in scenarios for name in (*modifiers(scenario.body), *applied(scenario))]
-        pending += [name for action in actions for name in applied(action)]
-        pending += [name for type_ in objects for name in applied(type_)]
+        pending = [name for scenario in scenarios for name in reach.modifiers(scenario.body)]
+        pending += [name for scenario in scenarios for name in reach.applied(scenario)]
+        pending += [name for action in actions for name in reach.applied(action)]
+        pending += [name for type_ in objects for name in reach.applied(type_)]
         found: dict[str, plan.Modifier] = {}
         while pending:
             name = pending.pop(0)
             if name not in found:
                 found[name] = self._modifier(symbols[name])
-                pending += applied(found[name])
+                pending += reach.applied(found[name])
         return found
 
     def _modifier(self, symbol: TypeSymbol) -> plan.Modifier:

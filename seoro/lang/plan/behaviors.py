@@ -54,6 +54,7 @@ class Parallel(Value):
         members: The first is the primary one.
         duration: From the first start to the last end.
         overlap: How the others lie to the primary one.
+        is_overlap_given: Whether an argument says so.
         start_to_start: How long after the primary one the others start: a range in seconds.
         end_to_end: How long after the primary one the others end: a range in seconds.
         constraints: What else holds for its parameters.
@@ -64,6 +65,7 @@ class Parallel(Value):
     members: tuple[Behavior, ...]
     duration: Expression | None
     overlap: Overlap
+    is_overlap_given: bool
     start_to_start: Expression | None
     end_to_end: Expression | None
     constraints: tuple[ConstraintMember, ...]

@@ -6,14 +6,18 @@ extensions in the order of the text. A default constraint is overridden by what 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from seoro.lang.frozen import Frozen, Value
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ActorType, EnumValue, StructType, ValueType
 from seoro.lang.source import Span
+
+if TYPE_CHECKING:
+    from seoro.lang.plan.declarations import Modifier
+    from seoro.lang.plan.modifications import AppliedModifier
 
 
 class FieldDeclaration(Value):
@@ -90,6 +94,7 @@ class Structure(Frozen):
         latents: The conditional subtypes that an instance may be of, each after its base.
         open_fields: Names of the fields whose values have to be chosen if they are not given.
         span: Its name in the text.
+        is_modified: Whether modifiers are members of a struct or an actor, which may constrain it.
     """
 
     type: StructType | ActorType
@@ -98,25 +103,41 @@ class Structure(Frozen):
     latents: tuple[Latent, ...]
     open_fields: frozenset[str]
     span: Span
+    is_modified: bool = False
 
     @property
     def is_plain(self) -> bool:
         """Whether nothing but given values and defaults decides about the fields."""
-        return len(self.members) == len(self.fields) and not self.latents
+        return len(self.members) == len(self.fields) and not self.latents and not self.is_modified
 
 
 @dataclass(eq=False, slots=True)
 class Structures:
-    """The structures of all structs and actors, by the name of the type.
+    """The structures of all structs and actors, by the name of the type, and the modifiers that are their members.
 
     Expressions refer to it instead of holding what they construct, since types contain each other.
+
+    Args:
+        modifiers: All modifiers that are applied, by their names.
     """
 
+    modifiers: Mapping[str, Modifier] = field(default_factory=dict, repr=False)
     _found: dict[str, Structure] = field(default_factory=dict, repr=False)
+    _applied: Mapping[str, tuple[AppliedModifier, ...]] = field(default_factory=dict, repr=False)
 
     def add(self, structure: Structure) -> None:
         """Add a structure; for checking."""
         self._found[structure.type.name] = structure
+
+    def modify(
+        self, modifiers: Mapping[str, Modifier], applied: Mapping[str, tuple[AppliedModifier, ...]]
+    ) -> None:
+        """Say which modifiers there are, and which are members of which types; for lowering."""
+        self.modifiers, self._applied = modifiers, applied
+
+    def applied_to(self, types: Iterable[str]) -> tuple[AppliedModifier, ...]:
+        """The modifiers of a value whose types these are, nearest first; the nearest has those of all."""
+        return next((self._applied[name] for name in types if name in self._applied), ())
 
     def all(self) -> tuple[Structure, ...]:
         """All structures, in the order in which they were added."""

@@ -24,9 +24,8 @@ from seoro.runtime.uses import Use
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
 
-def run_action(plan: InvokeAction, place: Place) -> Awaitable[Outcome]:
+def run_action(plan: InvokeAction, instance: Instance, place: Place) -> Awaitable[Outcome]:
     """Carry it out."""
-    instance = place.take_invoked()
     if not (instance.reacts or place.services.coverage.concerns(instance)):
         return _carry_out(plan, instance, place)
     return run_instance(instance, place, lambda inside: _carry_out(plan, instance, inside))

@@ -6,7 +6,7 @@ from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.source import Span
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.explain import explain_action
-from seoro.runtime.invocation import Place
+from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
@@ -22,7 +22,8 @@ def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
     services = place.services
     match _cause(error):
         case ActionFailed() | BackendRefused() as refusal:
-            instance = place.invoked.instance if place.invoked is not None else place.instance
+            invoked = place.invoked.instance if place.invoked is not None else None
+            instance = invoked if isinstance(invoked, Instance) else place.instance
             return failure(f"`{name}` failed: {refusal}", span, explain_action(place, instance))
         case BackendLost() as lost:
             services.decide(RunStatus.ERROR, str(lost), span)

@@ -4,12 +4,14 @@ Arguments are evaluated when the invocation starts, and its modifiers become ins
 instance is there for what modifies the invocation; what carries that out again gets another one for each time.
 
 An instance is carried out within a scope of its own: `emit end` and `emit fail` inside end the scope, and cancel
-what is still running in it. Its `start`, then its `end` or `fail` occur for whoever listens inside.
+what is still running in it. Its `start`, then its `end` or `fail` occur for whoever listens inside; these do as
+well when what belongs to its invocation ends it: its `duration` (7.3.10.3), `until`, a modifier.
 """
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -17,15 +19,20 @@ from typing import NamedTuple
 
 from seoro.lang.plan import InvokeAction, InvokeScenario, OneOf, Parallel, Phase, Serial
 from seoro.runtime.applied import Applied, Modifying, apply, with_nested
+from seoro.runtime.behaviors.duration import times_of
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.reactions import arm_reactions
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
+from seoro.runtime.choose.times import DURATION
+from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.instantiate import Invocation, choose_for_modifiers, choose_parameters
-from seoro.runtime.invocation import Instance, Invoked, Place
+from seoro.runtime.instantiate import Invocation, choose_parameters, choose_times
+from seoro.runtime.invocation import Composed, Instance, Invoked, Place
 from seoro.runtime.values import Actor, Value
-from seoro.runtime.verdict import Outcome
+from seoro.runtime.verdict import CANCELLED, Outcome, Status
+
+OF_BLOCK, OF_TYPE = (-2,), (-1,)  # positions of what modifies a behavior, before its body, which is member 0
 
 
 class Begun(NamedTuple):
@@ -62,34 +69,84 @@ async def run_instance(instance: Instance, place: Place, carry: Carry) -> Outcom
         except asyncio.CancelledError:
             if not agenda.left(scope):
                 reactions.abandon()
+                _emit_end(instance, _outcome_from_around(place), place, armed)
                 raise
             assert scope.outcome is not None, "it was ended"
             outcome = scope.outcome
-        reacting = armed.pop_all()
-    _emit_phase(instance, Phase.FAIL if outcome.failed else Phase.END, place)
-    agenda.close(reacting.close)  # after its end, which is the last that it reacts to
+        _emit_end(instance, outcome, place, armed)
     return outcome
 
 
-def _emit_phase(instance: Instance, phase: Phase, place: Place) -> None:
+def _outcome_from_around(place: Place) -> Outcome:
+    """The outcome of what is ended from outside: cancelled, unless it is by what belongs to its invocation."""
+    ended, invoked = place.flow.ended, place.invoked
+    if ended is None or invoked is None or ended.depth <= invoked.depth or ended.outcome is None:
+        return CANCELLED
+    return ended.outcome
+
+
+def _emit_end(
+    instance: Instance | Composed, outcome: Outcome, place: Place, armed: ExitStack | None = None
+) -> None:
+    """Let an `end` or `fail` occur, which is the last that is reacted to."""
+    if outcome.status is not Status.CANCELLED:
+        _emit_phase(instance, Phase.FAIL if outcome.failed else Phase.END, place)
+        if armed is not None:
+            place.agenda.close(armed.pop_all().close)
+
+
+def _emit_phase(instance: Instance | Composed, phase: Phase, place: Place) -> None:
+    """Let a predefined event occur; that of a composition, which has no name, only if someone listens."""
+    if isinstance(instance, Composed) and not instance.is_heard(phase):
+        return
     place.services.events.emit(instance.phase(None, phase), {}, place.flow.past)
 
 
+def run_composed(place: Place, carry: Carry) -> Awaitable[Outcome]:
+    """Carry out what a composition does; its `start`, then its `end` or `fail` occur, where someone may listen."""
+    return carry(place) if place.invoked is None else _run_composed(place, place.invoked.take(place), carry)
+
+
+async def _run_composed(place: Place, composed: Instance | Composed, carry: Carry) -> Outcome:
+    _emit_phase(composed, Phase.START, place)
+    try:
+        outcome = await carry(replace(place, invoked=None))
+    except asyncio.CancelledError:
+        _emit_end(composed, _outcome_from_around(place), place)
+        raise
+    _emit_end(composed, outcome, place)
+    return outcome
+
+
 def begin_composition(plan: Serial | Parallel | OneOf, place: Place) -> Begun:
-    """Make instances of the modifiers of a composition.
+    """Make what stands for a composition in its `with:` block, and instances of its modifiers.
 
     Raises:
         EvaluationError: A value cannot be computed, or there are none that meet all constraints.
     """
-    if not plan.modifications:
+    if not (plan.constraints or plan.modifications or plan.duration):
         return Begun(place, (), ())
-    environment = place.environment()
-    modifying = apply(plan.modifications, place.services.plan, environment, None)
+    plans = place.services.plan
+    first = Composed(place.path, Fields())
+    modifying = apply(plan.modifications, plans.modifiers, place.environment({"it": first}), first, OF_BLOCK)
     applied = tuple(with_nested(modifying))
-    if applied:
-        seed, run = environment.seed, environment.run
-        choose_for_modifiers(place.services.plan, Invocation({}, None, (), environment, seed, run, applied))
-    return Begun(place, modifying, ())
+
+    def fill(composed: Composed, environment: Environment) -> None:
+        times, seed, run = times_of(plan, environment), environment.seed, environment.run
+        invocation = Invocation({}, None, plan.constraints, environment, seed, run, applied, times)
+        choose_times(plans, composed, invocation)
+
+    def make(again: Place) -> Composed:
+        composed = Composed(again.path, Fields() if has_times else first.fields)
+        for modifier in applied:
+            modifier.turn_to(composed)
+        if has_times:
+            fill(composed, replace(place, path=again.path, runs=again.runs).environment())
+        return composed
+
+    fill(first, place.environment())
+    has_times = bool(plan.constraints or first.windows)
+    return Begun(replace(place, invoked=Invoked(first, make, len(place.flow.scopes) - 1)), modifying, ())
 
 
 def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun:
@@ -104,15 +161,16 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun
     applied = tuple(with_nested((*modifying, *own))) if modifying or own else ()
     _fill(first, plan, outside, applied)
 
-    def make(path: str) -> Instance:
-        again = replace(outside, path=path)
-        instance = _empty(plan, again)
+    def make(again: Place) -> Instance:
+        there = replace(outside, path=again.path, runs=again.runs)
+        instance = _empty(plan, there)
         for modifier in applied:
             modifier.turn_to(instance)
-        _fill(instance, plan, again, applied)
+        _fill(instance, plan, there, applied)
         return instance
 
-    return Begun(place.invoking(Invoked(first, make)), modifying, own)
+    invoked = Invoked(first, make, len(place.flow.scopes) - 1)
+    return Begun(place.invoking(invoked), modifying, own)
 
 
 def _modifiers(
@@ -120,13 +178,14 @@ def _modifiers(
 ) -> tuple[tuple[Modifying, ...], tuple[Modifying, ...]]:
     """What modifies an invocation where it stands, and what modifies each invocation of what is invoked."""
     services = outside.services
+    modifiers = services.plan.modifiers
     modifying: tuple[Modifying, ...] = ()
     own: tuple[Modifying, ...] = ()
     if plan.modifications:
-        modifying = apply(plan.modifications, services.plan, outside.environment({"it": first}), first)
+        modifying = apply(plan.modifications, modifiers, outside.environment({"it": first}), first, OF_BLOCK)
     if first.declaration.modifiers:
         around = services.environment_of(first, outside.environment())
-        own = apply(first.declaration.modifiers, services.plan, around, first)
+        own = apply(first.declaration.modifiers, modifiers, around, first, OF_TYPE)
     return modifying, own
 
 
@@ -136,7 +195,7 @@ def _empty(plan: InvokeScenario | InvokeAction, place: Place) -> Instance:
     declared = plans.scenarios[plan.scenario] if isinstance(plan, InvokeScenario) else plans.actions[plan.action]
     actor = evaluate(plan.actor, place.environment()) if plan.actor is not None else None
     assert actor is None or isinstance(actor, Actor)
-    return Instance(declared, place.path, Fields(), actor)
+    return Instance(place.path, Fields(), declared, {"actor": actor} if actor is not None else {})
 
 
 def _fill(
@@ -146,7 +205,8 @@ def _fill(
     services, environment = place.services, place.environment()
     given: dict[str, Value] = {name: evaluate(value, environment) for name, value in plan.arguments}
     seed, run = environment.seed, environment.run
-    invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied)
+    times = times_of(plan, environment) if DURATION not in instance.declaration.structure.fields else None
+    invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
     shared = {name: place.instance.fields[name] for name in services.plan.globals.fields}
     choose_parameters(services.plan, instance.declaration.structure, instance, invocation, shared)
     for value in instance.fields.values():

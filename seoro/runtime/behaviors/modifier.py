@@ -1,4 +1,6 @@
-"""Modifiers (7.3.12): Python carries out atomic ones; a compound one is what it applies and constrains.
+"""Modifiers (7.3.12): Python carries out atomic ones; a compound one is what it applies and constrains, and what
+it does by itself. Its instance lives as long as what it modifies, each time that is carried out: its event
+contexts start with that, and its own `start`, `end` and `fail` are those of all that it modifies.
 
 A function gets the behavior, with the modifiers that stand closer to it, as its child. Each run of the child
 starts that anew, and draws anew; between two runs lies a round, so that a loop of runs that take no time is found.
@@ -17,6 +19,7 @@ from typing import Any, NoReturn, TypeAlias
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.applied import Applied, Modifying
 from seoro.runtime.behaviors.faults import judge
+from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.evaluate import EvaluationError
@@ -39,11 +42,19 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
     trace.record("behavior.start", id=number, parent=place.parent, **fields, arguments=arguments)
     inside = replace(place, parent=number)
-    try:
+    instance = applied.enter(f"{place.path}/{applied.name}", services.plan.structures)
+
+    def carry(_: Place) -> Awaitable[Outcome]:
         if name in services.modifiers:
-            outcome = await _run_function(applied, inside, partial(_attempt, inner))
+            return _run_function(applied, inside, partial(_attempt, inner))
+        return within(applied.modifiers, inner)(inside)
+
+    try:
+        if instance.reacts or services.coverage.concerns(instance):
+            own = replace(inside, path=instance.path, position=(*place.position, *applied.position))
+            outcome = await run_instance(instance, own, carry)
         else:
-            outcome = await within(applied.modifiers, inner)(inside)
+            outcome = await carry(inside)
     except (asyncio.CancelledError, EvaluationError):
         trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
         raise
@@ -190,6 +201,8 @@ class _Child:
                 place.services.count_start(self._span, len(place.position))
                 place = replace(place, path=f"{place.path}#{self._runs}")
                 await agenda.step(place.flow)
+                if place.invoked is not None:
+                    place.invoked.renew(place)
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
             if limit is None:
                 return await behave()

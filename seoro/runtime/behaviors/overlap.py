@@ -13,8 +13,10 @@ from random import Random
 from typing import Final
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan import Expression, Overlap, Parallel
-from seoro.runtime.evaluate import EvaluationError, evaluate
+from seoro.lang.plan import EnumValue, Overlap, Parallel
+from seoro.runtime.behaviors.duration import times_of
+from seoro.runtime.choose.times import END_TO_END, OVERLAP, START_TO_START, Window
+from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.invocation import Place
 from seoro.runtime.values import Range
 
@@ -64,28 +66,47 @@ def timing_of(plan: Parallel, place: Place) -> Timing:
     """
     secondaries = len(plan.members) - 1
     random = place.services.random(f"{place.purpose} offsets")
+    overlap, windows = _overlap_of(plan, place)
     offsets = [0.0] * (secondaries + 1)
-    if plan.start_to_start is not None:
-        starts = _bounds(plan.start_to_start, _STARTS[plan.overlap], plan.overlap, place)
-        offsets[1:] = [_draw(starts, random) for _ in range(secondaries)]
+    if START_TO_START in windows:
+        starts = _bounds(windows[START_TO_START], _STARTS[overlap], overlap)
+        offsets[1:] = [_offset(starts, windows[START_TO_START], random) for _ in range(secondaries)]
     first = min(offsets)
-    ends = _ENDS[plan.overlap]
-    if plan.end_to_end is not None:
-        ends = _bounds(plan.end_to_end, ends, plan.overlap, place)
+    ends = _ENDS[overlap]
+    if END_TO_END in windows:
+        ends = _bounds(windows[END_TO_END], ends, overlap)
     last = Range(max(ends.low, 0.0), max(ends.high, 0.0))
     cuts = [inf] * secondaries if last.high == inf else [_draw(last, random) for _ in range(secondaries)]
     return Timing(tuple(offset - first for offset in offsets), ends, (inf, *cuts))
 
 
-def _bounds(offset: Expression, allowed: Range, overlap: Overlap, place: Place) -> Range:
-    """What is left of the offsets that are given."""
-    given = evaluate(offset, place.environment())
-    assert isinstance(given, Range), "checked: a single time is a range, too"
+def _overlap_of(plan: Parallel, place: Place) -> tuple[Overlap, Mapping[str, Window]]:
+    """The kind of overlap, and what is said about offsets, by arguments and constraints."""
+    if place.invoked is None:
+        return plan.overlap, times_of(plan, place.environment()).plain()[1]
+    composed = place.invoked.instance
+    chosen = composed.fields[OVERLAP]
+    assert isinstance(chosen, EnumValue)
+    return Overlap(chosen.member), composed.windows
+
+
+def _bounds(window: Window, allowed: Range, overlap: Overlap) -> Range:
+    """What is left of the offsets of a window."""
+    given = window.bounds
     low, high = max(given.low, allowed.low), min(given.high, allowed.high)
     if low > high:
         shown = f"{given.low:g} s" if given.low == given.high else f"[{given.low:g}..{given.high:g}] s"
-        raise EvaluationError(f"an offset of {shown} is excluded by `overlap: {overlap.value}`", offset.span)
+        raise EvaluationError(f"an offset of {shown} is excluded by `overlap: {overlap.value}`", window.span)
     return Range(low, high)
+
+
+def _offset(bounds: Range, window: Window, random: Random) -> float:
+    """An offset of starts; where nothing bounds it, members start as close to each other as they can."""
+    if bounds.low == -inf or bounds.high == inf:
+        offset = min(max(0.0, bounds.low), bounds.high)
+    else:
+        offset = _draw(bounds, random)
+    return offset if window.fits(offset) else window.value
 
 
 def _draw(bounds: Range, random: Random) -> float:

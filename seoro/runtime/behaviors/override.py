@@ -20,8 +20,9 @@ from seoro.runtime.verdict import Outcome, Status
 async def run_override(plan: Override, place: Place, inner: Carry) -> Outcome:
     """Carry out what it modifies, while it holds."""
     instance = place.instance
-    if place.invoked is not None and plan in place.invoked.instance.declaration.modifiers:
-        instance = place.invoked.instance
+    invoked = place.invoked.instance if place.invoked is not None else None
+    if isinstance(invoked, Instance) and plan in invoked.declaration.modifiers:
+        instance = invoked
     overriding, agenda = Overriding(plan, instance), place.agenda
     held = place.services.overriding
     agenda.write(place.position, partial(held.setdefault, overriding))

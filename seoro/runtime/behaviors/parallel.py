@@ -20,15 +20,15 @@ from seoro.lang.plan import Parallel
 from seoro.runtime.agenda import TIME_DIGITS, Flow, Limit, Scope
 from seoro.runtime.behaviors.limits import is_open_ended
 from seoro.runtime.behaviors.members import Members, Perform, members_of
-from seoro.runtime.behaviors.overlap import Timing, timing_of
+from seoro.runtime.behaviors.overlap import Timing
 from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place, name_of
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
 
-async def run_parallel(plan: Parallel, place: Place, perform: Perform) -> Outcome:
+async def run_parallel(plan: Parallel, timing: Timing, place: Place, perform: Perform) -> Outcome:
     """Carry it out."""
-    course = _Course(plan, place, timing_of(plan, place))
+    course = _Course(plan, place, timing)
     with members_of(place, perform, course.member_ended) as members:
         course.members = members
         try:

@@ -24,15 +24,16 @@ from seoro.lang.plan import (
     Wait,
 )
 from seoro.runtime.agenda import Scope
-from seoro.runtime.applied import Applied, Modifying
+from seoro.runtime.applied import Applied, Modifying, with_nested
 from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.call import run_call
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
-from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation
+from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation, run_composed
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.modifier import run_modifier
 from seoro.runtime.behaviors.one_of import run_one_of
+from seoro.runtime.behaviors.overlap import timing_of
 from seoro.runtime.behaviors.override import end_labelled, is_overridden, run_override, start_labelled
 from seoro.runtime.behaviors.parallel import run_parallel
 from seoro.runtime.behaviors.records import record_end, record_start
@@ -40,10 +41,12 @@ from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.behaviors.serial import run_serial
 from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
+from seoro.runtime.choose.times import DURATION
 from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.invocation import Place
+from seoro.runtime.holding import newly_held
+from seoro.runtime.invocation import Instance, Place
 from seoro.runtime.stack import descend
-from seoro.runtime.verdict import Outcome, RunStatus, Status
+from seoro.runtime.verdict import CANCELLED, Outcome, RunStatus
 
 LEVELS = 8  # of behaviors that await each other directly
 _UNLABELLED = nullcontext()
@@ -75,7 +78,7 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
             outcome = await _evaluating(behavior, place.inside(number), carry)
         except asyncio.CancelledError:
             if not services.agenda.left(scope):
-                record_end(number, Outcome(Status.CANCELLED), place)
+                record_end(number, CANCELLED, place)
                 if services.is_ending:
                     services.cancelled.append(place.path)
                 raise
@@ -128,10 +131,14 @@ async def _carry_modified(behavior: Behavior, place: Place) -> Outcome:
             begun = begin_composition(behavior, place)
         case _:
             assert_never(behavior)
-    carry = within(begun.own, partial(_carry_out, behavior))
-    if behavior.duration is not None:
-        carry = partial(run_duration, behavior.duration, inner=carry)
+    carry = lasting(begun.place, within(begun.own, partial(_carry_out, behavior)))
     return await within(begun.modifying, carry)(begun.place)
+
+
+def lasting(place: Place, carry: Carry) -> Carry:
+    """How something is carried out that has a `duration`, if anything is said about that."""
+    has_duration = place.invoked is not None and DURATION in place.invoked.instance.windows
+    return partial(run_duration, inner=carry) if has_duration else carry
 
 
 def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
@@ -147,6 +154,25 @@ def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
         for each in group:
             carry = partial(_modify, each, inner=carry)
     return carry
+
+
+def carry_scenario(place: Place) -> Awaitable[Outcome]:
+    """Carry out the scenario that is invoked at a place."""
+    instance = place.take_invoked()
+    return _held_within(instance, lambda inside: run_scenario(instance, inside, perform), place)
+
+
+def _held_within(instance: Instance, carry: Carry, place: Place) -> Awaitable[Outcome]:
+    """Carry out an instance within the modifiers of the structs and actors that it is the first to hold."""
+    if not place.services.has_modified_objects:
+        return carry(place)
+    modifying: list[Applied] = []
+    for held, path in newly_held(instance, place.services.modified):
+        for applied in with_nested(held.modifiers):
+            applied.turn_to(instance)
+            applied.holder = path
+        modifying += held.modifiers
+    return within(modifying, carry)(place)
 
 
 def _modify(modifying: Modifying, place: Place, inner: Carry) -> Awaitable[Outcome]:
@@ -169,14 +195,16 @@ async def _carry_within(modifying: Modifying, place: Place, inner: Carry) -> Out
 async def _carry_out(behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, place: Place) -> Outcome:
     match behavior:
         case Serial():
-            return await run_serial(behavior, place, perform)
+            return await run_composed(place, lambda inside: run_serial(behavior, inside, perform))
         case Parallel():
-            return await run_parallel(behavior, place, perform)
+            timing = timing_of(behavior, place)
+            return await run_composed(place, lambda inside: run_parallel(behavior, timing, inside, perform))
         case OneOf():
-            return await run_one_of(behavior, place, perform)
+            return await run_composed(place, lambda inside: run_one_of(behavior, inside, perform))
         case InvokeAction():
-            return await run_action(behavior, place)
+            instance = place.take_invoked()
+            return await _held_within(instance, partial(run_action, behavior, instance), place)
         case InvokeScenario():
-            return await run_scenario(place.take_invoked(), place, perform)
+            return await carry_scenario(place)
         case _:
             assert_never(behavior)

@@ -5,12 +5,12 @@ Their event contexts start with the execution of the scenario or action; of a va
 with that of the scenario that held it first. Each reacts to every occurrence, in the next round of the same
 instant: it takes a step as flows do, but has no flow. Each has a past of its own, so that what it emits does not
 reach it again. The `end` or `fail` of the instance is the last that it reacts to; what is ended from outside
-reacts no more.
+reacts to nothing else any more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -24,11 +24,12 @@ from seoro.runtime.conditions import Context
 from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Occurrence
+from seoro.runtime.holding import newly_held
 from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
 from seoro.runtime.past import Past
-from seoro.runtime.values import Actor, HasFields, Struct, Value
-from seoro.runtime.verdict import Outcome, Status
+from seoro.runtime.values import HasFields, Value
+from seoro.runtime.verdict import CANCELLED
 
 _Answer = Callable[[Environment, Past], None]
 
@@ -46,7 +47,7 @@ def arm_reactions(place: Place, scope: Scope, armed: ExitStack) -> Reactions:
     for sample in instance.declaration.samples:
         reactions.sample(sample, instance, sample.field)
     if place.services.has_samples_in_objects:
-        for holder, path in _held(place):
+        for holder, path in newly_held(instance, place.services.held):
             for sample in place.services.samples_of(holder):
                 reactions.sample(sample, holder, f"{path}.{sample.field}")
     for directive in instance.declaration.on:
@@ -63,11 +64,11 @@ class Reactions:
         self._scope = scope
         self._armed = armed
         self._number = 0
-        self._is_abandoned = False
+        self._abandoned = 0  # how many times
 
     def abandon(self) -> None:
         """The instance was ended from outside: what it has not reacted to is lost."""
-        self._is_abandoned = True
+        self._abandoned += 1
 
     def on(self, directive: On) -> None:
         """`on`: its members in their order."""
@@ -121,14 +122,15 @@ class Reactions:
         def meet(occurrence: Occurrence) -> bool:
             bound: dict[str, Value | HasFields] = {name: occurrence} if name is not None else {}
             there = replace(environment, bindings={**environment.bindings, **bound})
-            inside.agenda.react(inside.position, partial(self._react, inside, partial(answer, there, past)))
+            react = partial(self._react, inside, self._abandoned, partial(answer, there, past))
+            inside.agenda.react(inside.position, react)
             return True
 
         self._armed.callback(Listener(inside.services, _context(inside, past)).listen(event, environment, meet))
 
-    def _react(self, inside: Place, answer: Callable[[], None]) -> None:
+    def _react(self, inside: Place, abandoned: int, answer: Callable[[], None]) -> None:
         """Take the step, unless the instance was ended before."""
-        if self._is_abandoned or inside.agenda.is_ended(self._scope):
+        if abandoned < self._abandoned or inside.agenda.is_ended(self._scope):
             return
         try:
             answer()
@@ -143,7 +145,7 @@ def _context(place: Place, past: Past) -> Context:
 def _carry_out(member: Emit | CallMethod, place: Place, environment: Environment, past: Past) -> None:
     place.services.count_start(member.span, len(place.position))
     number = record_start(member, place)
-    outcome = Outcome(Status.CANCELLED)  # unless it has a value
+    outcome = CANCELLED  # unless it has a value
     try:
         if isinstance(member, Emit):
             outcome = run_emit(member, place, environment, past)
@@ -151,17 +153,3 @@ def _carry_out(member: Emit | CallMethod, place: Place, environment: Environment
             outcome = run_call(member, environment)
     finally:
         record_end(number, outcome, place)
-
-
-def _held(place: Place) -> Iterator[tuple[Struct | Actor, str]]:
-    """The structs and actors that an instance holds and none has held before, with their paths."""
-    seen = place.services.held
-    pending: list[tuple[str, Value]] = list(place.instance.fields.items())
-    while pending:
-        path, value = pending.pop(0)
-        if isinstance(value, tuple):
-            pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
-        elif isinstance(value, Struct | Actor) and value not in seen:
-            seen.add(value)
-            yield value, path
-            pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]

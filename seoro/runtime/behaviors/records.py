@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from seoro.lang.plan import Behavior
+from seoro.runtime.choose.times import DURATION
 from seoro.runtime.invocation import Instance, Place, Running, Services, name_of, type_of
 from seoro.runtime.verdict import Outcome
 
@@ -37,7 +38,7 @@ def record_end(number: int, outcome: Outcome, place: Place) -> None:
 
 
 def record_instance(instance: Instance, behavior: int | None, services: Services) -> None:
-    """Record the values of a new instance.
+    """Record the values of a new instance, apart from those of its times.
 
     Args:
         instance: The instance.
@@ -50,4 +51,10 @@ def record_instance(instance: Instance, behavior: int | None, services: Services
         fields = {"instance": exact.number(instance), "of": instance.declaration.name, "path": instance.path}
         if instance.actor is not None:
             fields["actor"] = exact.value(instance.actor)
-        trace.record("instance", behavior=behavior, **fields, values=exact.fields(instance.fields))
+        declared = {name: value for name, value in instance.fields.items() if not _is_time(name, instance)}
+        trace.record("instance", behavior=behavior, **fields, values=exact.fields(declared))
+
+
+def _is_time(name: str, instance: Instance) -> bool:
+    """Whether a field of an instance is none of its declaration, but what `it` has for its duration."""
+    return name == DURATION and name not in instance.declaration.structure.fields

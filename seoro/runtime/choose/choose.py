@@ -38,6 +38,8 @@ from seoro.runtime.choose.forms import NotYet
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import Translation
+from seoro.runtime.choose.times import Times, Window
+from seoro.runtime.choose.widening import Widening
 from seoro.runtime.environment import Environment, Evaluate, EvaluationError, NoChoice
 from seoro.runtime.values import HasFields, Range, Value
 
@@ -79,6 +81,7 @@ class Request(frozen.Value):
         evaluate: Evaluates expressions.
         value: The place of the instance, if it is a struct or an actor.
         attached: What modifies it.
+        times: Its parameters for times; None if it is no behavior.
     """
 
     holder: HasFields
@@ -92,10 +95,14 @@ class Request(frozen.Value):
     overrides: tuple[Constraint, ...] = ()
     value: Slot | None = None
     attached: tuple[Attached, ...] = ()
+    times: Times | None = None
 
 
-def choose(request: Request) -> None:
+def choose(request: Request) -> dict[str, Window]:
     """Choose the values of an instance; its fields have them afterwards.
+
+    Returns:
+        The windows of its times that anything is said about.
 
     Raises:
         NoChoice: There are none that meet all constraints, or nothing bounds a number or a string.
@@ -107,13 +114,18 @@ def choose(request: Request) -> None:
     else:
         for structure in request.roots:
             gathering.add_root(structure, request.holder, request.given, request.environment)
-    gathering.add_constraints(request.constraints, request.around or request.environment, INVOCATION)
+    around = request.around or request.environment
+    if request.times is not None:
+        gathering.add_times(request.times, request.holder, request.environment)
+        it = replace(around, bindings={**around.bindings, "it": request.holder})
+        gathering.add_constraints(tuple(request.times.constraints()), it, INVOCATION)
+    gathering.add_constraints(request.constraints, around, INVOCATION)
     for other in request.attached:
         gathering.add_root(other.structure, other.environment.instance, other.given, other.environment, INVOCATION)
         gathering.add_constraints(other.constraints, other.around, INVOCATION)
     gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
     gathering.expand()
-    _Choice(gathering, request).run()
+    return _Choice(gathering, request).run()
 
 
 class _Choice:
@@ -124,18 +136,21 @@ class _Choice:
         self._slots = gathering.slots
         self._evaluate = request.evaluate
         self._seed = request.environment.seed.value
+        self._holder, self._times = request.holder, request.times
         self._translation = Translation(self._slots, request.evaluate, self._put)
         self._pins: list[solve.Constraint] = []
         self._is_final = False
         self._open: set[int] = set()  # whose values are being computed, by identity
         self._names: dict[str, int] = {}
 
-    def run(self) -> None:
+    def run(self) -> dict[str, Window]:
         """Choose, until the values are of no subtypes that have not been taken into account."""
         while True:
             self._size_lists()
             self._prepare()
-            self._put(self._solve(dict(self._constraints()), self._pins).values)
+            rules = dict(self._constraints())
+            values = self._solve(rules, self._pins).values
+            self._put(values)
             found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
             if not found:
                 break
@@ -146,7 +161,28 @@ class _Choice:
                     self._pins.append(solve.Constraint(term, latent.span, latent.span.text))
                 self._gathering.add_latent(slot, latent)
             self._gathering.expand()
+        windows = self._widen(rules, values) if self._times is not None else {}
         self._finish()
+        return windows | self._defined_windows()
+
+    def _widen(self, rules: Rules, values: Mapping[solve.Cell, solve.Value]) -> dict[str, Window]:
+        """Make times as wide as they can be."""
+        assert self._times is not None
+        written = {each: rule is not None for each, rule in rules.items()} | dict.fromkeys(self._pins, False)
+        widening = Widening(written, values)
+        windows = widening.widen(self._times, self._slots.of(self._holder))
+        self._put(widening.values)
+        return windows
+
+    def _defined_windows(self) -> dict[str, Window]:
+        """The windows of times that are said to be equal to something."""
+        found: dict[str, Window] = {}
+        for name in self._times.names if self._times is not None else ():
+            definition = self._slots.of(self._holder)[name].definition
+            bounds = self._holder.fields[name]
+            if definition is not None and isinstance(bounds, Range):
+                found[name] = Window(bounds, definition.span, definition.span.text)
+        return found
 
     def _is_of(self, slot: Slot, latent: Latent) -> bool:
         """Whether a value has turned out to be of a subtype that it has not been given yet."""
@@ -165,6 +201,8 @@ class _Choice:
             if isinstance(slot.holder.fields, Fields):
                 slot.holder.fields.compute = self._computing(slot.holder)
             domain = _domain(slot.type)
+            if domain is not None and slot.limits is not None:
+                domain = solve.Real(*slot.limits)
             if slot.cell is None and not slot.is_given and slot.definition is None and domain is not None:
                 self._slots.stand_for(slot, solve.Cell(self._unique(slot.path), slot.span, domain))
 
@@ -388,7 +426,8 @@ def _domain(type_: ValueType) -> solve.Domain | None:
 def _conflict(conflict: solve.Conflict, rules: Rules) -> NoChoice:
     """What to say of constraints that clash."""
     places: list[tuple[Span, str]] = []
-    for constraint in conflict.constraints:
+    written = [each for each in conflict.constraints if rules.get(each) is not None]
+    for constraint in written or conflict.constraints:
         rule = rules.get(constraint)
         if rule is not None and rule.order[0] == OVERRIDE:
             text = "this was set from outside"

@@ -29,16 +29,19 @@ from seoro.lang.plan import (
     StructureMember,
     Structures,
 )
+from seoro.runtime.applied import Applied, apply, with_nested
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
 from seoro.runtime.choose.subjects import Removal, Subjects
-from seoro.runtime.environment import Environment, EvaluationError, NoChoice
+from seoro.runtime.choose.times import OVERLAP, Times, kind_value
+from seoro.runtime.environment import Calls, Environment, EvaluationError, NoChoice
 from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 NESTED = 8  # instances of one type, each inside of the one before
 INVOCATION = 1  # the depths, negated, of what stands around the instance
 OVERRIDE = 2
+OF_OBJECTS = -3  # the position of modifiers of what an instance holds, among what modifies it
 
 
 class Gathering:
@@ -80,6 +83,13 @@ class Gathering:
         slot.structure, slot.is_given = structure, False
         self.slots.add(slot)
         self._add_made(slot, structure, given)
+
+    def add_times(self, times: Times, holder: HasFields, environment: Environment) -> None:
+        """Add the parameters that a behavior has for its times; what arguments say about them is apart."""
+        given = {OVERLAP: kind_value(times.overlap)} if times.overlap and times.is_overlap_given else {}
+        for declared, limits in times.declarations():
+            self._add_field(declared, holder, environment, 0, given)
+            self.slots.of(holder)[declared.name].limits = limits
 
     def add_constraints(self, members: Sequence[ConstraintMember], environment: Environment, level: int) -> None:
         """Add constraints from around the instance.
@@ -201,8 +211,28 @@ class Gathering:
         assert made is not None
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(structure.members, made, inside, slot.depth, given)
+        self._add_modifiers(slot, inside)
         self._subjects.fill(slot)
         self.latents += [(slot, latent) for latent in structure.latents]
+
+    def _add_modifiers(self, slot: Slot, inside: Environment) -> None:
+        """Add the modifiers that are members of the types of a value, and that it has not been given yet."""
+        made = slot.made
+        assert made is not None
+        present = {applied.plan.span for applied in made.modifiers}
+        declared = self._structures.applied_to(made.types)
+        new = [each for each in declared if each.span not in present]
+        if not new:
+            return
+        self._count += 1
+        modifying = apply(new, self._structures.modifiers, inside, made, (OF_OBJECTS, self._count))
+        made.modifiers += tuple(each for each in modifying if isinstance(each, Applied))
+        for applied in with_nested(modifying):
+            attached = applied.attached(inside.calls or Calls())
+            holder, environment = attached.environment.instance, attached.environment
+            self._add_members(attached.structure.members, holder, environment, slot.depth, {})
+            for constraint in attached.constraints:
+                self._add_constraint(constraint, attached.around, slot.depth)
 
     def _expand_range(self, slot: Slot, type_: RangeType) -> None:
         self._add_parts(slot, ("lower", "upper"), type_)
@@ -217,7 +247,7 @@ class Gathering:
         for key in keys:
             path = f"{slot.path}[{key}]" if isinstance(type_, ListType) else f"{slot.path}.{key}()"
             part = Slot(path, type_.element, slot.environment, holder, key, slot.depth + 1, slot.span)
-            part.within = slot.within
+            part.within, part.limits = slot.within, slot.limits
             slot.parts[key] = part
             self._add_slot(part)
         self._subjects.fill(slot)
@@ -233,6 +263,7 @@ class Gathering:
                 raise EvaluationError(reason, slot.span)
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(latent.members, made, inside, slot.depth, {})
+        self._add_modifiers(slot, inside)
         self._subjects.fill(slot)
         self._subjects.add_fields()
 

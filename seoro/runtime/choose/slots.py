@@ -85,6 +85,7 @@ class Slot:
         cell: What stands for its value in the solver.
         size: What stands for the size of a list that is made here, until it has one.
         is_sized: Whether it has one.
+        limits: The least and the greatest that its value, or each part of it, can be; None for those of the type.
     """
 
     path: str
@@ -104,6 +105,7 @@ class Slot:
     cell: Cell | None = None
     size: Cell | None = None
     is_sized: bool = False
+    limits: tuple[float, float] | None = None
 
 
 class Slots:
