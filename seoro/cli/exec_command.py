@@ -68,7 +68,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_simulator_arguments(parser)
     parser.add_argument(
-        "-o", "--output-dir", type=Path, metavar="DIR", help="write trace, test.xml and pictures there"
+        "-o",
+        "--output-dir",
+        type=Path,
+        metavar="DIR",
+        help="write trace, test.xml, coverage.json and pictures there",
     )
     parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
     parser.add_argument(

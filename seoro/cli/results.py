@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
 
 STDOUT = "-"
+_COVERAGE = "coverage.json"
 
 
 class ResultFiles:
@@ -68,10 +69,11 @@ class ResultFiles:
         if options.trace == STDOUT and options.json:
             raise InvalidUse("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
         traces = {path.resolve() for path in self._trace_paths()}
-        for path in self._junit_paths():
+        results = [*self._junit_paths(), *self._with_folder([], _COVERAGE)]
+        for path in results:
             if path.resolve() in traces and path.resolve().parent != Path("/dev"):
                 raise InvalidUse(f"both the trace and the result would be written to {path}")
-        for path in self._junit_paths():
+        for path in results:
             _check_place(path)
 
     @staticmethod
@@ -110,6 +112,7 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
+            written += _write_coverage(folder / _COVERAGE, verdict)
         if self._junit_paths():
             from seoro.runtime.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
 
@@ -152,6 +155,22 @@ class ResultFiles:
         folder = self._options.output_dir
         inside = [folder / name] if folder else []
         return [*named, *(path for path in inside if path.resolve() not in {other.resolve() for other in named})]
+
+
+def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
+    """Write what was sampled of coverage items; where there is none, nothing stays there of another run."""
+    if not verdict.coverage:
+        with suppress(OSError):
+            path.unlink()
+        return []
+    found = {
+        "scenario": verdict.scenario,
+        "file": verdict.file,
+        "seed": verdict.seed,
+        "coverage": [item.plain() for item in verdict.coverage],
+    }
+    _write(path, f"{to_json(found)}\n".encode())
+    return [(path, "what was sampled of coverage items")]
 
 
 def untraced(verdict: Verdict, error: Exception) -> Verdict:

@@ -97,6 +97,27 @@ def test_the_trace_has_the_promised_records(write: Write) -> None:
     assert all(re.fullmatch(r"\d{4}-\d\d-\d\dT[\d:.]+\+00:00", str(record["wall"])) for record in trace)
 
 
+def test_coverage_is_left_in_the_folder_of_results(write: Write) -> None:
+    covered = write(
+        "scenario main:\n    n: int = 7\n    cover(n, range: [0..9], every: 5)\n    record(m, expression: n)\n"
+    )
+    assert main(["exec", covered, "-o", "out", "--seed", "3", "--clock", "virtual"]) == 0
+    found = json.loads(Path("out/coverage.json").read_text())
+    assert (found["scenario"], found["file"], found["seed"]) == ("main", covered, 3)
+    cover, record = found["coverage"]
+    assert (cover["item"], cover["kind"], cover["buckets"], cover["grade"]) == (
+        "main.n",
+        "cover",
+        {"5..9": 1},
+        0.5,
+    )
+    assert (record["item"], record["kind"]) == ("main.m", "record")
+    sampled = [line["item"] for line in records("out/trace.jsonl") if line["kind"] in {"cover", "record"}]
+    assert sampled == ["n", "m"]
+    assert main(["exec", write(GREETING), "-o", "out"]) == 0
+    assert not Path("out/coverage.json").exists(), "a run without items leaves none of another"
+
+
 def test_the_trace_can_go_to_stdout_alone(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(GREETING), "--trace", "-"]) == 0
     out, err = capsys.readouterr()
