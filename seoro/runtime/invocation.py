@@ -371,11 +371,13 @@ class Invoked:
         instance: The latest; what modifies the invocation sees the first before that is carried out.
         make: Makes another one, for when it is carried out again at a place.
         depth: Of the scope of the invocation in its flow.
+        is_watched: Whether what modifies it has to see the next one before that is carried out.
     """
 
     instance: Instance | Composed
     make: Callable[[Place], Instance | Composed]
     depth: int
+    is_watched: bool = False
     _is_taken: bool = False
 
     def renew(self, place: Place) -> None:

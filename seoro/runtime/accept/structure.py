@@ -12,6 +12,7 @@ from typing import Any, Final
 from seoro.runtime.accept.findings import Findings, Rule
 from seoro.runtime.accept.history import Attempt, Happening, History, Mark, Node, Record
 
+_REACTIONS = ("emit", "call")
 _STATUSES: Final = frozenset({"succeeded", "failed", "cancelled"})
 _NUMBER: Final = (int, float)
 _FIELDS: Final[dict[str, dict[str, Any]]] = {
@@ -130,6 +131,9 @@ class _Reader:
             self._wrong(f"behavior {number} starts twice", self._nodes[number].start.seq, mark.seq)
             return
         around = self._open.get(parent) if parent is not None else None
+        ended = self._nodes.get(parent) if parent is not None and around is None else None
+        if ended is not None and ended.end.t == mark.t and record["type"] in _REACTIONS:
+            around = ended  # which reacts to its own end
         if parent is not None and around is None:
             self._wrong(f"behavior {number} starts in behavior {parent}, which does not run", mark.seq)
             around = self._nodes.get(parent)

@@ -146,7 +146,7 @@ def begin_composition(plan: Serial | Parallel | OneOf, place: Place) -> Begun:
 
     fill(first, place.environment())
     has_times = bool(plan.constraints or first.windows)
-    return Begun(replace(place, invoked=Invoked(first, make, len(place.flow.scopes) - 1)), modifying, ())
+    return Begun(replace(place, invoked=Invoked(first, make, len(place.flow.scopes) - 1, True)), modifying, ())
 
 
 def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun:
@@ -169,7 +169,8 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun
         _fill(instance, plan, there, applied)
         return instance
 
-    invoked = Invoked(first, make, len(place.flow.scopes) - 1)
+    is_watched = any(each.modifier.on or each.modifier.samples for each in applied)
+    invoked = Invoked(first, make, len(place.flow.scopes) - 1, is_watched)
     return Begun(place.invoking(invoked), modifying, own)
 
 

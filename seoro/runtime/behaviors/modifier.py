@@ -67,6 +67,8 @@ async def _attempt(inner: Carry, place: Place) -> Outcome:
     trace, modifier = place.services.trace, place.parent
     trace.record("attempt.start", modifier=modifier, path=place.path)
     try:
+        if place.invoked is not None and place.invoked.is_watched:
+            place.invoked.renew(place)
         outcome = await inner(place)
     except (asyncio.CancelledError, EvaluationError):
         trace.record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
@@ -201,8 +203,6 @@ class _Child:
                 place.services.count_start(self._span, len(place.position))
                 place = replace(place, path=f"{place.path}#{self._runs}")
                 await agenda.step(place.flow)
-                if place.invoked is not None:
-                    place.invoked.renew(place)
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
             if limit is None:
                 return await behave()
