@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
@@ -29,17 +29,32 @@ class Checking:
     Args:
         history: The trace.
         findings: Gets what is wrong.
-        may_be_overridden: Whether a member may be ended, or kept from starting, by an `override`.
+        overridden: The labels of what an `override` may end, or keep from starting.
     """
 
     history: History
     findings: Findings
-    may_be_overridden: Callable[[Behavior], bool]
+    overridden: frozenset[str]
 
-    def end_of(self, member: Behavior, node: Node) -> End:
+    def may_be_overridden(self, member: Behavior) -> bool:
+        """Whether an `override` may end a member, or keep it from starting."""
+        return member.label in self.overridden
+
+    def was_overridden(self, node: Node) -> bool:
+        """Whether a behavior may have been cancelled by an `override` of it, or of what it carries out."""
+        pending = [node] if self.overridden else []
+        while pending:
+            found = pending.pop()
+            if found.status == CANCELLED:
+                if found.name in self.overridden:
+                    return True
+                pending += found.children
+        return False
+
+    def end_of(self, node: Node) -> End:
         """The end of a member that was the last to run."""
         if node.status == CANCELLED:
-            return UNKNOWN if self.may_be_overridden(member) else End(None, node.end.t, node.records)
+            return UNKNOWN if self.was_overridden(node) else End(None, node.end.t, node.records)
         return End(node.status, node.end.t, node.records)
 
     def place_members(
@@ -81,7 +96,7 @@ def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[
             if not checking.may_be_overridden(missing):
                 message = f"`{title_of(missing)}` is left out"
                 findings.violate(Rule.SERIAL, message, missing.span, seq, node.start.seq)
-        _check_next(node, members[index], (due, seq), last, members, checking)
+        _check_next(node, members[index], (due, seq), last[1] if last is not None else None, checking)
         due, seq, following, last = node.end.t, node.end.seq, index + 1, (index, node)
     return [(members[index], node) for index, node in placed], _serial_end(plan, frame, last, checking)
 
@@ -90,8 +105,7 @@ def _check_next(
     node: Node,
     member: Behavior,
     due: tuple[float, int],
-    last: tuple[int, Node] | None,
-    members: Sequence[Behavior],
+    before: Node | None,
     checking: Checking,
 ) -> None:
     """A member starts when the one before it has ended, and has not failed.
@@ -100,15 +114,13 @@ def _check_next(
         node: The member in the trace.
         member: The member.
         due: When it should start [s], and the record that says so.
-        last: The position of the one before it, and that in the trace.
-        members: All members.
+        before: The one before it in the trace.
         checking: What checks need.
     """
     t, seq = due
-    before = last[1] if last is not None else None
     if before is not None and before.status == FAILED:
         rule, message = Rule.OUTCOME, f"`{node.name}` starts after a member has failed"
-    elif last is not None and last[1].status == CANCELLED and not checking.may_be_overridden(members[last[0]]):
+    elif before is not None and before.status == CANCELLED and not checking.was_overridden(before):
         rule, message = Rule.OUTCOME, f"`{node.name}` starts after a member was cancelled"
     elif node.start.t != t:
         rule = Rule.SERIAL
@@ -125,7 +137,7 @@ def _serial_end(plan: Serial, frame: Frame, last: tuple[int, Node] | None, check
             return End(SUCCEEDED, frame.start.t) if not members else UNKNOWN
         return End(None, frame.start.t)
     index, node = last
-    end = checking.end_of(members[index], node)
+    end = checking.end_of(node)
     if end is UNKNOWN or end.status != SUCCEEDED:
         return end
     rest = members[index + 1 :]
@@ -194,7 +206,7 @@ class _Choice:
         ]
         if not deciding:
             return self._undecided_end()
-        index, chosen, decision = min(deciding, key=lambda each: each[2])
+        _, chosen, decision = min(deciding, key=lambda each: each[2])
         for other, node in placed:
             if node is chosen:
                 continue
@@ -204,7 +216,7 @@ class _Choice:
             elif not self._checking.history.lasts(decision[0], node.end.t) and node.end.t > decision[0]:
                 message = f"`{node.name}` runs on after it was decided for `{chosen.name}`"
                 findings.violate(Rule.ONE_OF, message, members[other].span, decision[1], node.end.seq)
-        end = self._checking.end_of(members[index], chosen)
+        end = self._checking.end_of(chosen)
         latest = max(node.end.t for _, node in placed)
         return End(end.status, latest, end.records) if end.status in (SUCCEEDED, FAILED) else end
 

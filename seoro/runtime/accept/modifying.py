@@ -47,8 +47,8 @@ class Modifying:
         for application, modifier, node, _ in matched.modifiers:
             if modifier.library == _LIBRARY:
                 self._check(application, modifier, node)
-            elif modifier.library is not None:
-                reason = f"`{modifier.name}` is carried out by a library, whose rules are not known"
+            elif modifier.library is not None or node.attempts:
+                reason = f"`{modifier.name}` is carried out by Python, whose rules are not known"
                 self.findings.skip(Rule.MODIFIER, reason, application.span)
 
     def _check(self, application: ModifierApplication, modifier: Modifier, node: Node) -> None:

@@ -169,7 +169,7 @@ class _Members:
         if first is not None:
             self._check_others_ended(first)
             return End(FAILED, self._last_end(first.end.t), first.records)
-        ends = [self._checking.end_of(self._plan.members[index], node) for index, node in self._nodes.items()]
+        ends = [self._checking.end_of(node) for node in self._nodes.values()]
         if any(end.status is None for end in ends) or len(self._nodes) < len(self._plan.members):
             cancelled = [node.end.t for node in self._nodes.values() if node.status == CANCELLED]
             return End(None, max(cancelled, default=inf))

@@ -88,10 +88,8 @@ class Tree:
 
     def match(self) -> Matched | None:
         """Match all of it; None if the trace is of another scenario."""
-        overridden = {label.overridden[-1] for label in self._overrides()}
-        self._checking = Checking(
-            self.history, self.findings, lambda member: member.label is not None and member.label in overridden
-        )
+        overridden = frozenset(override.overridden[-1] for override in self._overrides())
+        self._checking = Checking(self.history, self.findings, overridden)
         root = self.history.root
         if root.type != "scenario" or root.name != self.plan.entry:
             message = f"the run is `{root.name}`, not the scenario `{self.plan.entry}`"
@@ -215,7 +213,9 @@ class Tree:
         end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None, node.end.t)
         check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
         inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(node.children), frame.around)
-        if modifier.library is None:
+        if modifier.library is None and not node.attempts:  # else Python carries it out
+            if not node.children and node.status == FAILED:
+                return  # Python failed before it carried anything out
             inside = replace(inside, cuts=frame.cuts)
             self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
             return
@@ -357,9 +357,7 @@ class Tree:
             return
         if node.status == CANCELLED:
             ending = self._ending_emit(instance, frame)
-            end = (
-                UNKNOWN if ending is not None or self._checking.may_be_overridden(body) else End(None, node.end.t)
-            )
+            end = UNKNOWN if ending is not None or self._checking.was_overridden(node) else End(None, node.end.t)
         else:
             end = End(node.status, node.end.t, node.records)
         if end is UNKNOWN or self._ending_emit(instance, frame) is None:
