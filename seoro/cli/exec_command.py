@@ -20,7 +20,7 @@ from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
-from seoro.cli.results import STDOUT, ResultFiles, result, untraced
+from seoro.cli.results import STDOUT, ResultFiles, result, unproved
 from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
@@ -37,6 +37,7 @@ EXAMPLES = """examples:
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
 if TYPE_CHECKING:
+    from seoro.bridges.wire import Artifact
     from seoro.cli.live_tree import LiveTree
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
@@ -220,9 +221,17 @@ class _Exec:
             async with run.running():
                 verdict = await self._await_verdict(run)
             artifacts = await run.artifacts() if options.output_dir else ()
+        return await self._conclude(verdict, run, artifacts)
+
+    async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
+        """Write what the run leaves, and tell of its end."""
         if (error := await self._files.finish()) is not None:
-            verdict = untraced(verdict, error)
-        written = self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
+            verdict = unproved(verdict, unwritten(error))
+        written: list[tuple[Path, str]] = []
+        try:
+            written = self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
+        except InvalidUse as refused:
+            verdict = unproved(verdict, str(refused))
         await self._print_end(verdict, run, written)
         return self._interrupted or OF_STATUS[verdict.status]
 

@@ -6,8 +6,8 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from io import FileIO
 from pathlib import Path
@@ -17,7 +17,6 @@ from typing import IO, TYPE_CHECKING, Any, Self
 from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
 from seoro.lang.render import to_json as diagnostic_json
 from seoro.runtime.jsonl import JsonLines, to_json
-from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import RunStatus, Verdict
 from seoro.runtime.writer import unbuffered
 
@@ -173,12 +172,12 @@ def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
     return [(path, "what was sampled of coverage items")]
 
 
-def untraced(verdict: Verdict, error: Exception) -> Verdict:
-    """The verdict of a run whose trace could not be completed after it: there is no proof of it."""
+def unproved(verdict: Verdict, why: str) -> Verdict:
+    """The verdict of a run whose trace or result could not be written."""
     if verdict.status is RunStatus.ERROR:
         return verdict
     found = f"{verdict.status.value}, {verdict.reason}" if verdict.reason else verdict.status.value
-    return replace(verdict, status=RunStatus.ERROR, reason=f"{unwritten(error)}; the run itself: {found}")
+    return replace(verdict, status=RunStatus.ERROR, reason=f"{why}; the run itself: {found}")
 
 
 def result(
@@ -224,27 +223,30 @@ def silence(file: IO[str]) -> None:
 
 def _create(path: Path) -> FileIO:
     """Open a file for writing, in a folder that is made for it."""
-    try:
+    with _refusing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("wb", buffering=0)
-    except OSError as error:
-        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
 
 
 def _write(path: Path, data: bytes) -> None:
-    try:
+    with _refusing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
+
+
+@contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    """Says for a file that cannot be written which one it is."""
+    try:
+        yield
     except OSError as error:
         raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
 
 
 def _check_place(path: Path) -> None:
     """Check that a file can be written, without writing it: an empty one would be taken for a result."""
-    try:
+    with _refusing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
     if path.is_dir():
         raise InvalidUse(f"cannot write {path}: it is a folder")
     if not os.access(path if path.exists() else path.parent, os.W_OK):

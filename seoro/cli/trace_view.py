@@ -6,7 +6,7 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
@@ -30,6 +30,8 @@ class TraceView:
         self._options = options
         self._problems: list[Unreadable] = []
         self._number = 0  # of records
+        self._chosen_number = 0
+        self._kinds: set[str] = set()
         self._has_end = False
         self._file = file
 
@@ -58,6 +60,7 @@ class TraceView:
     def _records(self) -> Iterator[Record]:
         for record in only_records(read_trace(self._file), self._problems):
             self._number += 1
+            self._kinds.add(record["kind"])
             self._has_end = self._has_end or record["kind"] == "run.end"
             yield record
         if not self._number:
@@ -66,12 +69,14 @@ class TraceView:
                 f"`{self._options.file}` is no trace{why}", help="`seoro exec --trace FILE` writes one"
             )
 
-    def _chosen(self) -> Iterable[Record]:
+    def _chosen(self) -> Iterator[Record]:
         options = self._options
         start = -math.inf if options.start is None else options.start
         end = math.inf if options.end is None else options.end
         choice = Choice(options.kind, options.path, start, end, options.grep)
-        return choose(self._records(), choice)
+        for record in choose(self._records(), choice):
+            self._chosen_number += 1
+            yield record
 
     def _print(self) -> None:
         on = use_colour(sys.stdout)
@@ -98,6 +103,9 @@ class TraceView:
     def _say_what_is_missing(self) -> None:
         """Say on stderr what could not be read, and whether the run has no end."""
         said = [f"warning: {self._options.file}, {problem}" for problem in self._problems if not problem.is_cut]
+        if not self._chosen_number:
+            kinds = ", ".join(sorted(self._kinds))
+            said.append(f"note: none of its {self._number} records was chosen; there are {kinds}")
         if not self._has_end:
             cut = " and its last line is cut off" if any(problem.is_cut for problem in self._problems) else ""
             said.append(f"warning: the run has no end here{cut}: it was killed, or is still going on")

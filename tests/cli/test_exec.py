@@ -459,3 +459,13 @@ def test_a_fault_is_told_with_its_place_in_python(write: Write, capsys: pytest.C
     assert "faulty.py:4, `explode`; `--debug` shows the traceback" in err
     assert "Traceback" not in err
     assert "Traceback" in (Xml.parse("test.xml").findtext(".//error") or "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_a_result_that_cannot_be_written_hides_no_verdict(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["exec", write(FAILING), "--junit", "/dev/full"]) == 3
+    out, err = capsys.readouterr()
+    assert "error  broken" in out
+    assert "cannot write /dev/full: No space left on device; the run itself: failed, `emit fail`" in err

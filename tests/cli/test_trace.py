@@ -46,6 +46,13 @@ def test_records_are_chosen(file: str, capsys: pytest.CaptureFixture[str]) -> No
     assert [json.loads(line)["message"] for line in capsys.readouterr().out.splitlines()] == ["one"]
 
 
+def test_a_choice_of_nothing_is_said(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["trace", file, "--kind", "logs"]) == 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "was chosen; there are behavior.end, behavior.start, event, log, run.end, run.start" in err
+
+
 def test_a_summary_for_machines_is_one_object(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trace", file, "--summary", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["status"] == "passed"
