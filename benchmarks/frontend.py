@@ -19,16 +19,16 @@ import subprocess
 import sys
 import tempfile
 import time
-import venv
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+
+from peer import add_peer_arguments, peer_of
 
 from seoro.lang import frontend
 
 SIZES = (10, 30, 100, 300, 1000, 3000, 10_000)  # statements
 PEER_SIZES = (100, 1000, 3000)
-PEER = "scenario-execution==1.8.0"
 STEPS = ("load", "check", "lower")
 
 MIXED = """
@@ -214,24 +214,11 @@ def report_peer(folder: Path, rounds: int, python: str) -> None:
         print(f"{size:>10} {min(theirs):8.3f} {min(own):8.3f}  {min(theirs) / min(own):.1f}")
 
 
-def installed_peer() -> str:
-    """The interpreter of an environment with the peer, which is made unless there is one."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = cache / "seoro" / "benchmarks" / PEER
-    python = folder / "bin" / "python"
-    if not (folder / "complete").exists():
-        venv.create(folder, with_pip=True, clear=True)
-        subprocess.run([str(python), "-m", "pip", "install", "--quiet", PEER], check=True)
-        (folder / "complete").touch()
-    return str(python)
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="How long the front end takes.")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--peer", metavar="PYTHON", help="interpreter of an environment with scenario-execution")
-    parser.add_argument("--install-peer", action="store_true", help=f"make an environment with {PEER}")
+    add_peer_arguments(parser)
     parser.add_argument("--once", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
@@ -243,7 +230,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         report_growth(Path(name), arguments.rounds)
         report_short(Path(name), arguments.rounds)
-        python = installed_peer() if arguments.install_peer else arguments.peer
+        python = peer_of(arguments)
         if python:
             report_peer(Path(name), arguments.rounds, python)
 

@@ -22,9 +22,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from random import Random
-from typing import TypeAlias, assert_never
+from typing import NamedTuple, TypeAlias, assert_never
 
-from seoro.lang import frozen
 from seoro.lang.plan import Binding, Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise, parts
 from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer
 from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
@@ -38,7 +37,7 @@ POLL_PERIOD = 0.02  # [s] of the run's clock
 Stop: TypeAlias = Callable[[], None]  # disarms what was armed
 
 
-class Context(frozen.Value):
+class Context(NamedTuple):
     """An event context (7.3.10.4): who listens, and from when on.
 
     Args:

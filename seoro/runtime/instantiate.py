@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from seoro.lang import frozen
 from seoro.lang.plan import (
     Action,
     Constraint,
@@ -44,7 +43,7 @@ class Parameters:
     windows: Mapping[str, Window] = field(default_factory=dict)
 
 
-class Invocation(frozen.Value):
+class Invocation(NamedTuple):
     """What an invocation says about an instance.
 
     Args:
