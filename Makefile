@@ -58,6 +58,8 @@ editors:  ## install what the tests of the grammar for editors need, with Node.j
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py
 	@$(BIN)/python benchmarks/editor.py
+	@$(BIN)/python benchmarks/startup.py
+	@$(BIN)/python benchmarks/runtime.py
 	@$(BIN)/python benchmarks/traces.py
 
 clean:  ## remove .venv, caches and results
