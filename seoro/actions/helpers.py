@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import operator as operators
-from collections.abc import Callable, Mapping
+import signal
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
 from typing import Any
 
+from seoro.actions.processes import RUNNING_PROGRAMS, Ending, Processes, run_program, split_command
 from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.plan import PrimitiveType, ValueType
 from seoro.runtime.actions import action
@@ -62,6 +65,51 @@ async def compare(ctx: ActionContext, left_value: object, operator: str, right_v
         raise ActionFailed(f"`{left_value}` and `{right_value}` have no order") from None
     if not is_true:
         raise ActionFailed(f"`{left_value} {operator} {right_value}` is not true")
+
+
+# ---------------------------------------------------------------- processes
+
+
+class Signal(Enum):
+    """The enumeration `signal`."""
+
+    sighup = signal.SIGHUP
+    sigint = signal.SIGINT
+    sigkill = signal.SIGKILL
+    sigusr1 = signal.SIGUSR1
+    sigusr2 = signal.SIGUSR2
+    sigterm = signal.SIGTERM
+
+
+@action("run_process")
+async def run_process(
+    ctx: ActionContext, command: str, wait_for_shutdown: bool, shutdown_signal: Signal, shutdown_timeout: float
+) -> None:
+    """Run a program, in the working directory, and wait for its end or only until it runs."""
+    if shutdown_timeout < 0:
+        raise ActionFailed(f"`shutdown_timeout` cannot be negative, it is {shutdown_timeout:g} s")
+    ending = Ending(shutdown_signal.value, shutdown_timeout)
+    await run_program(ctx, split_command(command), ending, wait=wait_for_shutdown)
+
+
+@action("process_log_check")
+async def process_log_check(
+    ctx: ActionContext, process_name: str, values: Sequence[str], from_start: bool
+) -> None:
+    """Wait until the process of that label writes a line with any of some texts in it."""
+    if not values:
+        raise ActionFailed("`values` is empty: there is nothing to look for")
+    labels = ctx.labels_of(RUNNING_PROGRAMS)
+    if process_name not in labels:
+        others = f"; there is {', '.join(sorted(labels))}" if labels else ""
+        raise ActionFailed(f"no `run_process` has the label `{process_name}`{others}")
+    processes = ctx.shared(Processes)
+    while (process := processes.find(process_name)) is None:
+        await ctx.wait_for(processes.start)
+    line = await process.find(values, from_start=from_start)
+    if line is None:
+        wanted = " or ".join(f"'{value}'" for value in values)
+        raise ActionFailed(f"`{process_name}` {process.how_it_ended} without {wanted} in its output")
 
 
 # ---------------------------------------------------------------- modifiers

@@ -16,12 +16,13 @@ from seoro.lang.render import render_text
 from seoro.lang.source import Span
 from seoro.reasons import reason_text
 from seoro.runtime.tally import ItemCoverage
-from seoro.runtime.verdict import RunStatus, Verdict
+from seoro.runtime.verdict import Cancelled, RunStatus, Verdict
 from seoro.runtime.writer import Writer, unbuffered
 
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 
-_MAX_ITEMS = 20  # of coverage, on the terminal
+_MAX_ITEMS = 20  # of coverage and of clean-ups, on the terminal
+_NOTICED = 0.1  # [s] of a clean-up that people are told of
 _MAX_LINES = 100_000  # that wait for a terminal that was stopped, or a pipe that nobody reads
 
 # Select Graphic Rendition (ECMA-48).
@@ -162,7 +163,19 @@ class Progress:
         status = self._paint(_STATUS_STYLES[verdict.status], verdict.status.value)
         times = f"{verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real"
         self.say(f"\n{status}  {verdict.scenario} in {times}")
+        self._clean_ups(
+            [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
+        )
         self._coverage([item for item in verdict.coverage if item.grade is not None])
+
+    def _clean_ups(self, cancelled: Sequence[Cancelled]) -> None:
+        """Print which actions took noticeably long to clean up."""
+        for each in cancelled[:_MAX_ITEMS]:
+            name = each.path.rpartition("/")[2]
+            too_long = ", longer than it may" if each.overran else ""
+            self.say(f"  the clean-up of {name} ({each.span}) took {each.clean_up:.2f} s{too_long}")
+        if len(cancelled) > _MAX_ITEMS:
+            self.say(f"  and {len(cancelled) - _MAX_ITEMS} more clean-ups: `--json` has all of them")
 
     def _coverage(self, items: Sequence[ItemCoverage]) -> None:
         """Print how much of the goals of coverage was reached."""

@@ -195,6 +195,7 @@ def result(
         "duration": verdict.duration,
         "wall_duration": verdict.wall_duration,
         "parameters": parameters,
+        "cancelled": [each.plain() for each in verdict.cancelled],
         "coverage": [item.plain() for item in verdict.coverage],
         "files": [str(path) for path, _ in files],
     }

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection, Sequence
+from contextlib import AbstractAsyncContextManager
 from threading import Thread
 from typing import TypeVar, cast
 
 from seoro.errors import ActionFailed
 from seoro.lang.plan import InvokeAction
-from seoro.runtime.agenda import Waiter
+from seoro.runtime.agenda import Agenda, Waiter
 from seoro.runtime.blocking import Meter
 from seoro.runtime.contracts import Report
 from seoro.runtime.invocation import Place
+from seoro.runtime.lasting import Kept
+from seoro.runtime.needs import invocations
 from seoro.runtime.values import Actor, Value, Variable
+from seoro.runtime.verdict import Cancelled, RunStatus
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -39,6 +43,19 @@ class Pending:
             place.agenda.fire(waiter)
 
 
+class Occasion:
+    """Something that actions bring about, again and again, and that others wait for."""
+
+    def __init__(self) -> None:
+        self._waiting: list[tuple[Agenda, Waiter]] = []
+
+    def happen(self) -> None:
+        """It happens: those who wait for it go on, in the next round."""
+        waiting, self._waiting = self._waiting, []
+        for agenda, waiter in waiting:
+            agenda.fire(waiter)
+
+
 class ActionContext:
     """The run, as one invocation of an action sees it.
 
@@ -51,11 +68,27 @@ class ActionContext:
         self._invocation = invocation
         self._meter = meter
         self.thread: Thread | None = None  # in which it blocks, if it does
+        self.grace = place.services.grace  # [s] for its clean-up
 
     @property
     def name(self) -> str:
         """The name of the action."""
         return self._invocation.action
+
+    @property
+    def label(self) -> str | None:
+        """The label of the invocation, if it has one."""
+        return self._invocation.label
+
+    @property
+    def source(self) -> str:
+        """Where the invocation stands in the scenario: `file:line:column`."""
+        return str(self._invocation.span)
+
+    def labels_of(self, actions: Collection[str]) -> frozenset[str]:
+        """The labels under which the scenario invokes any of some actions, by their names."""
+        found = (each.label for each in invocations(self._place.services.plan) if each.action in actions)
+        return frozenset(label for label in found if label is not None)
 
     @property
     def now(self) -> float:
@@ -67,6 +100,11 @@ class ActionContext:
         self._meter.hand_over()  # who reads the trace may be slow
         self._place.services.trace.log(message, level, self._invocation.span)
         self._meter.take_back()
+
+    def relay(self, messages: Sequence[str], level: str = "info") -> None:
+        """Write messages into the trace that come while the action waits, or after it has ended."""
+        common = self._place.services.common
+        common.relay(self._place.position, [(level, message, self._invocation.span) for message in messages])
 
     def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).
@@ -89,6 +127,43 @@ class ActionContext:
         waiter = Waiter(self._place.flow)
         self._place.agenda.at(self.now + duration, waiter)
         await self._wait(waiter)
+
+    async def wait_for(self, occasion: Occasion) -> None:
+        """Wait until something happens that another action brings about."""
+        self._check_task()
+        waiter = Waiter(self._place.flow)
+        occasion._waiting.append((self._place.agenda, waiter))
+        waits = self._place.services.waits
+        waits[waiter.flow] = self._invocation.span
+        try:
+            await self._wait(waiter)
+        finally:
+            del waits[waiter.flow]
+
+    def shared(self, make: type[T]) -> T:
+        """The one object of a class that all actions of the run have in common, made without arguments."""
+        return self._place.services.common.shared(make)
+
+    async def keep(self, manager: AbstractAsyncContextManager[T], grace: float = 0.0) -> Kept[T]:
+        """Open something that stays open when the action ends, until the run does.
+
+        Args:
+            manager: Opens and closes it, both in one task, which is not that of the action.
+            grace: How much longer than the grace period closing it may take [s].
+        """
+        services, place = self._place.services, self._place
+
+        def told(duration: float, overran: bool) -> None:
+            services.cancelled.append(Cancelled(place.path, "action", self._invocation.span, duration, overran))
+            if overran:
+                reason = f"what `{self.name}` left open took longer than {services.grace + grace:g} s to close"
+                services.decide(RunStatus.ERROR, reason, self._invocation.span)
+
+        return await services.common.lasting.keep(manager, grace, told)
+
+    def extend_grace(self, duration: float) -> None:
+        """Say that the clean-up of the action may take longer than the grace period, by a duration [s]."""
+        self.grace = self._place.services.grace + duration
 
     async def ask(self, request: Awaitable[T]) -> T:
         """Await a request to a backend, which takes no time of the run's clock."""

@@ -86,8 +86,7 @@ class Drive:
             self._agenda.leave(flow, awaited)
         error = yield from _passing(awaited)
         if flow.told:
-            flow.told = False
-            return error or asyncio.CancelledError()
+            return self._cancellation(error)
         if parked and error is None:
             return None
         # A cancel scope within the action may cancel it here, too: that reaches the action in its turn, and is
@@ -97,10 +96,12 @@ class Drive:
             again = yield from _shielded(turn)
             error = error or again
         flow.parked = None
-        if flow.told:
-            flow.told = False
-            return error or asyncio.CancelledError()
-        return error
+        return self._cancellation(error) if flow.told else error
+
+    def _cancellation(self, error: BaseException | None) -> asyncio.CancelledError:
+        """The agenda has cancelled the flow; that goes before what else may have happened in that moment."""
+        self._flow.told = False
+        return error if isinstance(error, asyncio.CancelledError) else asyncio.CancelledError()
 
     def _give_up(self) -> None:
         self._overruns += 1
@@ -119,11 +120,13 @@ class Drive:
 
 
 def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:
-    """Wait for what a task would wait for; returns the cancellation, if there is one."""
+    """Wait for what a task would wait for; returns what that raises, such as a cancellation."""
     try:
         yield awaited
-    except asyncio.CancelledError as cancelled:
-        return cancelled
+    except GeneratorExit:
+        raise
+    except BaseException as error:
+        return error
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from seoro.runtime.flows import Flow, Scope
@@ -48,6 +49,6 @@ def _cancel_in_turn(flows: list[Flow], cancel: Callable[[Flow], None]) -> None:
 
             flow.on_end = ended
         if not flow.delivered:
-            flow.delivered = True
+            flow.delivered, flow.delivered_at, flow.overran = True, time.monotonic(), False
             cancel(flow)
         return

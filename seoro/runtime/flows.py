@@ -80,6 +80,7 @@ class Flow:
         "alive",
         "asking",
         "delivered",
+        "delivered_at",
         "ended",
         "foreign",
         "forked",
@@ -90,6 +91,7 @@ class Flow:
         "open_ended",
         "outcome",
         "outside",
+        "overran",
         "parent",
         "parked",
         "past",
@@ -114,6 +116,8 @@ class Flow:
         self.alive = True
         self.ended: Scope | None = None  # the outermost scope that was ended and has not been left yet
         self.delivered = False  # whether the flow has been told so
+        self.delivered_at = 0.0  # [s, monotonic]
+        self.overran = False  # whether its clean-up since then has taken too long
         self.told = False  # whether the cancellation that it sees next comes from the agenda
         self.fresh = True  # freed for the first time: its first step is this one
         self.asking = False

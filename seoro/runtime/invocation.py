@@ -35,9 +35,9 @@ from seoro.lang.plan import (
 )
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow, Scope
-from seoro.runtime.blocking import Share
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.times import Window
+from seoro.runtime.common import Common
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
@@ -47,9 +47,8 @@ from seoro.runtime.explanation import Explanation
 from seoro.runtime.instantiate import types_of
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.trace import Trace
-from seoro.runtime.uses import Uses
 from seoro.runtime.values import Actor, Struct, Value, plain
-from seoro.runtime.verdict import Outcome, RunStatus, Status
+from seoro.runtime.verdict import Cancelled, Outcome, RunStatus, Status
 
 if TYPE_CHECKING:
     from seoro.runtime.actions import BoundAction
@@ -97,11 +96,9 @@ class Services:
     root: Flow | None = None
     fault: Exception | None = None  # what an action raised that ended the run
     entry: Invoked | None = None  # once the run has begun
-    cancelled: list[str] = field(default_factory=list)  # what the end of the entry scenario has cancelled
+    cancelled: list[Cancelled] = field(default_factory=list)  # what the end of the entry scenario has cancelled
     overriding: dict[Overriding, None] = field(default_factory=dict)  # what holds at present
     waits: dict[Flow, Span] = field(default_factory=dict)  # what flows wait for at present
-    share: Share = field(default_factory=Share)
-    blocking: set[tuple[Span, str]] = field(default_factory=set)  # where actions have blocked the event loop
     running: dict[Flow, list[Running]] = field(default_factory=dict)  # what flows are in, the innermost last
     emitted: dict[int, float] = field(default_factory=dict)  # when an `emit`, by its identity, was reached [s]
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
@@ -126,9 +123,9 @@ class Services:
         return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
 
     @cached_property
-    def uses(self) -> Uses:
-        """What actions have to themselves."""
-        return Uses(self.agenda, self.decide)
+    def common(self) -> Common:
+        """What actions have in common."""
+        return Common(self.agenda, self.trace, self.grace, self.decide)
 
     @cached_property
     def conditions(self) -> Conditions:

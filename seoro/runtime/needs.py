@@ -40,6 +40,12 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
                 )
 
 
+def invocations(plan: Plan) -> Iterator[InvokeAction]:
+    """All invocations of actions in a plan."""
+    for scenario in plan.scenarios.values():
+        yield from _invocations(scenario.body)
+
+
 def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
     if isinstance(invocation.actor, Field):
         value = entry.fields[invocation.actor.name]

@@ -207,6 +207,7 @@ class Execution:
                 self._settings.clock.start()
                 self._has_started = True
                 async with anyio.create_task_group() as group:
+                    self._services.common.begin(group)
                     group.start_soon(agenda.drive)
                     while not self._done.is_set() and not group.cancel_scope.cancel_called:
                         try:
@@ -215,6 +216,7 @@ class Execution:
                             cancelled = True
                             self.stop("its task was cancelled")
                     agenda.finish()
+                    await self._services.common.end()
                 await self._abandon(root)
                 if self._defect is not None:
                     raise self._defect
@@ -305,6 +307,8 @@ class Execution:
             source=str(verdict.span) if verdict.span else "",
             explanation=verdict.explanation.plain() if verdict.explanation else None,
             duration=verdict.duration,
+            # In whole tenths of seconds, so that traces do not differ by what the machine had else to do.
+            cancelled=[each.plain() | {"clean_up": int(each.clean_up * 10) / 10} for each in verdict.cancelled],
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import Any
 
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
@@ -50,6 +51,34 @@ class RunStatus(Enum):
     CANCELLED = "cancelled"
 
 
+class Cancelled(Value):
+    """A behavior that was cancelled; also what an action left open until the run ended.
+
+    Args:
+        path: Of the behavior.
+        type: Its kind, as the trace calls it.
+        span: Its text.
+        clean_up: How long it took until it had ended [s], on the machine's clock.
+        overran: Whether that was longer than it may take.
+    """
+
+    path: str
+    type: str
+    span: Span
+    clean_up: float
+    overran: bool
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON knows it."""
+        return {
+            "path": self.path,
+            "type": self.type,
+            "source": str(self.span),
+            "clean_up": round(self.clean_up, 3),
+            "overran": self.overran,
+        }
+
+
 class Verdict(Value):
     """The result of a run.
 
@@ -62,7 +91,7 @@ class Verdict(Value):
         seed: The seed that it was run with.
         scenario: Name of the scenario.
         file: Its file, as the user named it.
-        cancelled: Paths of the behaviors that the end of the run cancelled.
+        cancelled: What was cancelled, in the order in which it had cleaned up, by the end of the run.
         coverage: What was sampled by `cover` and `record`, in the order in which items were met.
         logs: The last logs, as people read them.
         explanation: What was waited for and carried out when it was decided; None for a run that passed.
@@ -76,7 +105,7 @@ class Verdict(Value):
     seed: int
     scenario: str
     file: str
-    cancelled: tuple[str, ...] = ()
+    cancelled: tuple[Cancelled, ...] = ()
     coverage: tuple[ItemCoverage, ...] = ()
     logs: tuple[str, ...] = ()
     explanation: Explanation | None = None

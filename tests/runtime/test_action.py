@@ -1,6 +1,8 @@
 """Actions: ordinary coroutines, their outcomes, and their clean-up."""
 
 import asyncio
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
 
 import anyio
 import pytest
@@ -318,3 +320,131 @@ async def test_no_exception_of_an_action_is_taken_for_something_else(
 ) -> None:
     ran = await run_text(DECLARATIONS + 'scenario main:\n    do work("a", 1.0)\n', actions=[function])
     assert (ran.verdict.status, ran.verdict.reason) == (RunStatus.ERROR, reason)
+
+
+async def test_the_verdict_says_what_was_cancelled_and_how_long_that_took(prepare_text: Prepare) -> None:
+    text = (
+        DECLARATIONS
+        + """
+scenario main:
+    do parallel:
+        work("a", 9.0)
+        ignore_cancelling()
+        emit end
+"""
+    )
+    async with prepare_text(text, Options(clock="virtual", grace=0.1), ACTIONS) as run, run.running():
+        ended = [record async for record in run.trace()][-1]
+        verdict = await run.result()
+    by_path = {each.path: each for each in verdict.cancelled}
+    slow, quick = by_path["main/parallel[0]/ignore_cancelling[1]"], by_path["main/parallel[0]/work[0]"]
+    assert (slow.type, slow.overran) == ("action", True)
+    assert 0.2 <= slow.clean_up < 2.0
+    assert not quick.overran
+    assert 0.01 <= quick.clean_up < 1.0
+    assert quick.span.text.strip() == 'work("a", 9.0)'
+    listed = ended["cancelled"]
+    assert [each["path"] for each in listed] == [each.path for each in verdict.cancelled]
+    listed_slow = listed[verdict.cancelled.index(slow)]
+    assert listed_slow["overran"]
+    assert listed_slow["clean_up"] in [n / 10 for n in range(2, 20)]
+
+
+@action("work")
+async def work_that_leaves_something_open(ctx: ActionContext, name: str, seconds: float) -> None:
+    @asynccontextmanager
+    async def door() -> AsyncGenerator[str]:
+        ctx.log(f"{name} opens")
+        yield name
+        await asyncio.sleep(seconds)
+        ctx.relay([f"{name} is closed"])
+
+    kept = await ctx.keep(door())
+    assert kept.value == name
+    if name == "early":
+        await kept.close()
+
+
+async def test_what_actions_leave_open_is_closed_in_reverse_order_when_the_run_ends(run_text: RunText) -> None:
+    members = "".join(
+        f"        {member}\n" for member in ('work("a")', 'work("early")', 'work("b")', "log('end')")
+    )
+    ran = await run_text(
+        f"{DECLARATIONS}scenario main:\n    do serial:\n{members}", actions=[work_that_leaves_something_open]
+    )
+    assert [message for _, message in ran.logs] == [
+        *("a opens", "early opens", "early is closed", "b opens", "end", "b is closed", "a is closed")
+    ]
+    assert [each.path for each in ran.verdict.cancelled] == ["main/serial[0]/work[2]", "main/serial[0]/work[0]"]
+
+
+async def test_what_takes_too_long_to_close_is_an_error(prepare_text: Prepare) -> None:
+    text = DECLARATIONS + 'scenario main:\n    do work("a", 30.0)\n'
+    options = Options(clock="virtual", grace=0.05)
+    async with prepare_text(text, options, [work_that_leaves_something_open]) as run, run.running():
+        verdict = await run.result()
+    assert verdict.status is RunStatus.ERROR
+    assert verdict.reason == "what `work` left open took longer than 0.05 s to close"
+    assert verdict.cancelled[0].overran
+
+
+@action("work")
+async def work_that_breaks_what_it_leaves_open(ctx: ActionContext, name: str, seconds: float) -> None:
+    @asynccontextmanager
+    async def door() -> AsyncGenerator[None]:
+        if name == "at once":
+            raise ActionFailed("no door")
+        yield
+        raise KeyError(name)
+
+    await ctx.keep(door())
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("at once", "`work` failed: no door"),
+        ("later", "what an action left open raised KeyError: 'later'"),
+    ],
+)
+async def test_what_breaks_when_it_is_opened_or_closed_is_told(name: str, reason: str, run_text: RunText) -> None:
+    text = f'scenario main:\n    do work("{name}")\n'
+    ran = await run_text(DECLARATIONS + text, actions=[work_that_breaks_what_it_leaves_open])
+    assert ran.verdict.reason == reason
+
+
+@action("work")
+async def work_that_waits_for_what_fails(ctx: ActionContext, name: str, seconds: float) -> None:
+    async def fail() -> None:
+        await asyncio.sleep(0.001)
+        raise OSError("refused")
+
+    try:
+        await asyncio.create_task(fail())
+    except OSError as error:
+        ctx.log(f"{name}: {error}")
+    await asyncio.create_task(fail())
+
+
+async def test_what_an_action_waits_for_may_fail(run_text: RunText) -> None:
+    with anyio.fail_after(5):
+        ran = await run_text(
+            DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[work_that_waits_for_what_fails]
+        )
+    assert ran.logs == [(0.0, "a: refused")]
+    assert ran.verdict.reason == "`work` raised OSError: refused"
+
+
+@action("work")
+async def work_on_after_a_scope(ctx: ActionContext, name: str, seconds: float) -> None:
+    with anyio.move_on_after(0.001):
+        await asyncio.sleep(3600)
+    await asyncio.sleep(seconds)
+
+
+async def test_a_cancel_scope_of_an_action_is_no_clean_up(prepare_text: Prepare) -> None:
+    text = DECLARATIONS + 'scenario main:\n    do work("a", 0.1)\n'
+    options = Options(clock="virtual", grace=0.02)
+    async with prepare_text(text, options, [work_on_after_a_scope]) as run, run.running():
+        verdict = await run.result()
+    assert verdict.passed, verdict.reason

@@ -66,7 +66,7 @@ def _alone(
     if bound.mark.uses is None:
         return nullcontext()
     use = Use(instance.actor, bound.mark.uses)
-    return place.services.uses.alone(use, place.flow, name_of(plan), plan.span)
+    return place.services.common.uses.alone(use, place.flow, name_of(plan), plan.span)
 
 
 async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> None:
@@ -74,29 +74,23 @@ async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, pla
     services = place.services
 
     def blocked(duration: float, where: str) -> None:
-        if (plan.span, where) in services.blocking:
-            return
-        services.blocking.add((plan.span, where))
-        message = (
-            f"`{plan.action}` blocked everything else for {duration:.2f} s (in {where}); await what takes time, "
-            "or make it a plain function with `@action(..., thread=True)`"
-        )
-        services.trace.log(message, "warning", plan.span)
+        services.common.warn_of_blocking(plan.action, plan.span, duration, where)
 
     def overrun() -> None:
-        text = f"the clean-up of `{plan.action}` took longer than {services.grace:g} s"
+        text = f"the clean-up of `{plan.action}` took longer than {context.grace:g} s"
         where = meter.place
         if context.thread is not None:
-            text = f"the thread of `{plan.action}` has not ended {services.grace:g} s after it was cancelled"
+            text = f"the thread of `{plan.action}` has not ended {context.grace:g} s after it was cancelled"
             where = place_of_thread(context.thread, bound.function)
+        place.flow.overran = True
         services.decide(RunStatus.ERROR, f"{text}; it is at {where}" if where else text, plan.span)
 
     def told() -> None:
         services.trace.record("behavior.cancel", id=place.parent)
 
-    meter = Meter(services.share, blocked)
+    meter = Meter(services.common.share, blocked)
     context = ActionContext(place, plan, meter)
     arguments = {field: instance.fields[field] for field in instance.declaration.structure.fields}
     coroutine = bound.call(context, instance.actor, arguments)
     meter.attach(coroutine)
-    await Drive(coroutine, place.flow, place.agenda, meter, lambda: services.grace, told, overrun)
+    await Drive(coroutine, place.flow, place.agenda, meter, lambda: context.grace, told, overrun)

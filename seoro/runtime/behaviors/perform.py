@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Awaitable, Generator, Iterable
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
@@ -44,9 +45,9 @@ from seoro.runtime.behaviors.wait import run_wait
 from seoro.runtime.choose.times import DURATION
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.holding import newly_held
-from seoro.runtime.invocation import Instance, Place
+from seoro.runtime.invocation import Instance, Place, type_of
 from seoro.runtime.stack import descend
-from seoro.runtime.verdict import CANCELLED, Outcome, RunStatus
+from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome, RunStatus
 
 LEVELS = 8  # of behaviors that await each other directly
 _UNLABELLED = nullcontext()
@@ -80,7 +81,11 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
             if not services.agenda.left(scope):
                 record_end(number, CANCELLED, place)
                 if services.is_ending:
-                    services.cancelled.append(place.path)
+                    flow = place.flow
+                    took = time.monotonic() - flow.delivered_at
+                    services.cancelled.append(
+                        Cancelled(place.path, type_of(behavior), behavior.span, took, flow.overran)
+                    )
                 raise
             assert scope.outcome is not None, "it was ended"
             outcome = scope.outcome
