@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     settings = NodeSettings(options.node or options.engine, options.namespace, listen, options.connect)
     end_on_signals()
     if options.die_with_parent:
-        die_with_parent()
+        die_with_parent(options.folder)
     make = partial(_make, options.engine, options.world, options.seed)
     try:
         node_command(settings.namespace, settings.node, "*")
@@ -81,6 +81,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=0, help="seed of all randomness (default %(default)s)")
     parser.add_argument(
         "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"
+    )
+    parser.add_argument(
+        "--folder",
+        metavar="DIR",
+        help="with --die-with-parent: the parent's folder, to be removed if that is killed",
     )
     return parser
 

@@ -10,6 +10,7 @@ import logging
 import os
 import queue
 import secrets
+import shutil
 import signal
 import sys
 import threading
@@ -116,14 +117,22 @@ def _end(_number: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def die_with_parent() -> None:
-    """End the process when stdin ends, also in the middle of a request; leave Ctrl-C to the parent."""
+def die_with_parent(folder: str | None) -> None:
+    """End the process when stdin ends, also in the middle of a request; leave Ctrl-C to the parent.
+
+    Args:
+        folder: The parent's folder for their socket. A parent that writes anything before it closes stdin removes
+            that itself; one that does not has died.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_wait_for_parent, daemon=True, name="parent").start()
+    threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True, name="parent").start()
 
 
-def _wait_for_parent() -> None:
+def _wait_for_parent(folder: str | None) -> None:
+    has_died = True
     while os.read(sys.stdin.fileno(), 4096):
-        pass
+        has_died = False
+    if has_died and folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
     # The main thread may be deep in a grant, and nobody is left to be told anything.
     os._exit(0)

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from collections import deque
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -67,8 +67,9 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
         async with open_session(listen=endpoint) as session:
             command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
+            command += ["--namespace", NAMESPACE, "--die-with-parent", "--folder", folder]
             async with (
-                _process([*command, "--namespace", NAMESPACE, "--die-with-parent"]) as (process, errors),
+                _process(command) as (process, errors),
                 background() as group,
             ):
                 address = NodeAddress(session, NAMESPACE, name)
@@ -169,6 +170,8 @@ async def _stop(process: Process) -> None:
     """Close its input, which ends it; then the hard way."""
     assert process.stdin is not None
     if process.returncode is None:
+        with suppress(anyio.BrokenResourceError, anyio.ClosedResourceError):
+            await process.stdin.send(b"\n")  # so that it knows that its parent lives
         await process.stdin.aclose()
         with anyio.move_on_after(STOP_TIMEOUT):
             await process.wait()

@@ -76,8 +76,12 @@ def test_ctrl_c_while_the_simulator_starts(start_seoro: StartSeoro) -> None:
 def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> None:
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
     node = wait_for_driving(process)
+    arguments = Path(f"/proc/{node}/cmdline").read_text().split("\0")
+    folder = Path(arguments[arguments.index("--folder") + 1])
+    assert folder.is_dir()
     process.kill()
     assert wait_until(lambda: not is_alive(node), 2)
+    assert not folder.exists()
 
 
 def test_a_simulator_started_by_hand_serves_runs_and_lives_on(start_seoro: StartSeoro, tmp_path: Path) -> None:
