@@ -53,13 +53,14 @@ def _of_modifiers(plan: Plan) -> Iterator[tuple[Rule, str, Span]]:
 
 
 def _of_ends(plan: Plan) -> Iterator[tuple[Rule, str, Span]]:
-    for declared in (*plan.scenarios.values(), *plan.actions.values()):
-        for directive in declared.on:
-            match directive.event:
-                case OnEvent(PhaseEvent(None, Phase.END | Phase.FAIL)):
-                    yield Rule.ON, "what reacts to an end that comes from around it is not decided", directive.span
-                case _:
-                    pass
+    directives = [on for scenario in plan.scenarios.values() for on in scenario.on]
+    directives += [on for action in plan.actions.values() for on in action.on]
+    for directive in directives:
+        match directive.event:
+            case OnEvent(PhaseEvent(None, Phase.END | Phase.FAIL)):
+                yield Rule.ON, "what reacts to an end that comes from around it is not decided", directive.span
+            case _:
+                pass
 
 
 def _of_times(plan: Plan) -> Iterator[tuple[Rule, str, Span]]:
