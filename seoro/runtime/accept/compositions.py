@@ -15,8 +15,10 @@ from seoro.runtime.accept.frames import (
     UNKNOWN,
     End,
     Frame,
+    Location,
     kind_of,
-    stands_at,
+    location_of,
+    location_told,
     title_of,
 )
 from seoro.runtime.accept.history import History, Node
@@ -61,23 +63,20 @@ class Checking:
         self, members: Sequence[Behavior], nodes: Sequence[Node], rule: Rule, span: Span
     ) -> list[tuple[int, Node]]:
         """The members that behaviors of the trace are, with their positions; others are violations."""
-        placed: list[tuple[int, Node]] = []
+        positions: dict[tuple[str, Location], int] = {}
+        for index, member in enumerate(members):
+            positions.setdefault((kind_of(member), location_of(member.span)), index)
+        placed: dict[int, Node] = {}
         for node in nodes:
-            found = [index for index, member in enumerate(members) if is_of(node, member)]
-            if not found:
+            found = positions.get((node.type, location_told(node)))
+            if found is None:
                 self.findings.violate(rule, f"`{node.name}` is no member of it", span, node.start.seq)
-            elif found[0] in (index for index, _ in placed):
-                self.findings.violate(
-                    rule, f"`{node.name}` is carried out twice", members[found[0]].span, node.start.seq
-                )
+            elif found in placed:
+                span_of_member = members[found].span
+                self.findings.violate(rule, f"`{node.name}` is carried out twice", span_of_member, node.start.seq)
             else:
-                placed.append((found[0], node))
-        return placed
-
-
-def is_of(node: Node, behavior: Behavior) -> bool:
-    """Whether a behavior of the trace is one of the plan."""
-    return node.type == kind_of(behavior) and stands_at(node, behavior.span)
+                placed[found] = node
+        return list(placed.items())
 
 
 def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[tuple[Behavior, Node]], End]:

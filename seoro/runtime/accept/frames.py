@@ -150,12 +150,30 @@ def title_of(behavior: Behavior) -> str:
             return kind_of(behavior)
 
 
-def stands_at(node: Node, span: Span) -> bool:
-    """Whether a record is of a place in the scenario; the folder may have another name than it had then."""
+Location = tuple[str, str, str]
+"""A place in a scenario: file, line, column; the folder may have another name than it had when it was run."""
+
+
+def location_told(node: Node) -> Location:
+    """The place that a record is of."""
     told, _, column = node.source.rpartition(":")
     name, _, line = told.rpartition(":")
-    there = (name.replace("\\", "/").rpartition("/")[2], line, column)
-    return there == (span.file.name.replace("\\", "/").rpartition("/")[2], str(span.line), str(span.column))
+    return name.replace("\\", "/").rpartition("/")[2], line, column
+
+
+def location_of(span: Span) -> Location:
+    """The place of a text."""
+    return span.file.name.replace("\\", "/").rpartition("/")[2], str(span.line), str(span.column)
+
+
+def stands_at(node: Node, span: Span) -> bool:
+    """Whether a record is of a place in the scenario."""
+    return location_told(node) == location_of(span)
+
+
+def is_of(node: Node, behavior: Behavior) -> bool:
+    """Whether a behavior of the trace is one of the plan."""
+    return node.type == kind_of(behavior) and stands_at(node, behavior.span)
 
 
 def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, findings: Findings) -> None:

@@ -30,7 +30,7 @@ from seoro.lang.plan import (
     Wait,
 )
 from seoro.lang.source import Span
-from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial, is_of
+from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import (
     CANCELLED,
@@ -42,6 +42,7 @@ from seoro.runtime.accept.frames import (
     Matched,
     check_end,
     emits_of_end,
+    is_of,
     stands_at,
     title_of,
 )
