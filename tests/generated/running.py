@@ -21,6 +21,8 @@ from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
 
 Record = dict[str, Any]
+_NUMBERS = {"id", "parent", "behavior", "by", "modifier"}  # of behaviors, in the order of their starts
+_NUMBERED = {"seq", "instance", "of", "values", "exact", "explanation"}  # numbered or ordered by steps
 
 
 @action("hold", open_ended=True)
@@ -119,14 +121,14 @@ def in_any_order(ran: Ran) -> list[tuple[float, list[str]]]:
     changes: Counter[float] = Counter()
     found: dict[float, list[str]] = {}
     for record in ran.records:
-        shown = {name: value for name, value in record.items() if name != "seq"}
+        shown = {name: value for name, value in record.items() if name not in _NUMBERED}
         if record["kind"] == "behavior.start":
             name = f"{names[record['parent']]}>{record['path']}"
             seen[name] += 1
             names[record["id"]] = f"{name}*{seen[name]}"
             shown["parent"] = names[record["parent"]]
-        if "id" in record:
-            shown["id"] = names[record["id"]]
+        for name in _NUMBERS & record.keys() - {"parent"}:
+            shown[name] = names.get(record[name], "")
         if record["kind"] == "variable":  # changes take hold between rounds, in an order of their own
             changes[record["t"]] += 1
             shown["number"] = changes[record["t"]]
