@@ -1,0 +1,223 @@
+"""Faults of the runtime, put in on purpose: what checks traces has to find each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+
+from seoro.runtime.behaviors import emit, modifier, override, parallel, perform, reactions, until, wait
+from seoro.runtime.behaviors.one_of import _Choice
+from seoro.runtime.conditions import Conditions
+from seoro.runtime.events import Events
+from seoro.runtime.flows import Waiter
+from seoro.runtime.listening import Listener
+from seoro.runtime.timetable import Timer
+from seoro.runtime.verdict import SUCCEEDED
+
+LATE = 0.25  # [s]; nothing else in the scenarios takes that long
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A fault.
+
+    Args:
+        name: What goes wrong.
+        put_in: Puts it into the runtime.
+        body: What a scenario does that has to do with it.
+        members: What else the scenario has.
+    """
+
+    name: str
+    put_in: Callable[[pytest.MonkeyPatch], None]
+    body: str
+    members: str = ""
+
+
+def _listening_late(module: Any) -> Callable[[pytest.MonkeyPatch], None]:
+    """What a module listens for is heard late."""
+
+    class LateListener(Listener):
+        def listen(self, specification: Any, environment: Any, meet: Any) -> Any:
+            agenda = self._services.agenda
+
+            def late(occurrence: Any) -> bool:
+                agenda.at(agenda.now + LATE, Timer(lambda: meet(occurrence)))
+                return True
+
+            return super().listen(specification, environment, late)
+
+    return lambda patch: patch.setattr(module, "Listener", LateListener)
+
+
+def _replacing(
+    name: str, make: Callable[[Any], Any], module: Any = perform
+) -> Callable[[pytest.MonkeyPatch], None]:
+    """A function is carried out in another way, which is made from it."""
+    return lambda patch: patch.setattr(module, name, make(getattr(module, name)))
+
+
+def _with_members(change: Callable[[tuple[Any, ...]], tuple[Any, ...]]) -> Callable[[Any], Any]:
+    """A composition with other members."""
+
+    def make(carry: Any) -> Any:
+        async def changed(plan: Any, *rest: Any) -> Any:
+            return await carry(replace(plan, members=change(plan.members)), *rest)
+
+        return changed
+
+    return make
+
+
+def _late_members(carry: Any) -> Any:
+    async def late(plan: Any, place: Any, perform_member: Any) -> Any:
+        async def perform_late(member: Any, inside: Any) -> Any:
+            if inside.position[-1] > 0:
+                waiter = Waiter(inside.flow)
+                inside.agenda.at(inside.agenda.now + LATE, waiter)
+                await inside.agenda.wait(waiter)
+            return await perform_member(member, inside)
+
+        return await carry(plan, place, perform_late)
+
+    return late
+
+
+def _going_on(carry: Any) -> Any:
+    """A serial whose members may fail."""
+
+    async def going_on(plan: Any, place: Any, perform_member: Any) -> Any:
+        async def perform_any(member: Any, inside: Any) -> Any:
+            await perform_member(member, inside)
+            return SUCCEEDED
+
+        return await carry(plan, place, perform_any)
+
+    return going_on
+
+
+def _decide_for_two(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(_Choice, "decide", lambda self, flow: setattr(self, "_decided", flow))
+
+
+def _early(patch: pytest.MonkeyPatch) -> None:
+    end = Conditions._end
+    patch.setattr(Conditions, "_end", lambda *arguments: end(*arguments) - LATE)
+
+
+def _shifted_ticks(patch: pytest.MonkeyPatch) -> None:
+    from seoro.runtime.conditions import _Ticks
+
+    begin = _Ticks.__init__
+    patch.setattr(_Ticks, "__init__", lambda self, agenda, first, *rest: begin(self, agenda, first + LATE, *rest))
+
+
+def _unlimited(_: Any) -> Any:
+    async def unlimited(place: Any, limit: float, behave: Any, *rest: Any, **more: Any) -> Any:
+        return await behave(), False
+
+    return unlimited
+
+
+def _lost_occurrence(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Events, "_take_hold", lambda self, event, occurrence: None)
+
+
+def _together(make: Any) -> Any:
+    def all_at_once(plan: Any, place: Any) -> Any:
+        timing = make(plan, place)
+        return replace(timing, starts=(0.0,) * len(timing.starts))
+
+    return all_at_once
+
+
+async def _without(place: Any, inner: Any) -> Any:
+    return await inner(place)
+
+
+def _not_failing(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(parallel._Course, "_fail", lambda self, outcome: None)
+
+
+def _no_checks(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Conditions, "changed", lambda self, holder, name: None)
+
+
+def _ignoring(_: Any) -> Any:
+    return lambda applied, place, inner, within: inner(place)
+
+
+def _nothing(*_: Any) -> None:
+    """Nothing happens."""
+
+
+MUTATIONS = (
+    Mutation("until ends late", _listening_late(until), "parallel:\n    wait elapsed(3s)\nwith:\n    until @one"),
+    Mutation("wait ends late", _listening_late(wait), "wait @one"),
+    Mutation("elapsed is early", _early, "wait elapsed(2s)"),
+    Mutation("every is late", _shifted_ticks, "wait every(2s, offset: 1s)"),
+    Mutation("on is late", _listening_late(reactions), "wait elapsed(4s)", "on @one:\n    emit two"),
+    Mutation(
+        "parallel forgets a member",
+        _replacing("run_parallel", _with_members(lambda members: members[:2])),
+        "parallel:\n    log(1)\n    log(2)\n    log(3)",
+    ),
+    Mutation(
+        "serial skips a member",
+        _replacing("run_serial", _with_members(lambda members: (*members[:1], *members[2:]))),
+        "serial:\n    log(1)\n    log(2)\n    log(3)",
+    ),
+    Mutation("serial goes on late", _replacing("run_serial", _late_members), "serial:\n    log(1)\n    log(2)"),
+    Mutation("serial does not fail", _replacing("run_serial", _going_on), "serial:\n    give_up()\n    log(2)"),
+    Mutation(
+        "one_of lets two go on",
+        _decide_for_two,
+        "one_of:\n    serial:\n        wait elapsed(1s)\n        log(1)\n"
+        "    serial:\n        wait elapsed(2s)\n        log(2)",
+    ),
+    Mutation(
+        "an emission is lost",
+        _lost_occurrence,
+        "parallel:\n    wait @two\n    serial:\n        emit two\n        wait elapsed(1s)",
+    ),
+    Mutation(
+        "a condition is not looked at again",
+        _no_checks,
+        "parallel:\n    wait n == 1\n    serial:\n        increment(n)\n        wait elapsed(1s)",
+    ),
+    Mutation(
+        "timeout never acts",
+        _replacing("within_limit", _unlimited, modifier),
+        "serial:\n    wait elapsed(3s)\nwith:\n    timeout(1s)",
+    ),
+    Mutation(
+        "a duration is ignored",
+        _replacing("run_duration", lambda carry: _without),
+        "serial(duration: 2s):\n    wait elapsed(1s)",
+    ),
+    Mutation(
+        "an offset is ignored",
+        _replacing("timing_of", _together),
+        "parallel(overlap: any, start_to_start: 1s):\n    wait elapsed(3s)\n    wait elapsed(1s)",
+    ),
+    Mutation(
+        "emit end does not end what runs beside it",
+        lambda patch: patch.setattr(emit, "_end", _nothing),
+        "parallel:\n    emit end\n    wait elapsed(2s)",
+    ),
+    Mutation("parallel goes on after a failure", _not_failing, "parallel:\n    give_up()\n    wait elapsed(2s)"),
+    Mutation(
+        "a modifier is ignored",
+        _replacing("run_modifier", _ignoring),
+        "serial:\n    log(1)\nwith:\n    repeat(2)",
+    ),
+    Mutation(
+        "override is ignored",
+        lambda patch: patch.setattr(override, "_end_overridden", _nothing),
+        "parallel:\n    x: wait elapsed(3s)\n    serial:\n        wait elapsed(1s)\n        y: wait elapsed(1s)\n"
+        "with:\n    override(x, y)",
+    ),
+)
