@@ -1,23 +1,33 @@
 """Conformance cases that lie outside of this repository, where there are some.
 
 `SEORO_CONFORMANCE` names a folder with a runner `run.py` and cases; by default it is `shared/conformance` beside
-the repository. A case is a scenario whose first lines say what is expected of it; those of which `seoro check`
-decides are run here in this process. `python run.py --seoro seoro` in that folder runs them all.
+the repository. A case is a scenario whose first lines say what is expected of it. All are checked or run here in
+this process, and traces have to be accepted; `python run.py --seoro seoro` in that folder runs them by the command.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
+import json
 import os
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
-from seoro.embed import check_file
+from seoro.cli import exec_command
+from seoro.embed import Options, accept, check_file, load, prepare
+from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Severity
 
+LONGEST = 20_000  # records of a trace that is checked; one case is a loop without end
+# What cannot be met for a reason.
+CONTESTED = {
+    "composition/one_of_guards_in_one_instant.osc": "the guards that it speaks of fire in different rounds",
+}
 FOLDER = Path(os.environ.get("SEORO_CONFORMANCE") or Path(__file__).parents[2] / "shared/conformance")
 
 
@@ -39,15 +49,61 @@ def load_runner() -> ModuleType | None:
 
 
 RUNNER = load_runner()
-CASES = [path for path in RUNNER.find_cases() if RUNNER.load_case(path).is_check] if RUNNER is not None else []
+CASES = RUNNER.find_cases() if RUNNER is not None else []
 
 
-@pytest.mark.skipif(RUNNER is None, reason="there are no conformance cases here")
-@pytest.mark.parametrize("path", CASES, ids=lambda path: path.relative_to(FOLDER).as_posix())
-def test_checking_says_what_the_case_expects(path: Path) -> None:
+def name_of(path: Path) -> str:
+    """The name of a case."""
+    return path.relative_to(FOLDER.resolve()).as_posix()
+
+
+def parameter(path: Path) -> Any:
+    """A case as a parameter of a test."""
+    contested = CONTESTED.get(name_of(path))
+    marks = [pytest.mark.xfail(reason=contested, strict=True)] if contested else []
+    return pytest.param(path, id=name_of(path), marks=marks)
+
+
+def check(path: Path) -> Any:
+    """What checking a case comes to."""
     assert RUNNER is not None
     found = check_file(path).checked.diagnostics
     errors = [found.primary.span for found in found if found.severity is Severity.ERROR]
     places = tuple((Path(span.file.name).resolve(), span.line) for span in errors)
-    outcome = RUNNER.Outcome("invalid" if errors else "valid", places)
-    assert RUNNER.compare(RUNNER.load_case(path), outcome) == []
+    return RUNNER.Outcome("invalid" if errors else "valid", places)
+
+
+async def run(path: Path) -> Any:
+    """What running a case comes to, on the virtual clock with the arguments that it names."""
+    assert RUNNER is not None
+    parser = argparse.ArgumentParser()
+    exec_command.add_arguments(parser)
+    arguments = parser.parse_args([str(path), "--seed", "0", *RUNNER.load_case(path).args])
+    overrides = dict(setting.split("=", 1) for setting in arguments.set)
+    options = Options(
+        name=arguments.scenario,
+        seed=arguments.seed,
+        overrides=overrides,
+        parameters=arguments.params,
+        clock="virtual",
+    )
+    try:
+        scenario = load(path)
+        async with prepare(scenario, options) as started, started.running():
+            records = [record async for record in started.trace()]
+    except (InvalidScenario, InvalidUse) as error:
+        return RUNNER.Outcome("invalid", detail=str(error))
+    if len(records) < LONGEST:
+        assert accept(scenario, json.loads(json.dumps(records))).violations == ()
+    logs = [record for record in records if record["kind"] == "log" and record["level"] == "info"]
+    end = records[-1]
+    messages = tuple((record["t"], record["message"]) for record in logs)
+    return RUNNER.Outcome(end["status"], (), messages, end["duration"], end["reason"])
+
+
+@pytest.mark.skipif(RUNNER is None, reason="there are no conformance cases here")
+@pytest.mark.parametrize("path", [parameter(path) for path in CASES])
+async def test_a_case_is_met(path: Path) -> None:
+    assert RUNNER is not None
+    case = RUNNER.load_case(path)
+    assert RUNNER.compare(case, check(path) if case.is_check else await run(path)) == []
