@@ -74,6 +74,8 @@ class Meter:
         blocked: Called after a step that was too long, with its length [s] and where in Python it was.
     """
 
+    __slots__ = ("_began", "_blocked", "_coroutine", "_excused", "_handed_over", "_line", "_share")
+
     def __init__(self, share: Share, blocked: Callable[[float, str], None]) -> None:
         self._share = share
         self._blocked = blocked

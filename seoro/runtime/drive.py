@@ -62,10 +62,12 @@ class Drive:
                 except StopIteration:
                     return
                 error = yield from self._await(awaited)
+        except BaseException:
+            with suppress(RuntimeError):  # a coroutine that is given up may ignore this, too
+                self._coroutine.close()
+            raise
         finally:
             self._flow.on_cancel = None
-            with suppress(RuntimeError):  # a coroutine that was given up may ignore this, too
-                self._coroutine.close()
             if self._deadline is not None:
                 self._deadline.cancel()
 

@@ -157,10 +157,6 @@ def _choose(
     overrides: tuple[Constraint, ...],
 ) -> dict[str, Value]:
     given, fields = invocation.given, made.fields
-    bindings: dict[str, Value | HasFields] = {}
-    if invocation.actor is not None:
-        bindings["actor"] = invocation.actor
-    environment = Environment(made, bindings, seed=invocation.seed, run=invocation.run)
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
     if is_free and all(applied.is_plain for applied in invocation.applied):
         fields.update(given)
@@ -169,7 +165,8 @@ def _choose(
             for name, value in values.items():
                 fields.setdefault(name, value)
         for root in roots:
-            fill(fields, root, plan.structures, environment, evaluate)
+            if not root.fields.keys() <= fields.keys():
+                fill(fields, root, plan.structures, _scope(made, invocation), evaluate)
         for applied in invocation.applied:
             applied.fill(plan.structures)
         return fields
@@ -177,7 +174,7 @@ def _choose(
 
     around = invocation.around
     calls = Calls()
-    environment = replace(environment, calls=calls)
+    environment = replace(_scope(made, invocation), calls=calls)
     if around is not None:
         around = replace(around, bindings={**around.bindings, "it": made}, calls=calls)
     made.windows = choose(
@@ -196,3 +193,11 @@ def _choose(
         )
     )
     return fields
+
+
+def _scope(made: Made, invocation: Invocation) -> Environment:
+    """What names stand for in what an instance says of itself."""
+    bindings: dict[str, Value | HasFields] = {}
+    if invocation.actor is not None:
+        bindings["actor"] = invocation.actor
+    return Environment(made, bindings, seed=invocation.seed, run=invocation.run)

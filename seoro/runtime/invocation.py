@@ -360,7 +360,7 @@ class Instance(_WithPhases):
         return self.declared(reference.name)
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Invoked:
     """The instances of one invocation, or what stands for one composition, for what modifies it.
 
@@ -467,9 +467,11 @@ class Place:
 
     def environment(self, bindings: Mapping[str, Value | HasFields] | None = None) -> Environment:
         """What names stand for here; in what modifies an invocation, `it` is what is invoked."""
-        all_bindings = {**bindings, **self.instance.bindings} if bindings else dict(self.instance.bindings)
+        all_bindings = self.instance.bindings
+        if bindings:
+            all_bindings = {**bindings, **all_bindings}
         if self.invoked is not None:
-            all_bindings["it"] = self.invoked.instance
+            all_bindings = {**all_bindings, "it": self.invoked.instance}
         instance, seed = self.instance, Seed(self.services.seed, self.purpose)
         return Environment(instance, all_bindings, self.path, instance.around, seed=seed, run=self.services.run)
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable
-from contextlib import AbstractAsyncContextManager, nullcontext
 
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.actions import BoundAction
@@ -38,8 +37,12 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     outcome = SUCCEEDED
     place.flow.open_ended = bound.mark.open_ended
     try:
-        async with _alone(bound, instance, plan, place):
+        if bound.mark.uses is None:
             await _drive(bound, instance, plan, place)
+        else:
+            use = Use(instance.actor, bound.mark.uses)
+            async with services.common.uses.alone(use, place.flow, name_of(plan), plan.span):
+                await _drive(bound, instance, plan, place)
     except Exception as error:
         outcome = judge(error, plan.action, plan.span, place)
     except SystemExit as error:
@@ -57,16 +60,6 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     if services.decision is not None:
         await place.agenda.step(place.flow)  # to be cancelled by the end of the run
     return outcome
-
-
-def _alone(
-    bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place
-) -> AbstractAsyncContextManager[None]:
-    """While it has to itself what it uses, if it says that it uses anything."""
-    if bound.mark.uses is None:
-        return nullcontext()
-    use = Use(instance.actor, bound.mark.uses)
-    return place.services.common.uses.alone(use, place.flow, name_of(plan), plan.span)
 
 
 async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> None:

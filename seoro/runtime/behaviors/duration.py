@@ -29,6 +29,8 @@ def times_of(plan: Serial | Parallel | OneOf | InvokeScenario | InvokeAction, en
     Raises:
         EvaluationError: One has no value, or a duration is negative.
     """
+    if plan.duration is None and not isinstance(plan, Parallel):
+        return Times(plan.span, {})
     arguments = {DURATION: plan.duration}
     if isinstance(plan, Parallel):
         arguments |= {START_TO_START: plan.start_to_start, END_TO_END: plan.end_to_end}

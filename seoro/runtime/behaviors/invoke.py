@@ -169,7 +169,7 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun
         _fill(instance, plan, there, applied)
         return instance
 
-    is_watched = any(each.modifier.on or each.modifier.samples for each in applied)
+    is_watched = bool(applied) and any(each.modifier.on or each.modifier.samples for each in applied)
     invoked = Invoked(first, make, len(place.flow.scopes) - 1, is_watched)
     return Begun(place.invoking(invoked), modifying, own)
 
@@ -208,7 +208,8 @@ def _fill(
     seed, run = environment.seed, environment.run
     times = times_of(plan, environment) if DURATION not in instance.declaration.structure.fields else None
     invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
-    shared = {name: place.instance.fields[name] for name in services.plan.globals.fields}
+    of_globals = services.plan.globals.fields
+    shared = {name: place.instance.fields[name] for name in of_globals} if of_globals else {}
     choose_parameters(services.plan, instance.declaration.structure, instance, invocation, shared)
     for value in instance.fields.values():
         if isinstance(value, Actor) and services.homes.of(value) is None:

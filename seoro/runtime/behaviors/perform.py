@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Awaitable, Generator, Iterable
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Awaitable, Coroutine, Iterable
 from functools import partial
 from itertools import groupby
-from typing import assert_never
+from typing import Any, assert_never
 
 from seoro.lang.plan import (
     Behavior,
@@ -50,7 +49,6 @@ from seoro.runtime.stack import descend
 from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome, RunStatus
 
 LEVELS = 8  # of behaviors that await each other directly
-_UNLABELLED = nullcontext()
 
 
 def perform(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
@@ -74,9 +72,12 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     number = record_start(behavior, place)
     if behavior.label is not None:
         services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
-    with place.agenda.scope(place.flow) as scope, _labelled(behavior, place, scope):
+    with place.agenda.scope(place.flow) as scope:
         try:
-            outcome = await _evaluating(behavior, place.inside(number), carry)
+            carrying = _evaluating(behavior, place.inside(number), carry)
+            if behavior.label is not None:
+                carrying = _labelled(behavior.label, place, scope, carrying)
+            outcome = await carrying
         except asyncio.CancelledError:
             if not services.agenda.left(scope):
                 record_end(number, CANCELLED, place)
@@ -96,16 +97,11 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     return outcome
 
 
-def _labelled(behavior: Behavior, place: Place, scope: Scope) -> AbstractContextManager[None]:
-    """While a behavior runs, others find it under its label."""
-    return _UNLABELLED if behavior.label is None else _found(behavior.label, place, scope)
-
-
-@contextmanager
-def _found(label: str, place: Place, scope: Scope) -> Generator[None]:
+async def _labelled(label: str, place: Place, scope: Scope, carrying: Coroutine[Any, Any, Outcome]) -> Outcome:
+    """Carry out a behavior that others find under its label meanwhile."""
     start_labelled(label, place, scope)
     try:
-        yield
+        return await carrying
     finally:
         end_labelled(label, place, scope)
 

@@ -34,7 +34,8 @@ def record_end(number: int, outcome: Outcome, place: Place) -> None:
     stack.pop()
     if not stack:
         del services.running[place.flow]
-    services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    if services.trace.is_observed:
+        services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
 
 
 def record_instance(instance: Instance, behavior: int | None, services: Services) -> None:

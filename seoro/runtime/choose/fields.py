@@ -12,13 +12,10 @@ Compute = Callable[[str], Value]
 class Fields(dict[str, Value]):
     """Values by name.
 
-    Args:
-        compute: Gives the value of a field that has none yet, or raises `KeyError`; None once all are there.
+    `compute` gives the value of a field that has none yet, or raises `KeyError`; it is None once all are there.
     """
 
-    def __init__(self, compute: Compute | None = None) -> None:
-        super().__init__()
-        self.compute = compute
+    compute: Compute | None = None
 
     def __missing__(self, name: str) -> Value:
         if self.compute is None:

@@ -13,7 +13,7 @@ from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:
     """Whether nothing has to be chosen for an instance."""
-    return structure.is_plain and structure.open_fields <= given.keys()
+    return structure.is_plain and (not structure.open_fields or structure.open_fields <= given.keys())
 
 
 def fill(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Final
+from typing import Final, NamedTuple
 
 from seoro.lang.plan import (
     Binding,
@@ -35,6 +35,7 @@ END_TO_END: Final = "end_to_end"
 
 FOREVER: Final = 1e9  # [s]; no behavior takes longer
 
+_ANY: Final = Range(0.0, inf)
 _TIME: Final = PhysicalType("time", "s")
 _KINDS: Final = EnumType("overlap_kind", tuple((kind.value, number) for number, kind in enumerate(Overlap)))
 _LIMITS: Final = {
@@ -63,8 +64,7 @@ class Window:
     fits: Callable[[float], bool] = lambda _: True
 
 
-@dataclass(frozen=True)
-class Times:
+class Times(NamedTuple):
     """The parameters of a behavior for its times.
 
     Args:
@@ -88,7 +88,7 @@ class Times:
         """Values and windows where no constraint is about them."""
         values: dict[str, Value] = {}
         for name in self.names:
-            bounds = self.given[name][0] if name in self.given else Range(0.0, inf)
+            bounds = self.given[name][0] if name in self.given else _ANY
             values[name] = bounds if name == DURATION else bounds.low
         if self.overlap is not None:
             values[OVERLAP] = kind_value(self.overlap)
