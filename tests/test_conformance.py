@@ -2,7 +2,7 @@
 
 `SEORO_CONFORMANCE` names a folder with a runner `run.py` and cases; by default it is `shared/conformance` beside
 the repository. A case is a scenario whose first lines say what is expected of it. All are checked or run here in
-this process, and traces have to be accepted; `python run.py --seoro seoro` in that folder runs them by the command.
+this process, and traces have to be accepted; `python run.py --seoro seoro` there runs them by the command.
 """
 
 from __future__ import annotations
