@@ -109,7 +109,7 @@ async def process_log_check(
     line = await process.find(values, from_start=from_start)
     if line is None:
         wanted = " or ".join(f"'{value}'" for value in values)
-        raise ActionFailed(f"`{process_name}` {process.how_it_ended} without {wanted} in its output")
+        raise ActionFailed(f"`{process_name}` {await process.end_of_output()} without {wanted} in its output")
 
 
 # ---------------------------------------------------------------- modifiers

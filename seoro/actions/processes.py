@@ -27,6 +27,7 @@ from anyio.abc import ByteReceiveStream, Process
 from seoro.errors import ActionFailed
 from seoro.runtime.context import ActionContext, Occasion
 
+END_AFTER_OUTPUT = 1.0  # [s] that the end of a program may come after that of its output
 LAST_WORDS = 0.2  # [s] that the last lines of a program that has ended may take to arrive
 LAST_LINES = 5  # shown when a program fails
 MAX_LINE = 4_096  # [characters]; what is longer is more than one line
@@ -138,6 +139,12 @@ class RunningProcess:
         """The end of its output, for messages."""
         shown = [line for line in self._lines if line.strip()][-LAST_LINES:]
         return "".join(f"\n  {line}" for line in shown)
+
+    async def end_of_output(self) -> str:
+        """Why there is no more output, in a few words; its end is told a moment after that of its output."""
+        with anyio.move_on_after(END_AFTER_OUTPUT):
+            await self.exited.wait()
+        return self.how_it_ended if self.exited.is_set() else "closed its output"
 
     @property
     def how_it_ended(self) -> str:

@@ -297,3 +297,15 @@ async def test_a_process_that_has_ended_is_out_of_the_way(run_text: RunText) -> 
     ran = await run_text("scenario main:\n    do run_process('true') with:\n        repeat(5)\n")
     assert ran.verdict.passed
     assert ran.verdict.cancelled == ()
+
+
+async def test_a_process_may_close_its_output_and_go_on(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do serial:
+        server: run_process("sh -c 'exec >&- 2>&-; exec sleep 100'", wait_for_shutdown: false)
+        process_log_check("server", ["on"])
+""")
+    assert (
+        ran.verdict.reason == "`process_log_check` failed: `server` closed its output without 'on' in its output"
+    )
