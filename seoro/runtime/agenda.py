@@ -156,14 +156,15 @@ class Agenda:
 
     def _goes_on_alone(self) -> bool:
         """Whether the one busy flow is all there is in the next round, which then begins in this call."""
-        if self._busy > 1 or self._rounds.present or self._rounds.has_next or self._waits_for_answers():
+        rounds = self._rounds
+        if self._busy > 1 or rounds.present or rounds.has_next or self._waits_for_answers():
             return False
         self._take_hold()
         while self._effects.writes:
             self._take_hold()
-        if self._rounds.has_next:
+        if rounds.has_next:
             return False
-        self._rounds.number += 1
+        rounds.number += 1
         return True
 
     async def wait(self, waiter: Waiter) -> Any:
@@ -382,17 +383,19 @@ class Agenda:
             self._wake_fired()
 
     def _wake_fired(self) -> None:
-        fired = sorted((w for w in self._fired if not w.over), key=lambda waiter: waiter.flow.path)
-        self._fired = []
+        fired = [waiter for waiter in self._fired if not waiter.over]
+        self._fired.clear()
+        if len(fired) > 1:
+            fired.sort(key=lambda waiter: waiter.flow.path)
         for waiter in fired:
             flow = waiter.flow
             if flow.guard is not None and flow.ended is None:
                 guard, flow.guard = flow.guard, None
                 guard(flow)
         for waiter in fired:
-            future = waiter.flow.parked
-            assert future is not None
-            self._rounds.step(waiter.flow.path, partial(self._free, waiter.flow, future, waiter.value))
+            flow = waiter.flow
+            assert flow.parked is not None
+            self._rounds.step(flow.path, partial(self._free, flow, flow.parked, waiter.value))
 
     def _open_instant(self) -> None:
         self._skips = 0
@@ -435,10 +438,12 @@ class Agenda:
 
     def _settle(self) -> bool:
         """Let those act who wait for the instant to settle; returns whether there were any."""
+        if not self._at_settling:
+            return False
         acts, self._at_settling = self._at_settling, []
         for act in acts:
             act()
-        return bool(acts)
+        return True
 
     def _skip(self) -> bool:
         """Begin the next instant in this call, if the clock can do so; not for ever, since other tasks wait."""

@@ -25,7 +25,7 @@ from random import Random
 from typing import NamedTuple, TypeAlias, assert_never
 
 from seoro.lang.plan import Binding, Elapsed, EventCondition, Every, Expression, Fall, Holds, Rise, parts
-from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer
+from seoro.runtime.agenda import TIME_DIGITS, Agenda, Timer, Waiter
 from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.past import Past
@@ -93,6 +93,18 @@ class Conditions:
                 return self._arm_every(condition, environment, context, occurs)
             case _:
                 assert_never(condition)
+
+    def fire_after(self, condition: Elapsed, environment: Environment, context: Context, waiter: Waiter) -> None:
+        """Fire a waiter at the end of a time; as most waits are for that, with nothing in between."""
+        try:
+            end = self._end(condition, environment, context)
+        except EvaluationError as error:
+            self._failed(error)
+            return
+        if end <= self._agenda.now:
+            self._agenda.fire(waiter)
+        else:
+            self._agenda.at(end, waiter)
 
     def guard(
         self, condition: EventCondition | None, environment: Environment, context: Context, name: str | None = None

@@ -64,7 +64,8 @@ def perform(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
 async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     """Carry out a behavior in a given way, with its records and events."""
     services = place.services
-    await services.agenda.step(place.flow)
+    agenda = services.agenda
+    await agenda.step(place.flow)
     if behavior.label is not None and (overridden := is_overridden(behavior.label, place)) is not None:
         message = f"`{behavior.label}` does not start: {overridden.reason}"
         services.trace.log(message, "debug", behavior.span)
@@ -72,14 +73,14 @@ async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
     number = record_start(behavior, place)
     if behavior.label is not None:
         services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
-    with place.agenda.scope(place.flow) as scope:
+    with agenda.scope(place.flow) as scope:
         try:
             carrying = _evaluating(behavior, place.inside(number), carry)
             if behavior.label is not None:
                 carrying = _labelled(behavior.label, place, scope, carrying)
             outcome = await carrying
         except asyncio.CancelledError:
-            if not services.agenda.left(scope):
+            if not agenda.left(scope):
                 record_end(number, CANCELLED, place)
                 if services.is_ending:
                     flow = place.flow

@@ -5,9 +5,9 @@ Its event context starts with it. An event counts from that instant on, unless i
 
 from __future__ import annotations
 
-from seoro.lang.plan import Wait
+from seoro.lang.plan import Elapsed, EventSpecification, Wait
 from seoro.runtime.agenda import Waiter
-from seoro.runtime.conditions import Context
+from seoro.runtime.conditions import Context, Stop
 from seoro.runtime.events import Occurrence
 from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
@@ -16,7 +16,27 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 async def run_wait(plan: Wait, place: Place) -> Outcome:
     """Carry it out."""
-    agenda, waiter = place.agenda, Waiter(place.flow)
+    services, flow = place.services, place.flow
+    waiter = Waiter(flow)
+    context = Context(services.agenda.now, flow.past, place.position, place.purpose)
+    stop: Stop | None = None
+    if isinstance(plan.event, Elapsed):
+        services.conditions.fire_after(plan.event, place.environment(), context, waiter)
+    else:
+        stop = _listen(plan.event, waiter, context, place)
+    services.waits[flow] = plan.span
+    try:
+        await services.agenda.wait(waiter)
+    finally:
+        del services.waits[flow]
+        if stop is not None:
+            stop()
+    return SUCCEEDED
+
+
+def _listen(event: EventSpecification, waiter: Waiter, context: Context, place: Place) -> Stop:
+    """Fire a waiter when an event specification is met; returns what stops that."""
+    agenda = place.agenda
 
     def meet(_: Occurrence) -> bool:
         if waiter.fired:
@@ -24,12 +44,4 @@ async def run_wait(plan: Wait, place: Place) -> Outcome:
         agenda.fire(waiter)
         return True
 
-    context = Context(agenda.now, place.flow.past, place.position, place.purpose)
-    stop = Listener(place.services, context).listen(plan.event, place.environment(), meet)
-    place.services.waits[place.flow] = plan.span
-    try:
-        await agenda.wait(waiter)
-    finally:
-        del place.services.waits[place.flow]
-        stop()
-    return SUCCEEDED
+    return Listener(place.services, context).listen(event, place.environment(), meet)
