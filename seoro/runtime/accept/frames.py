@@ -106,7 +106,7 @@ class Matched:
     waits: list[tuple[Wait, Node, Instance]] = field(default_factory=list)
     emits: list[tuple[Emit, Node, Instance]] = field(default_factory=list)
     untils: list[tuple[Untils, Frame, Environment]] = field(default_factory=list)
-    durations: list[tuple[Duration, Frame, Environment]] = field(default_factory=list)
+    durations: list[tuple[Duration, Frame, Instance | None]] = field(default_factory=list)
     modifiers: list[tuple[ModifierApplication, Modifier, Node, Environment]] = field(default_factory=list)
     overrides: list[tuple[Override, Frame, Instance]] = field(default_factory=list)
     invocations: list[tuple[InvokeScenario | InvokeAction | None, Instance, Instance]] = field(

@@ -23,6 +23,8 @@ from seoro.lang.plan import (
     Until,
     Wait,
 )
+from seoro.lang.source import Span
+from seoro.runtime.accept.about_times import has_times
 
 
 @dataclass(frozen=True)
@@ -34,9 +36,16 @@ class Untils:
 
 @dataclass(frozen=True)
 class Duration:
-    """How long it lasts."""
+    """How long it lasts.
 
-    expression: Expression
+    Args:
+        expression: What an argument says; None if there is none.
+        behavior: Whose constraints may say more; None for the run itself.
+    """
+
+    expression: Expression | None
+    behavior: Behavior | None
+    span: Span
 
 
 Layer: TypeAlias = Untils | ModifierApplication | Override | Duration
@@ -53,8 +62,19 @@ def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
             own = layers_in(plan.actions[name].modifiers)
         case _:
             own = ()
-    duration = (Duration(behavior.duration),) if behavior.duration is not None else ()
-    return (*layers_in(behavior.modifications), *duration, *own)
+    outer = layers_in(behavior.modifications)
+    if behavior.duration is not None:
+        return (*outer, Duration(behavior.duration, behavior, behavior.duration.span), *own)
+    if has_times(behavior, (*outer, *own), plan):
+        return (*outer, Duration(None, behavior, behavior.span), *own)
+    return (*outer, *own)
+
+
+def layers_of_run(plan: Plan) -> tuple[Layer, ...]:
+    """The layers of the run itself."""
+    declared = plan.scenarios[plan.entry]
+    own = layers_in(declared.modifiers)
+    return (*own, Duration(None, None, declared.span)) if has_times(None, own, plan) else own
 
 
 def layers_in(modifications: Iterable[Modification]) -> tuple[Layer, ...]:

@@ -45,6 +45,9 @@ class Modifying:
     def check(self, matched: Matched) -> None:
         """Check all of them."""
         for application, modifier, node, _ in matched.modifiers:
+            for span in (*(on.span for on in modifier.on), *(sample.span for sample in modifier.samples)):
+                reason = "what a modifier does at events is not decided, but that it ends what it modifies"
+                self.findings.skip(Rule.MODIFIER, reason, span)
             if modifier.library == _LIBRARY:
                 self._check(application, modifier, node)
             elif modifier.library is not None or node.attempts:

@@ -16,6 +16,7 @@ from seoro.runtime.accept.compositions import Checking
 from seoro.runtime.accept.findings import Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, UNKNOWN, End, Frame, title_of
 from seoro.runtime.accept.history import Node
+from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import World
 from seoro.runtime.values import Range
 
@@ -53,20 +54,28 @@ class Bounds(NamedTuple):
         return self.ends[1] < inf
 
 
-def bounds_of(plan: Parallel, frame: Frame, world: World) -> Bounds:
-    """What the arguments of a composition say.
+def bounds_of(plan: Parallel, frame: Frame, world: World, timing: Timing) -> Bounds:
+    """What the arguments of a composition say, and constraints on its offsets.
 
     Raises:
         Undecided: The trace does not tell their values.
     """
-    starts, ends = _ALLOWED[plan.overlap]
+    after_starts, after_ends = (timing.offset(name, plan, frame) for name in ("start_to_start", "end_to_end"))
+    overlap = timing.overlap(plan, frame)
+    if overlap is None:  # offsets of starts alone mean any kind of overlap
+        overlap = plan.overlap if after_starts is None or plan.is_overlap_given else Overlap.ANY
+    starts, ends = _ALLOWED[overlap]
     if plan.start_to_start is not None:
         starts = _within(_range(plan.start_to_start, frame, world), starts)
     if plan.end_to_end is not None:
         ends = _within(_range(plan.end_to_end, frame, world), ends)
+    if after_starts is not None:
+        starts = _within((after_starts.low, after_starts.high), starts)
+    if after_ends is not None:
+        ends = _within((after_ends.low, after_ends.high), ends)
     if starts[0] > starts[1] or ends[0] > ends[1]:
-        raise Undecided(f"an offset is excluded by `overlap: {plan.overlap.value}`")
-    return Bounds(starts, ends, plan.start_to_start is None)
+        raise Undecided(f"an offset is excluded by `overlap: {overlap.value}`")
+    return Bounds(starts, ends, plan.start_to_start is None and after_starts is None)
 
 
 def _range(expression: Expression, frame: Frame, world: World) -> tuple[float, float]:

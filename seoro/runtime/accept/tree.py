@@ -47,8 +47,10 @@ from seoro.runtime.accept.frames import (
     title_of,
 )
 from seoro.runtime.accept.history import History, Node
-from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of
+from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
+from seoro.runtime.accept.own_acts import Reactions, reacts_late
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
+from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Instance, World
 from seoro.runtime.environment import Environment
 
@@ -103,7 +105,7 @@ class Tree:
         declared = self.plan.scenarios[self.plan.entry]
         course = _Course(None, declared.span)
         frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)
-        self._layers(course, layers_in(declared.modifiers), frame)
+        self._layers(course, layers_of_run(self.plan), frame)
         while self._pending:
             self._pending.pop()()
         return self.matched
@@ -195,7 +197,7 @@ class Tree:
                     self.matched.untils.append((layer, frame, self._environment(frame)))
                     frame = frame.loose(SUCCEEDED)
                 case Duration():
-                    self.matched.durations.append((layer, frame, self._environment(frame)))
+                    self.matched.durations.append((layer, frame, self._carried_out(frame)))
                     frame = frame.loose(SUCCEEDED, FAILED)
                 case Override():
                     self.matched.overrides.append((layer, frame, self._override_scope(layer, frame)))
@@ -213,18 +215,28 @@ class Tree:
         self.matched.modifiers.append((layer, modifier, node, self._environment(frame)))
         end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None, node.end.t)
         check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
-        inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(node.children), frame.around)
+        reactions = Reactions(modifier, node)
+        children = [child for child in node.children if child not in reactions.nodes]
+        inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(children), frame.around)
+        if reactions.end_it(self.history):
+            inside = replace(inside, cuts=frozenset({CANCELLED, SUCCEEDED, FAILED}))
+            reactions.check_end(inside, self.history, self.findings)
         if modifier.library is None and not node.attempts:  # else Python carries it out
-            if not node.children and node.status == FAILED:
+            if not children and node.status == FAILED:
                 return  # Python failed before it carried anything out
-            inside = replace(inside, cuts=frame.cuts)
+            inside = replace(inside, cuts=inside.cuts | frame.cuts)
             self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
             return
-        starts = [child.start.seq for child in node.children]
+        starts = [child.start.seq for child in children]
         for attempt in node.attempts:
             first, last = (bisect(starts, mark.seq) for mark in (attempt.start, attempt.end))
-            children = tuple(node.children[first:last])
-            again = replace(inside, start=attempt.start, end=attempt.end, status=attempt.status, children=children)
+            again = replace(
+                inside,
+                start=attempt.start,
+                end=attempt.end,
+                status=attempt.status,
+                children=tuple(children[first:last]),
+            )
             self._pending.append(partial(self._layers, course, rest, again))
 
     def _only_child(
@@ -262,15 +274,28 @@ class Tree:
         owner = frame.owner
         position = bisect(owner.told, frame.start.seq)
         is_inside = position < len(owner.told) and owner.told[position] < frame.end.seq
-        number = owner.instances[position if is_inside else 0] if owner.instances else -1
+        number = owner.instances[position if is_inside else max(position - 1, 0)] if owner.instances else -1
         return self.world.instances.get(number)
 
     # -------------------------------------------------------- what is carried out
 
+    def _of_held(self, frame: Frame) -> ModifierApplication | None:
+        """The modifier of a struct or an actor, held by what is carried out, that stands next in a frame."""
+        nodes = [child for child in frame.children if child.type == "modifier"]
+        for type_ in self.plan.objects.values():
+            for applied in type_.modifiers:
+                if isinstance(applied, ModifierApplication) and any(_is_modifier(applied, node) for node in nodes):
+                    return applied
+        return None
+
     def _core(self, course: _Course, frame: Frame) -> None:
         match course.plan:
             case None | InvokeScenario() | InvokeAction():
-                self._invocation(course, frame)
+                held = self._of_held(frame)
+                if held is None:
+                    self._invocation(course, frame)
+                else:
+                    self._modifier(course, held, (), frame)
                 return
             case Serial() as plan:
                 members, end = end_of_serial(plan, frame, self._checking)
@@ -289,7 +314,7 @@ class Tree:
 
     def _parallel(self, plan: Parallel, frame: Frame) -> None:
         try:
-            bounds = bounds_of(plan, frame, self.world)
+            bounds = bounds_of(plan, frame, self.world, Timing(self.world, self.matched))
         except Undecided as why:
             self.findings.skip(Rule.PARALLEL, why, plan.span)
             bounds = None
@@ -313,9 +338,9 @@ class Tree:
         if not is_cut:
             self._executed.add(instance.number)
         is_inside = frame.start.seq < instance.seq
-        due = frame.start if is_inside else owner.start
-        if instance.told["t"] != due.t:
-            message = f"it gets its values at {instance.told['t']:g} s, and starts at {due.t:g} s"
+        t, due = instance.told["t"], frame.start
+        if t != due.t if is_inside else not owner.start.t <= t <= due.t:
+            message = f"it gets its values at {t:g} s, and starts at {due.t:g} s"
             self.findings.violate(Rule.VALUE, message, course.span, due.seq, instance.seq)
         if course.plan is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
@@ -339,7 +364,8 @@ class Tree:
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
         """Take out what an instance does by itself; returns the rest."""
-        others = list(frame.children)
+        late = [child for child in frame.node.children if child not in frame.children]
+        others = [*frame.children, *(child for child in late if reacts_late(instance, child, frame))]
         for directive in instance.declaration.on:
             mine = [child for child in others if any(is_of(child, member) for member in directive.members)]
             others = [child for child in others if child not in mine]

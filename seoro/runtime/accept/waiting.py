@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 
-from seoro.lang.plan import Wait
+from seoro.lang.plan import Expression, OneOf, Serial, Wait
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched
@@ -13,6 +14,7 @@ from seoro.runtime.accept.history import History, Node
 from seoro.runtime.accept.layers import Duration, Untils
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
+from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Instance, World
 from seoro.runtime.environment import Environment
 from seoro.runtime.values import Range
@@ -42,8 +44,9 @@ class Waiting:
             self._wait(plan, node, instance)
         for layer, frame, environment in matched.untils:
             self._until(layer, frame, environment)
-        for duration, frame, environment in matched.durations:
-            self._duration(duration, frame, environment)
+        timing = Timing(self.world, matched)
+        for duration, frame, it in matched.durations:
+            self._duration(duration, frame, it, timing)
 
     def _wait(self, plan: Wait, node: Node, instance: Instance) -> None:
         past = partial(self.pasts.before, node, node.start)
@@ -97,17 +100,51 @@ class Waiting:
                 self.findings.violate(rule, message, span, *records, *shown)
                 return
 
-    def _duration(self, layer: Duration, frame: Frame, environment: Environment) -> None:
-        span = layer.expression.span
+    def _duration(self, layer: Duration, frame: Frame, it: Instance | None, timing: Timing) -> None:
+        span, windows = layer.span, [Range(0.0, inf)]
         try:
-            bounds = self.world.value(layer.expression, environment, frame.start.seq)
-            if not isinstance(bounds, Range):
-                raise Undecided(f"`{span.text}` is no range")
-            if bounds.low < 0:
-                raise Undecided(f"`{span.text}` is {bounds.low:g} s, which no duration can be")
+            if layer.expression is not None:
+                windows.append(self._argument(layer.expression, frame, it))
+            said = timing.duration(layer.behavior, frame, it)
         except Undecided as why:
             self.findings.skip(Rule.DURATION, why, span)
             return
+        if said is not None:
+            windows.append(said.bounds)
+        bounds = Range(max(each.low for each in windows), min(each.high for each in windows))
+        self._within(bounds, frame, span)
+        if said is None or said.is_all:
+            if not timing.matched.overrides:  # which may end members, too
+                self._check_cut(layer, frame, bounds.high)
+        else:
+            self.findings.skip(Rule.DURATION, "constraints that others may override, or that leave a choice", span)
+
+    def _check_cut(self, layer: Duration, frame: Frame, most: float) -> None:
+        """Something that ends with nothing that has ended so is ended at its upper bound."""
+        if not isinstance(layer.behavior, Serial | OneOf) or frame.held or frame.status in frame.cuts:
+            return
+        statuses = {child.status for child in frame.children}
+        if frame.status not in statuses and statuses and frame.end.t < self.history.reached(frame.start.t + most):
+            message = (
+                f"it {frame.status} at {frame.end.t:g} s, with nothing that has {frame.status}, and may last until"
+            )
+            self.findings.violate(
+                Rule.DURATION, f"{message} {frame.start.t + most:g} s", layer.span, *frame.records
+            )
+
+    def _argument(self, expression: Expression, frame: Frame, it: Instance | None) -> Range:
+        environment = frame.around.environment
+        if it is not None:
+            environment = replace(environment, bindings={**environment.bindings, "it": it})
+        bounds, text = self.world.value(expression, environment, frame.start.seq), expression.span.text
+        if not isinstance(bounds, Range):
+            raise Undecided(f"`{text}` is no range")
+        if bounds.low < 0:
+            raise Undecided(f"`{text}` is {bounds.low:g} s, which no duration can be")
+        return bounds
+
+    def _within(self, bounds: Range, frame: Frame, span: Span) -> None:
+        """What is carried out in a frame lasts as long as it may and has to."""
         start, end = frame.start.t, frame.end.t
         if not frame.held and frame.status == SUCCEEDED and end < start + bounds.low - 1e-9:
             message = f"it lasts {end - start:g} s, and should at least {bounds.low:g} s"

@@ -147,6 +147,7 @@ class World:
         self._numbers: dict[int, int] = {}
         self._history = history
         self._findings = findings
+        self._of_modifiers = {name for modifier in plan.modifiers.values() for name in modifier.structure.fields}
         self._undecidable: dict[int, tuple[Expression, str | None]] = {}
         changes = {happening.mark.seq: happening for found in history.changes.values() for happening in found}
         events = (happening for found in history.events.values() for happening in found)
@@ -198,6 +199,8 @@ class World:
 
     def _load_change(self, change: Happening) -> None:
         holder = self.holder(change.of)
+        if holder is None and change.name in self._of_modifiers:
+            return
         if holder is None:
             raise Undecided(f"nothing has the number {change.of}")
         cast(TimedFields, holder.fields).change(change.name, change.mark.seq, self.decode(change.told["exact"]))
