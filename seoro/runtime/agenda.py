@@ -54,7 +54,7 @@ class Agenda:
         clock: The run's clock.
         stuck: Called when nothing can happen any more.
         clock_failed: Called when the clock raises; time stands still from then on.
-        broken: Called when a flow raises, which no behavior does.
+        broken: Called when a flow raises, or what happens between steps, which nothing of that should.
         step_order: Gives, for the path of a flow, the key by which the steps of a round are sorted; by default the
             path itself. Since no flow sees an effect of its own round, any order gives the same run but for the
             order of records, which is what tests put to the proof.
@@ -86,7 +86,7 @@ class Agenda:
         self._alive = 0  # flows that have not ended
         self._skips = 0  # instants since other tasks have had a turn
         self._rounds = Rounds(step_order or by_path, self._cancel)
-        self._effects = Effects()
+        self._effects = Effects(broken)
         self._fired: list[Waiter] = []
         self._timetable = Timetable()
         self._due_limits: list[Limit] = []
@@ -357,7 +357,14 @@ class Agenda:
             self._interrupt.set()
 
     def _advance(self) -> None:
-        """Free the next flow; between rounds, let effects take hold first."""
+        """Free the next flow; between rounds, let effects take hold first. What raises does not stop the rest."""
+        while True:
+            try:
+                return self._go_on()
+            except Exception as error:
+                self._broken(error)
+
+    def _go_on(self) -> None:
         while self._open and self._busy == 0:
             if self._rounds.present:
                 self._rounds.present.popleft()()
@@ -400,7 +407,10 @@ class Agenda:
     def _open_instant(self) -> None:
         self._skips = 0
         self._settled.clear()
-        self._begin_instant()
+        try:
+            self._begin_instant()
+        except Exception as error:
+            self._broken(error)
         self._open = True
         self._advance()
 
@@ -491,3 +501,4 @@ class Agenda:
         """Stop driving, once the run is over."""
         self._finished = True
         self._interrupt.set()
+        self._settled.set()  # an instant that a defect has broken does not settle

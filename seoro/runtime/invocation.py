@@ -94,7 +94,7 @@ class Services:
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
     decision: Decision | None = None
     root: Flow | None = None
-    fault: Exception | None = None  # what an action raised that ended the run
+    fault: Exception | None = None  # what an action raised, or seoro itself, that ended the run
     entry: Invoked | None = None  # once the run has begun
     cancelled: list[Cancelled] = field(default_factory=list)  # what the end of the entry scenario has cancelled
     overriding: dict[Overriding, None] = field(default_factory=dict)  # what holds at present
@@ -226,11 +226,21 @@ class Services:
             outcome = Outcome(Status.FAILED if status is RunStatus.FAILED else Status.CANCELLED, reason, span)
             self.agenda.after_round((), partial(self._end_run, outcome))
 
+    def break_off(self, defect: Exception) -> None:
+        """End the run as an error because of a defect of seoro's own, whatever was decided before."""
+        if self.fault is None:
+            self.fault = defect
+        reason = f"internal error: {type(defect).__name__}: {defect}"
+        self.decide(RunStatus.ERROR, reason, None)
+        self.decision = Decision(RunStatus.ERROR, reason, None)
+
     def _end_run(self, outcome: Outcome) -> None:
         if self.root is not None and self.decision is not None:
-            explanation = explain(self, self.root.scopes[0], "", self.decision.span)
-            self.decision = replace(self.decision, explanation=explanation)
-            self.agenda.end_flow(self.root, outcome)
+            try:
+                explanation = explain(self, self.root.scopes[0], "", self.decision.span)
+                self.decision = replace(self.decision, explanation=explanation)
+            finally:
+                self.agenda.end_flow(self.root, outcome)
 
 
 @dataclass(eq=False)

@@ -69,11 +69,16 @@ class Rounds:
 
 
 class Effects:
-    """What was put down in a round; each with the path of what put it down."""
+    """What was put down in a round; each with the path of what put it down.
 
-    __slots__ = ("checks", "closings", "emissions", "ends", "writes")
+    Args:
+        broken: Called when one raises, which none should; the others take hold all the same.
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("_broken", "checks", "closings", "emissions", "ends", "writes")
+
+    def __init__(self, broken: Callable[[Exception], None]) -> None:
+        self._broken = broken
         self.writes: _Entries = []
         self.checks: _Entries = []
         self.ends: _Entries = []
@@ -89,25 +94,29 @@ class Effects:
         """All of them, and what they put down in turn, but for changes of variables: those begin anew."""
         if self.writes:
             writes, self.writes = self.writes, []
-            _carry_out(writes)
+            self._carry_out(writes)
         if self.checks:
             checks, self.checks = self.checks, []
-            _carry_out(checks)
+            self._carry_out(checks)
         while self.ends or self.emissions:
             ends, self.ends = self.ends, []
-            _carry_out(ends)
+            self._carry_out(ends)
             if not self.ends:
                 emissions, self.emissions = self.emissions, []
-                _carry_out(emissions)
+                self._carry_out(emissions)
         if self.closings:
             closings, self.closings = self.closings, []
-            for close in closings:
-                close()
+            self._call(closings)
 
+    def _carry_out(self, effects: _Entries) -> None:
+        self._call(_in_order(effects))
 
-def _carry_out(effects: _Entries) -> None:
-    for effect in _in_order(effects):
-        effect()
+    def _call(self, effects: Iterable[Callable[[], None]]) -> None:
+        for effect in effects:
+            try:
+                effect()
+            except Exception as error:
+                self._broken(error)
 
 
 def _in_order(entries: _Entries) -> Iterable[Callable[[], None]]:

@@ -84,7 +84,6 @@ class Execution:
         self._plan = plan
         self._settings = settings
         self._done = anyio.Event()
-        self._defect: Exception | None = None  # what a flow raised, which none should
         self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, self._broken, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends)
@@ -124,7 +123,7 @@ class Execution:
 
     @property
     def fault(self) -> Exception | None:
-        """The exception of an action's own code that ended the run, if one did."""
+        """The exception of an action's own code, or of seoro itself, that ended the run, if one did."""
         return self._services.fault
 
     def _instantiate(self) -> Instance:
@@ -182,8 +181,9 @@ class Execution:
         self.fail_backend(str(error))
 
     def _broken(self, error: Exception) -> None:
-        self._defect = self._defect or error
-        self._done.set()
+        self._services.break_off(error)
+        # What the defect has kept from going on would be waited for without end.
+        asyncio.get_running_loop().call_later(self._settings.grace, self._done.set)
 
     # -------------------------------------------------------- the run
 
@@ -218,8 +218,6 @@ class Execution:
                     agenda.finish()
                     await self._services.common.end()
                 await self._abandon(root)
-                if self._defect is not None:
-                    raise self._defect
                 await self._end_backends()
             verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
             watch.cancel_scope.cancel()
@@ -276,14 +274,7 @@ class Execution:
 
     def _conclude(self, wall_duration: float) -> Verdict:
         services = self._services
-        assert services.root is not None and services.root.outcome is not None
-        outcome = services.root.outcome
-        decision = services.decision or Decision(
-            RunStatus.FAILED if outcome.failed else RunStatus.PASSED,
-            outcome.reason,
-            outcome.span,
-            outcome.explanation,
-        )
+        decision = services.decision or self._decision()
         return Verdict(
             status=decision.status,
             reason=decision.reason,
@@ -298,6 +289,14 @@ class Execution:
             logs=self._trace.last_logs,
             explanation=decision.explanation,
         )
+
+    def _decision(self) -> Decision:
+        """What the outcome of the entry scenario decides, where nothing else has."""
+        root = self._services.root
+        assert root is not None and root.outcome is not None
+        outcome = root.outcome
+        status = RunStatus.FAILED if outcome.failed else RunStatus.PASSED
+        return Decision(status, outcome.reason, outcome.span, outcome.explanation)
 
     def _record_end(self, verdict: Verdict) -> None:
         self._trace.record(
