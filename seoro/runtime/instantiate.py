@@ -19,7 +19,7 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
-from seoro.runtime.choose.times import Times, Window
+from seoro.runtime.choose.times import ANY_TIME, DURATION, Times, Window
 from seoro.runtime.environment import Calls, Environment, Seed
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.method_context import MethodContext
@@ -133,6 +133,19 @@ def choose_parameters(
     """
     made.fields.update(shared)
     _choose(plan, (structure,), made, invocation, ())
+
+
+def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, Value]) -> None:
+    """What `choose_parameters` comes to where all parameters are given, and nothing is said about times.
+
+    Args:
+        fields: Of the instance.
+        given: The values of its parameters.
+        shared: The values of the global parameters.
+    """
+    fields.update(shared)
+    fields.update(given)
+    fields.setdefault(DURATION, ANY_TIME)
 
 
 def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:

@@ -24,10 +24,11 @@ from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.behaviors.reactions import arm_reactions
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
+from seoro.runtime.choose.plain import is_given
 from seoro.runtime.choose.times import DURATION
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.instantiate import Invocation, choose_parameters, choose_times
+from seoro.runtime.instantiate import Invocation, choose_parameters, choose_times, take_given
 from seoro.runtime.invocation import Composed, Instance, Invoked, Place
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import CANCELLED, Outcome, Status
@@ -205,12 +206,15 @@ def _fill(
     """Give an instance its values, and modifiers that have none yet theirs."""
     services, environment = place.services, place.environment()
     given: dict[str, Value] = {name: evaluate(value, environment) for name, value in plan.arguments}
-    seed, run = environment.seed, environment.run
-    times = times_of(plan, environment) if DURATION not in instance.declaration.structure.fields else None
-    invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
-    of_globals = services.plan.globals.fields
+    structure, of_globals = instance.declaration.structure, services.plan.globals.fields
     shared = {name: place.instance.fields[name] for name in of_globals} if of_globals else {}
-    choose_parameters(services.plan, instance.declaration.structure, instance, invocation, shared)
+    if not (applied or plan.constraints or plan.duration) and is_given(structure, given):
+        take_given(instance.fields, given, shared)  # so it is with nearly all; the rest is for the others
+    else:
+        seed, run = environment.seed, environment.run
+        times = times_of(plan, environment) if DURATION not in structure.fields else None
+        invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
+        choose_parameters(services.plan, structure, instance, invocation, shared)
     for value in instance.fields.values():
         if isinstance(value, Actor) and services.homes.of(value) is None:
             services.homes.settle(value)

@@ -16,6 +16,11 @@ def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:
     return structure.is_plain and (not structure.open_fields or structure.open_fields <= given.keys())
 
 
+def is_given(structure: Structure, given: Mapping[str, Value]) -> bool:
+    """Whether nothing has to be chosen or computed for an instance, as all of its fields are given."""
+    return structure.is_plain and structure.fields.keys() == given.keys()
+
+
 def fill(
     fields: Fields, structure: Structure, structures: Structures, environment: Environment, evaluate: Evaluate
 ) -> None:

@@ -35,7 +35,7 @@ END_TO_END: Final = "end_to_end"
 
 FOREVER: Final = 1e9  # [s]; no behavior takes longer
 
-_ANY: Final = Range(0.0, inf)
+ANY_TIME: Final = Range(0.0, inf)
 _TIME: Final = PhysicalType("time", "s")
 _KINDS: Final = EnumType("overlap_kind", tuple((kind.value, number) for number, kind in enumerate(Overlap)))
 _LIMITS: Final = {
@@ -88,7 +88,7 @@ class Times(NamedTuple):
         """Values and windows where no constraint is about them."""
         values: dict[str, Value] = {}
         for name in self.names:
-            bounds = self.given[name][0] if name in self.given else _ANY
+            bounds = self.given[name][0] if name in self.given else ANY_TIME
             values[name] = bounds if name == DURATION else bounds.low
         if self.overlap is not None:
             values[OVERLAP] = kind_value(self.overlap)
