@@ -469,6 +469,11 @@ class Place:
             self.services, self.flow, self.instance, self.parent, self.position, self.path, invoked, self.runs
         )
 
+    def again(self, run: int) -> Place:
+        """The same, in one of the runs of what a modifier there modifies; the first is 1."""
+        path, runs = self.path if run == 1 else f"{self.path}#{run}", (*self.runs, run)
+        return Place(self.services, self.flow, self.instance, self.parent, self.position, path, self.invoked, runs)
+
     def inside(self, number: int) -> Place:
         """The same, within the behavior that has a number in the trace."""
         return Place(

@@ -111,7 +111,7 @@ def run_composed(place: Place, carry: Carry) -> Awaitable[Outcome]:
 async def _run_composed(place: Place, composed: Instance | Composed, carry: Carry) -> Outcome:
     _emit_phase(composed, Phase.START, place)
     try:
-        outcome = await carry(replace(place, invoked=None))
+        outcome = await carry(place.invoking(None))
     except asyncio.CancelledError:
         _emit_end(composed, _outcome_from_around(place), place)
         raise
@@ -147,7 +147,7 @@ def begin_composition(plan: Serial | Parallel | OneOf, place: Place) -> Begun:
 
     fill(first, place.environment())
     has_times = bool(plan.constraints or first.windows)
-    return Begun(replace(place, invoked=Invoked(first, make, len(place.flow.scopes) - 1, True)), modifying, ())
+    return Begun(place.invoking(Invoked(first, make, len(place.flow.scopes) - 1, True)), modifying, ())
 
 
 def begin_invocation(plan: InvokeScenario | InvokeAction, place: Place) -> Begun:

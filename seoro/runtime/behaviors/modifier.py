@@ -41,7 +41,7 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
     trace = services.trace
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
     trace.record("behavior.start", id=number, parent=place.parent, **fields, arguments=arguments)
-    inside = replace(place, parent=number)
+    inside = place.inside(number)
     instance = applied.enter(f"{place.path}/{applied.name}", services.plan.structures)
 
     def carry(_: Place) -> Awaitable[Outcome]:
@@ -197,11 +197,10 @@ class _Child:
         if place.flow.ended is not None:
             raise asyncio.CancelledError  # the modifier has not let itself be cancelled
         self._runs += 1
-        place = replace(place, runs=(*place.runs, self._runs))
+        place = place.again(self._runs)
         with self._waiting.given():
             if self._runs > 1:
                 place.services.count_start(self._span, len(place.position))
-                place = replace(place, path=f"{place.path}#{self._runs}")
                 await agenda.step(place.flow)
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
             if limit is None:
