@@ -82,7 +82,7 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
 
 @asynccontextmanager
 async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
-    """Use a simulator node that is running; it goes on when the block ends.
+    """Use a simulator node that is running; it goes on when the block ends, without anything of the run.
 
     Raises:
         InvalidUse: There is none at the endpoint, or it does not know the world.
@@ -94,7 +94,11 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
             node = await _open(address, options)
             async with background() as group:
                 group.start_soon(_watch_token, address, node)
-                yield node
+                try:
+                    yield node
+                finally:
+                    with anyio.move_on_after(STOP_TIMEOUT, shield=True), suppress(BackendError):
+                        await node.clear()
     except SessionError as error:
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
 

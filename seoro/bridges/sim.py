@@ -10,7 +10,7 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
-from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused
+from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.errors import BackendLost, BackendRefused
 from seoro.runtime.contracts import (
     GoalStatus,
@@ -119,6 +119,16 @@ class SimulatorNode:
         """Make every robot stand still."""
         for robot in self._features.robots:
             await self._ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot.name))
+
+    async def clear(self) -> None:
+        """Leave nothing of the run: no goal, no watch, no robot that moves, and nothing that was spawned.
+
+        That includes what was asked for by requests whose answers nobody has awaited.
+        """
+        await self.end_run()
+        for number in tuple(self._reporters):  # of goals, too, all of which have ended with `end_run`
+            await self.cancel_watch(number)
+        await self._ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 
     # -------------------------------------------------------- mobile robots
 
@@ -266,6 +276,8 @@ async def ask(
         raise BackendLost(f"{called} is gone") from None
     except NoAnswer:
         raise BackendLost(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
+    except SessionError as error:
+        raise BackendLost(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
 

@@ -10,7 +10,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -192,9 +192,16 @@ class _Exec:
                     scope.cancel()
                     if second:  # a clean-up is not cancelled with its task, and may hang
                         asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)
+                        await self._clear_simulator()
                     return
                 self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
                 self._run.stop(f"interrupted by {name}")
+
+    async def _clear_simulator(self) -> None:
+        """Clear a simulator that may live on, when the order in which the run cleans up is not waited for."""
+        if self._run is not None and self._run.simulator is not None:
+            with anyio.CancelScope(shield=True), suppress(BackendError):
+                await self._run.simulator.clear()
 
     async def _prepare_and_run(self) -> Exit:
         options = self._options

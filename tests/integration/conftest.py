@@ -79,6 +79,20 @@ def is_alive(pid: int) -> bool:
         return False
 
 
+def marked(mark: str) -> set[int]:
+    """Living processes that have a mark, `NAME=value`, in their environment."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal() and is_alive(int(entry.name)):
+            try:
+                environment = (entry / "environ").read_bytes()
+            except OSError:
+                continue
+            if mark.encode() in environment.split(b"\0"):
+                found.add(int(entry.name))
+    return found
+
+
 def wait_for_driving(process: subprocess.Popen[str]) -> int:
     """Wait until a run drives its robot; returns the process id of its simulator node."""
     assert process.stdout is not None

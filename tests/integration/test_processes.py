@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.integration.conftest import StartSeoro, is_alive, wait_until
+from tests.integration.conftest import StartSeoro, marked, wait_until
 
 SCENARIO = """
 import osc.types
@@ -38,20 +38,6 @@ def mark(tmp_path: Path) -> str:
     (tmp_path / "forks").chmod(0o755)
     (tmp_path / "main.osc").write_text(SCENARIO.format(forks=tmp_path / "forks"))
     return f"MARK={tmp_path}"
-
-
-def marked(mark: str) -> set[int]:
-    """Living processes with a mark."""
-    found = set()
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdecimal() and is_alive(int(entry.name)):
-            try:
-                environment = (entry / "environ").read_bytes()
-            except OSError:
-                continue
-            if mark.encode() in environment.split(b"\0"):
-                found.add(int(entry.name))
-    return found
 
 
 @pytest.mark.parametrize(
