@@ -106,7 +106,7 @@ class Channels:
         match reference:
             case DeclaredEvent(name):
                 holder = environment.instance
-                declared = next((event for event in self._events_of(holder) if event.name == name), None)
+                declared = next((event for event in self.events_of(holder) if event.name == name), None)
                 yield Channel(self._number(holder), name, environment, declared, start, end)
             case PhaseEvent(label, phase):
                 name = f"{label}.{phase.value}" if label is not None else phase.value
@@ -138,7 +138,8 @@ class Channels:
             raise Undecided("the trace does not tell of which instance an event is")
         return number
 
-    def _events_of(self, holder: HasFields) -> Sequence[Event]:
+    def events_of(self, holder: HasFields) -> Sequence[Event]:
+        """The events that something declares."""
         match holder:
             case Instance():
                 return holder.declaration.events

@@ -47,9 +47,9 @@ def _check(plan: Plan, history: History, findings: Findings) -> None:
     if matched is None:
         return
     channels = Channels(plan, history, world)
-    emitting = Emitting(history, world, channels, findings)
-    pasts = Pasts(history, matched, channels, emitting.emitted(matched))
     moments = Moments(history, world, channels)
+    emitting = Emitting(history, world, channels, moments, findings)
+    pasts = Pasts(history, matched, channels, emitting.emitted(matched))
     Waiting(history, world, moments, pasts, findings).check(matched)
     emitting.check(matched)
     Reacting(history, world, moments, pasts, findings).check(matched)

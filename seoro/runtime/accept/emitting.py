@@ -6,13 +6,16 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from seoro.lang.plan import DeclaredEvent, Emit, OnEvent, Phase, PhaseEvent, Scenario
+from seoro.lang.plan import DeclaredEvent, Emit, Fall, Holds, OnEvent, Phase, PhaseEvent, Rise, Scenario
+from seoro.lang.source import Span
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, is_ending
 from seoro.runtime.accept.history import Happening, History, Node
+from seoro.runtime.accept.moments import Moments
 from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.values import Value
+from seoro.runtime.environment import Environment
+from seoro.runtime.values import Actor, Struct, Value
 
 
 @dataclass(eq=False)
@@ -23,12 +26,14 @@ class Emitting:
         history: The trace.
         world: Its values.
         channels: Finds events.
+        moments: Finds when conditions hold.
         findings: Gets what is wrong.
     """
 
     history: History
     world: World
     channels: Channels
+    moments: Moments
     findings: Findings
 
     def emitted(self, matched: Matched) -> dict[int, Happening]:
@@ -133,7 +138,12 @@ class Emitting:
             is_cut = frame.end.t == frame.start.t and frame.status in frame.cuts
             yield from self._due(instance, "start", frame.start.t, frame.node, must=is_scenario and not is_cut)
             if frame.held or SUCCEEDED in frame.cuts:
-                yield from self._any_end(number, frame)
+                found = list(self._any_end(number, frame))
+                is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary
+                if is_due and not found and not matched.overrides:
+                    message = f"it {frame.status}, and neither `end` nor `fail` occurs"
+                    self.findings.violate(Rule.EVENT, message, instance.declaration.span, *frame.records)
+                yield from found
                 continue
             phase = "fail" if frame.status == FAILED else "end"
             must = is_scenario and frame.status != CANCELLED
@@ -150,6 +160,10 @@ class Emitting:
     def _declared(self, number: int, name: str, happenings: list[Happening], explained: set[int]) -> None:
         """Each occurrence has an emission, or what the event is declared to be has occurred."""
         holder = self.world.holder(number)
+        if holder is not None and not isinstance(holder, Instance):
+            for happening in happenings:
+                if happening.is_derived:
+                    self._derived(holder, happening)
         if not isinstance(holder, Instance):
             return
         declared = next((event for event in holder.declaration.events if event.name == name), None)
@@ -175,23 +189,49 @@ class Emitting:
             message = f"`{name}` has the arguments {sorted(told)}, and is declared with {sorted(parameters)}"
             self.findings.violate(Rule.EVENT, message, None, happening.mark.seq)
 
-    def _derived(self, holder: Instance, happening: Happening) -> None:
-        """What an event is declared to be has occurred; conditions, whose contexts are elsewhere, are left out."""
+    def _derived(self, holder: Instance | Struct | Actor, happening: Happening) -> None:
+        """What an event is declared to be has occurred; when the contexts of conditions began is not known."""
         name = happening.name
-        declared = next((event for event in holder.declaration.events if event.name == name), None)
+        declared = next((event for event in self.channels.events_of(holder) if event.name == name), None)
         specification = declared.specification if declared is not None else None
         if declared is None or specification is None:
             message = f"`{name}` occurs, and neither is emitted nor declared to be something else"
-            self.findings.violate(Rule.EVENT, message, holder.declaration.span, happening.mark.seq)
+            span = holder.declaration.span if isinstance(holder, Instance) else None
+            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
             return
+        environment = holder.environment if isinstance(holder, Instance) else self._inside(holder)
+        if isinstance(specification, Holds | Rise | Fall):
+            self._condition(specification, environment, happening, declared.span)
         if not isinstance(specification, OnEvent) or not isinstance(
             specification.event, DeclaredEvent | PhaseEvent
         ):
             return
-        channels = self.channels.resolve(specification.event, holder.environment, happening.mark)
+        try:
+            channels = list(self.channels.resolve(specification.event, environment, happening.mark))
+        except Undecided as why:
+            self.findings.skip(Rule.EVENT, why, declared.span)
+            return
         if not any(self.channels.at(channel.of, channel.name, happening.mark.t) for channel in channels):
             message = f"`{name}` occurs, and what it is declared to be does not"
             self.findings.violate(Rule.EVENT, message, declared.span, happening.mark.seq)
+
+    def _inside(self, holder: Struct | Actor) -> Environment:
+        """What names stand for in a struct or an actor."""
+        entry = self.world.instances[self.history.root.instances[0]]
+        return Environment(holder, {}, scenario=entry)
+
+    def _condition(
+        self, condition: Holds | Rise | Fall, environment: Environment, happening: Happening, span: Span
+    ) -> None:
+        """A condition that an event is declared to be has the value then that makes it occur."""
+        try:
+            values = self.moments.values_at(condition.condition, environment, happening.mark.t)
+        except Undecided as why:
+            self.findings.skip(Rule.EVENT, why, span)
+            return
+        if (not isinstance(condition, Fall)) not in values:
+            message = f"`{happening.name}` occurs at {happening.mark.t:g} s, and its condition has another value"
+            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
 
 
 def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:

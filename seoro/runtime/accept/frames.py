@@ -53,6 +53,7 @@ class Frame:
         around: The scenario that contains the behavior.
         cuts: The ways to end, of all, in which it may have been ended in the midst.
         loosened: By how many layers it may last longer than what it carries out.
+        is_secondary: Whether something around the behavior may end it, and it has succeeded then.
     """
 
     node: Node
@@ -64,6 +65,7 @@ class Frame:
     around: Instance
     cuts: frozenset[str] = frozenset({CANCELLED})
     loosened: int = 0
+    is_secondary: bool = False
 
     def loose(self, *cuts: str) -> Frame:
         """The same, of what may be held, and be ended in the midst in other ways, too."""

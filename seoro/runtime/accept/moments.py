@@ -184,6 +184,15 @@ class Moments:
                 places.append(seq + 1)
         return places
 
+    def values_at(self, expression: Expression, environment: Environment, t: float) -> set[bool]:
+        """The values that a condition may have had in an instant.
+
+        Raises:
+            Undecided: The trace does not tell them.
+        """
+        states = self._states(0, t)
+        return {self._holds(expression, environment, seq) for seq in (states[0] - 1, *states)}
+
     def _holds(self, expression: Expression, environment: Environment, seq: int) -> bool:
         try:
             return bool(self.world.value(expression, environment, seq))

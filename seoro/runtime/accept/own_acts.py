@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice, takewhile
 from typing import Final
 
 from seoro.lang.plan import Emit, Modifier, Phase, PhaseEvent
@@ -52,7 +54,9 @@ class Reactions:
             findings.violate(Rule.EMIT, message, emit.span, node.start.seq, frame.end.seq)
 
 
-def reacts_late(instance: Instance, node: Node, frame: Frame) -> bool:
-    """Whether a behavior is what an instance does at its end, after it."""
-    is_then = node.start.seq > frame.end.seq and node.start.t == frame.end.t
-    return is_then and node.path.startswith(f"{instance.told.get('path')}/on[")
+def late_reactions(instance: Instance, frame: Frame) -> Iterator[Node]:
+    """What an instance does at its end, after it, in the same instant."""
+    nodes, path = frame.node.children, f"{instance.told.get('path')}/on["
+    first = bisect(nodes, frame.end.seq, key=lambda node: node.start.seq)
+    then = takewhile(lambda node: node.start.t == frame.end.t, islice(nodes, first, None))
+    return (node for node in then if node.path.startswith(path))

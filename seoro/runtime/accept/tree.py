@@ -48,7 +48,7 @@ from seoro.runtime.accept.frames import (
 )
 from seoro.runtime.accept.history import History, Node
 from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
-from seoro.runtime.accept.own_acts import Reactions, reacts_late
+from seoro.runtime.accept.own_acts import Reactions, late_reactions
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Instance, World
@@ -140,7 +140,8 @@ class Tree:
             self.findings.violate(Rule.TREE, message, plan.span, node.start.seq)
         if plan.label is not None:
             self.matched.labels.append((plan.label, node, around))
-        frame = Frame(node, node, node.start, node.end, node.status, tuple(node.children), around, cuts)
+        children, is_secondary = tuple(node.children), SUCCEEDED in cuts
+        frame = Frame(node, node, node.start, node.end, node.status, children, around, cuts, 0, is_secondary)
         match plan:
             case Wait():
                 self._alone(frame, plan)
@@ -217,9 +218,13 @@ class Tree:
         check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
         reactions = Reactions(modifier, node)
         children = [child for child in node.children if child not in reactions.nodes]
-        inside = Frame(node, frame.owner, node.start, node.end, node.status, tuple(children), frame.around)
-        if reactions.end_it(self.history):
-            inside = replace(inside, cuts=frozenset({CANCELLED, SUCCEEDED, FAILED}))
+        is_ended, cuts = reactions.end_it(self.history), frozenset({CANCELLED})
+        inside = replace(
+            Frame(node, frame.owner, node.start, node.end, node.status, tuple(children), frame.around),
+            cuts=frozenset({CANCELLED, SUCCEEDED, FAILED}) if is_ended else cuts,
+            is_secondary=frame.is_secondary or is_ended,
+        )
+        if is_ended:
             reactions.check_end(inside, self.history, self.findings)
         if modifier.library is None and not node.attempts:  # else Python carries it out
             if not children and node.status == FAILED:
@@ -364,8 +369,8 @@ class Tree:
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
         """Take out what an instance does by itself; returns the rest."""
-        late = [child for child in frame.node.children if child not in frame.children]
-        others = [*frame.children, *(child for child in late if reacts_late(instance, child, frame))]
+        late = late_reactions(instance, frame) if instance.declaration.on else ()
+        others = [*frame.children, *(child for child in late if child not in frame.children)]
         for directive in instance.declaration.on:
             mine = [child for child in others if any(is_of(child, member) for member in directive.members)]
             others = [child for child in others if child not in mine]

@@ -134,6 +134,35 @@ scenario main:
     assert "wait" in traced.broken, "all else is checked"
 
 
+async def test_the_end_of_what_an_until_ends_occurs(trace_text: TraceText) -> None:
+    traced = await trace_text(f"{NAP}scenario main:\n    do nap(5s) with:\n        until elapsed(1s)\n")
+    assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
+    traced.drop(traced.find("event", event="end"))
+    assert "it succeeded, and neither `end` nor `fail` occurs" in traced.messages
+
+
+@pytest.mark.parametrize("condition", ["level > 1", "rise(level > 1)", "fall(level < 2)"])
+async def test_an_event_that_is_a_condition_occurs_when_that_holds(trace_text: TraceText, condition: str) -> None:
+    traced = await trace_text(f"""
+actor tank:
+    var level: int = 0
+    event full is {condition}
+
+scenario main:
+    t: tank
+    do parallel:
+        wait @t.full
+        serial:
+            wait elapsed(1s)
+            increment(t.level)
+            wait elapsed(1s)
+            increment(t.level)
+""")
+    assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
+    traced.move(traced.find("event", event="full"), traced.end("wait", 1))
+    assert "`full` occurs at 1 s, and its condition has another value" in traced.messages
+
+
 # ---------------------------------------------------------------- modifiers that react, and those of actors
 
 GUARD = """
