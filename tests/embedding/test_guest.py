@@ -99,7 +99,7 @@ async def test_a_time_limit_of_the_program_is_kept(
     load: Callable[[str], seoro.Scenario], limit: Callable[[float], asyncio.Timeout]
 ) -> None:
     with pytest.raises(TimeoutError):
-        async with limit(0.02), seoro.start(load(ENDLESS)) as run:
+        async with limit(0.3), seoro.start(load(ENDLESS)) as run:
             await run.result()
     assert (await run.result()).status is seoro.RunStatus.CANCELLED
 
