@@ -179,6 +179,8 @@ class _Members:
             self._check_others_ended(first)
             return End(FAILED, self._last_end(first.end.t), first.records)
         ends = [self._checking.end_of(node) for node in self._nodes.values()]
+        if UNKNOWN in ends and self._frame.status == FAILED:
+            return UNKNOWN  # what was overridden has ended, perhaps where none may lie to the primary one
         if any(end.status is None for end in ends) or len(self._nodes) < len(self._plan.members):
             cancelled = [node.end.t for node in self._nodes.values() if node.status == CANCELLED]
             return End(None, max(cancelled, default=inf))

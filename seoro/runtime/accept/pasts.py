@@ -56,7 +56,7 @@ class Pasts:
         for layer, frame, environment in self.matched.untils:
             for directive in layer.directives:
                 listening = (directive.event, frame, environment)
-                self._untils.setdefault(frame.owner.number, []).append(listening)
+                self._untils.setdefault(frame.node.number, []).append(listening)
 
     def before(self, node: Node, mark: Mark) -> Past:
         """The past of a flow at a place within a behavior."""
@@ -64,6 +64,7 @@ class Pasts:
         current: Node | None = node
         while current is not None:
             self._add_beginning(current, mark, past)
+            self._add_untils(current, mark, past)  # of earlier attempts
             if current.type not in ("parallel", "one_of"):
                 for earlier in self._ended_before(current.children, mark):
                     self._add_all(earlier, mark.t, past)
@@ -119,12 +120,16 @@ class Pasts:
         if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
             plan, instance = self._waits[node.number]
             self._consume([(plan.event, node.start, instance.environment)], t, past)
+        self._add_untils(node, Mark(node.end.seq + 1, t), past)
+
+    def _add_untils(self, node: Node, mark: Mark, past: Past) -> None:
+        """What met an `until` of a behavior, or of attempts of a modifier, in an instant before a record."""
         consumed = [
             (event, frame.start, environment)
             for event, frame, environment in self._untils.get(node.number, ())
-            if frame.end.t == t
+            if frame.end.t == mark.t and frame.end.seq < mark.seq
         ]
-        self._consume(consumed, t, past)
+        self._consume(consumed, mark.t, past)
 
     def _consume(
         self, listening: Iterable[tuple[EventSpecification, Mark, Environment]], t: float, past: Past

@@ -165,6 +165,45 @@ async def test_what_is_overridden_ends_when_the_other_starts(trace_text: TraceTe
     assert "override" in traced.broken
 
 
+async def test_what_is_overridden_may_have_ended_too_early_for_the_others(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do parallel(overlap: initial, start_to_start: -1s):
+        wait elapsed(1s)
+        a: parallel:
+            b: wait elapsed(1s)
+    with:
+        override(a, b)
+""")
+    assert traced.end("a")["status"] == "cancelled"
+    assert traced.find("run.end")["status"] == "failed"
+    assert traced.broken == set(), traced.messages
+
+
+@pytest.mark.parametrize(
+    "modifiers", ["repeat(2)", "retry(2), inverter()", "inverter(), repeat(2), inverter(), inverter()"]
+)
+async def test_an_attempt_does_not_see_what_ended_the_one_before(trace_text: TraceText, modifiers: str) -> None:
+    lines = "\n".join(f"            {modifier}" for modifier in modifiers.split(", "))
+    traced = await trace_text(f"""
+scenario main:
+    event one
+    do parallel:
+        a: serial:
+            wait elapsed(5s)
+        with:
+{lines}
+            until @one if every(0.5s)
+        serial:
+            wait elapsed(1s)
+            emit one
+            wait elapsed(1s)
+            emit one
+""")
+    assert traced.end("a")["t"] == 2.0
+    assert traced.broken == set(), traced.messages
+
+
 # ---------------------------------------------------------------- clean-up
 
 CLEANS_UP = """
