@@ -1,0 +1,84 @@
+"""The clock of the machine: a jump of its date changes nothing, and nothing happens before its time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+
+import seoro.runtime.trace
+from seoro.embed import Options
+from tests.runtime.conftest import Prepare
+
+TEXT = """
+scenario main:
+    var ticks: int = sample(ticks + 1, every(50ms), 0)
+    do serial:
+        wait elapsed(100ms)
+        log("waited")
+        wait elapsed(5s)
+    with:
+        until ticks >= 6
+"""
+TIMERS = 40
+DAY = 86_400.0  # [s]
+
+
+class Jumping:
+    """A date that jumps back and forth by days, each time that it is read."""
+
+    def __init__(self) -> None:
+        self.reads = 0
+
+    def seconds(self) -> float:
+        """Instead of `time.time`."""
+        self.reads += 1
+        return 1.7e9 + DAY * (-1) ** self.reads * self.reads
+
+    def now(self, zone: Any = None) -> datetime:
+        """Instead of `datetime.now`."""
+        return datetime(2026, 1, 1, tzinfo=zone) + timedelta(seconds=self.seconds() - 1.7e9)
+
+
+async def test_a_jump_of_the_date_changes_nothing_but_stamps(
+    prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jumping = Jumping()
+    monkeypatch.setattr(time, "time", jumping.seconds)
+    monkeypatch.setattr(seoro.runtime.trace, "datetime", jumping)
+    start = time.monotonic()
+    async with prepare_text(TEXT, Options(clock="real")) as run, asyncio.timeout(20.0), run.running():
+        records = [record async for record in run.trace()]
+        verdict = await run.result()
+    took = time.monotonic() - start
+    assert jumping.reads > len(records) / 2, "the date has jumped"
+    assert verdict.passed, verdict.reason
+    assert 0.25 <= verdict.duration <= took
+    assert 0.25 <= verdict.wall_duration <= took
+    times = [record["t"] for record in records]
+    assert times == sorted(times)
+    stamps = [datetime.fromisoformat(record["wall"]) for record in records]
+    assert stamps != sorted(stamps)
+    assert all(stamp.tzinfo == UTC for stamp in stamps)
+    [waited] = [record["t"] for record in records if record["kind"] == "log"]
+    assert 0.1 <= waited <= verdict.duration
+
+
+async def test_timers_of_the_machine_are_never_early(prepare_text: Prepare) -> None:
+    due = [0.003 + 0.0071 * number for number in range(TIMERS)]
+    lines = "".join(
+        f"        serial:\n            wait elapsed({seconds:.4f}s)\n            log('{seconds:.4f}')\n"
+        for seconds in due
+    )
+    async with (
+        prepare_text(f"scenario main:\n    do parallel:\n{lines}", Options(clock="real")) as run,
+        asyncio.timeout(20.0),
+        run.running(),
+    ):
+        logged = [(r["t"], float(r["message"])) async for r in run.trace() if r["kind"] == "log"]
+    assert len(logged) == TIMERS
+    for at, seconds in logged:
+        assert at >= seconds
