@@ -49,7 +49,8 @@ def emitters_of(reference: EventReference, declaration: Declaration, services: S
         services: Of the run.
     """
     found = list(_find(reference, declaration, services.plan))[:_MOST]
-    open_ = {id(each.behavior): (each, stack) for stack in services.running.values() for each in stack}
+    stacks = [stack for _, stack in sorted(services.running.items(), key=lambda item: item[0].path)]
+    open_ = {id(each.behavior): (each, stack) for stack in stacks for each in stack}
     return tuple(_emitter(each, services, open_) for each in found)
 
 

@@ -22,7 +22,7 @@ from seoro.runtime.verdict import Verdict
 
 Record = dict[str, Any]
 _NUMBERS = {"id", "parent", "behavior", "by", "modifier"}  # of behaviors, in the order of their starts
-_NUMBERED = {"seq", "instance", "of", "values", "exact", "explanation"}  # numbered or ordered by steps
+_NUMBERED = {"seq", "instance", "of", "values", "exact"}  # numbered or ordered by steps
 
 
 @action("hold", open_ended=True)

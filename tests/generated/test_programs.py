@@ -1,8 +1,8 @@
 """What the runtime promises of every scenario, it keeps for made-up ones (section 7.6.2 and the rules of rounds).
 
 The order in which the flows of a round are stepped changes nothing but the order of its records, the order of the
-members of `parallel` nothing at all; a run with the same seed is the same again, on any event loop. What happened is
-accepted by the rules of the standard, as `seoro.runtime.accept` has them.
+members of `parallel` nothing at all; a run with the same seed is the same again, on any event loop.
+What happened is accepted by the rules of the standard, as `seoro.runtime.accept` has them.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class Jumping:
     def seconds(self) -> float:
         """Instead of `time.time`."""
         self.reads += 1
-        return 1.7e9 + DAY * (-1) ** self.reads * self.reads
+        return 1.7e9 + (DAY if self.reads % 2 else -DAY) * self.reads
 
     def now(self, zone: Any = None) -> datetime:
         """Instead of `datetime.now`."""
