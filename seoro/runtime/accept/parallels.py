@@ -151,12 +151,12 @@ class _Members:
 
     def _latest_start(self, index: int) -> float:
         """When a member has to have started that has not."""
-        if self._bounds.starts_together:
+        if self._bounds.starts_together or not self._nodes:
             return self._frame.start.t
         if index > 0:
             primary = self._nodes.get(0)
             return primary.start.t + self._bounds.starts[1] if primary is not None else inf
-        return max((node.start.t for node in self._nodes.values()), default=-inf) - self._bounds.starts[0]
+        return max(node.start.t for node in self._nodes.values()) - self._bounds.starts[0]
 
     def _frame_goes_on_after(self, due: float) -> bool:
         """Whether it was neither ended nor failing in the instant at a time, and lasted until then."""
@@ -179,9 +179,12 @@ class _Members:
             self._check_others_ended(first)
             return End(FAILED, self._last_end(first.end.t), first.records)
         ends = [self._checking.end_of(node) for node in self._nodes.values()]
+        missing = [member for index, member in enumerate(self._plan.members) if index not in self._nodes]
+        skipped = [UNKNOWN for member in missing if self._checking.may_be_overridden(member)]
+        ends += skipped
         if UNKNOWN in ends and self._frame.status == FAILED:
             return UNKNOWN  # what was overridden has ended, perhaps where none may lie to the primary one
-        if any(end.status is None for end in ends) or len(self._nodes) < len(self._plan.members):
+        if any(end.status is None for end in ends) or len(skipped) < len(missing):
             cancelled = [node.end.t for node in self._nodes.values() if node.status == CANCELLED]
             return End(None, max(cancelled, default=inf))
         if UNKNOWN in ends:

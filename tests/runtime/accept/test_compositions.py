@@ -258,3 +258,17 @@ scenario main:
     assert traced.broken == set()
     traced.end("compare")["status"] = "succeeded"
     assert "one_of" in traced.broken
+
+
+async def test_a_parallel_with_offsets_may_be_ended_before_a_member_has_started(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do serial:
+        parallel(overlap: any, start_to_start: [-1s..2s]):
+            wait elapsed(1s)
+            wait elapsed(1s)
+        with:
+            until elapsed(0s)
+""")
+    assert traced.find("run.end")["status"] == "passed"
+    assert traced.broken == set(), traced.messages

@@ -180,6 +180,22 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
+@pytest.mark.parametrize(("overlap", "status"), [("", "passed"), ("(overlap: final)", "failed")])
+async def test_what_is_overridden_before_its_start_counts_as_ended(
+    trace_text: TraceText, overlap: str, status: str
+) -> None:
+    traced = await trace_text(f"""
+scenario main:
+    do a: parallel{overlap}:
+        wait elapsed(1s)
+        b: wait elapsed(2s)
+    with:
+        override(b, a, when_active)
+""")
+    assert traced.find("run.end")["status"] == status
+    assert traced.broken == set(), traced.messages
+
+
 @pytest.mark.parametrize(
     "modifiers", ["repeat(2)", "retry(2), inverter()", "inverter(), repeat(2), inverter(), inverter()"]
 )
