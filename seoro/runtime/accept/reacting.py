@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 
-from seoro.lang.plan import EventSpecification, On, OnEvent, Sample
+from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import Frame, Matched
@@ -67,7 +67,17 @@ class Reacting:
             mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
             times = Counter(node.start.t for node in mine)
             records = {node.start.t: node.start.seq for node in mine}
-            self._compare(found, times, records, Rule.ON, member.span if number else directive.span, frame)
+            span = member.span if number else directive.span
+            self._compare(found, times, records, Rule.ON, span, self._end(instance, frame))
+
+    def _end(self, instance: Instance, frame: Frame) -> float:
+        """When an instance ended [s]; a behavior that holds until something lasts longer than what it invoked."""
+        ends = [
+            happening.mark.t
+            for phase in (Phase.END, Phase.FAIL)
+            for happening in self.history.events.get((instance.number, phase.value), ())
+        ]
+        return min([*ends, frame.end.t])
 
     def _compare(
         self,
@@ -76,16 +86,16 @@ class Reacting:
         records: dict[float, int],
         rule: Rule,
         span: Span,
-        frame: Frame,
+        end: float,
     ) -> None:
-        """Compare when something was done with when it should have been."""
+        """Compare when something was done with when it should have been, before the end [s] of the instance."""
         for t, count in times.items():
             if count > sum(moment.first <= t <= moment.last for moment in found):
                 message = f"it reacts {_times(count)} at {t:g} s, and its event has not occurred so often"
                 self.findings.violate(rule, message, span, records[t])
         due = Counter(moment.first for moment in found if moment.sure and moment.first == moment.last)
         for t, count in due.items():
-            if times[t] < count and t < frame.end.t:
+            if times[t] < count and t < end:
                 seen = [m.happening.mark.seq for m in found if m.happening is not None and m.first == t]
                 message = f"it reacts {_times(times[t])} at {t:g} s, and its event occurs {_times(count)}"
                 self.findings.violate(rule, message, span, *seen)
@@ -107,7 +117,7 @@ class Reacting:
             return
         times = Counter(change.mark.t for change in changes)
         records = {change.mark.t: change.mark.seq for change in changes}
-        self._compare(found, times, records, Rule.SAMPLE, sample.span, frame)
+        self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
         if not (isinstance(sample.event, OnEvent) and sample.event.name is not None):
             for change in changes:
                 self._check_value(sample, instance, change)

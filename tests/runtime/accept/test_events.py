@@ -361,3 +361,22 @@ async def test_a_sampled_variable_takes_its_value_at_its_event(trace_text: Trace
     assert missing.broken == {"sample"}
     traced.move(traced.find("variable", field="seen"), after=traced.start("wait"))
     assert traced.broken == {"sample"}
+
+
+async def test_a_variable_is_sampled_no_more_when_its_scenario_has_ended_and_holds(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    var taken: int = sample(taken + 1, every(0.7s), 0)
+    do wait elapsed(1s)
+scenario main:
+    event go
+    do parallel:
+        worker() with:
+            until @go
+        serial:
+            wait elapsed(3s)
+            emit go
+""")
+    assert traced.broken == set(), traced.messages
+    traced.drop(traced.find("variable", 1))
+    assert traced.broken == {"sample"}
