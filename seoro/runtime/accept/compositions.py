@@ -227,6 +227,8 @@ class _Choice:
                 deciding = deciding.children[0]
             if deciding.type != "wait":
                 return None
+            if deciding.status != SUCCEEDED:
+                deciding = node  # it may have been ended before its guard fired, by an `until`
         return (deciding.end.t, deciding.end.seq) if deciding.status == SUCCEEDED else None
 
     def _undecided_end(self) -> End:

@@ -272,3 +272,17 @@ scenario main:
 """)
     assert traced.find("run.end")["status"] == "passed"
     assert traced.broken == set(), traced.messages
+
+
+async def test_a_guarded_member_may_be_ended_before_its_guard_fires(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    event one
+    do one_of:
+        wait @one
+        serial:
+            wait @one
+        with:
+            until elapsed(1s)
+""")
+    assert traced.broken == set(), traced.messages
