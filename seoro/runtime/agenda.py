@@ -35,7 +35,7 @@ from seoro.runtime.flows import Flow, Scope, Waiter
 from seoro.runtime.rounds import Effects, Rounds, StepOrder, by_path
 from seoro.runtime.stack import carried
 from seoro.runtime.timetable import TIME_DIGITS, Entry, Limit, Timer, Timetable, split
-from seoro.runtime.verdict import Outcome, Status
+from seoro.runtime.verdict import CANCELLED, Outcome
 
 if TYPE_CHECKING:
     from seoro.runtime.contracts import Clock
@@ -44,7 +44,6 @@ __all__ = ["TIME_DIGITS", "Agenda", "Behave", "Flow", "Limit", "Scope", "StepOrd
 
 Behave: TypeAlias = Callable[[Flow], Coroutine[Any, Any, Outcome]]  # what a flow does
 SKIPS = 50  # instants that may follow each other before other tasks of the event loop have a turn
-_CANCELLED = Outcome(Status.CANCELLED)
 
 
 class Agenda:
@@ -125,7 +124,7 @@ class Agenda:
 
     async def _carry(self, flow: Flow, behave: Behave) -> None:
         """The whole life of a flow."""
-        outcome = _CANCELLED
+        outcome = CANCELLED
         try:
             outcome = await carried(behave(flow))
         except asyncio.CancelledError:
@@ -309,7 +308,7 @@ class Agenda:
             self._tell(flow)
             flow.parked.cancel()
         elif flow.task is None and flow.alive:
-            self._flow_ended(flow, _CANCELLED)  # before it has begun
+            self._flow_ended(flow, CANCELLED)  # before it has begun
 
     def _tell(self, flow: Flow) -> None:
         """The flow is going to see that it is cancelled."""
