@@ -18,7 +18,6 @@ from seoro.lang.plan import (
     EnumValue,
     Expression,
     External,
-    Global,
     Labelled,
     Plan,
     Scenario,
@@ -332,11 +331,6 @@ def walk(expression: Expression) -> Iterator[Expression]:
 def has_labels(expression: Expression) -> bool:
     """Whether an expression depends on what is invoked under labels."""
     return any(isinstance(part, Labelled) for part in walk(expression))
-
-
-def has_globals(expression: Expression) -> bool:
-    """Whether an expression has global parameters."""
-    return any(isinstance(part, Global) for part in walk(expression))
 
 
 def _short(expression: Expression) -> str:
