@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from contextlib import nullcontext
-from pathlib import Path
 
 from seoro.cli.exits import Exit
-from seoro.cli.files import count
+from seoro.cli.files import count, open_bytes
 from seoro.cli.output import use_colour
 from seoro.embed import accept, load
 from seoro.errors import InvalidUse
@@ -51,7 +49,7 @@ def _read(name: str) -> list[Record]:
     """The records of a trace."""
     problems: list[Unreadable] = []
     try:
-        with nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb") as file:
+        with open_bytes(name) as file:
             records = list(only_records(read_trace(file), problems))
     except OSError as error:
         raise InvalidUse(f"cannot read the trace {name}: {error.strerror}") from error

@@ -1,11 +1,13 @@
-"""The scenario files that a command line names: files, and folders with all files in them."""
+"""The files that a command line names: scenario files and folders with such files, traces, stdin."""
 
 from __future__ import annotations
 
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import IO
 
 from seoro.errors import InvalidUse
 from seoro.lang.loader import MAX_FILE_SIZE
@@ -63,6 +65,11 @@ def read_stdin() -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise InvalidUse(f"what comes from stdin is not UTF-8 (byte {fault.start})") from None
+
+
+def open_bytes(name: str) -> AbstractContextManager[IO[bytes]]:
+    """Open a file, which is closed after the block, or stdin, which is not."""
+    return nullcontext(sys.stdin.buffer) if name == STDIN else Path(name).open("rb")
 
 
 def count(number: int, what: str = "file") -> str:

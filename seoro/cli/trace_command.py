@@ -9,9 +9,10 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO, Final
+from typing import IO
 
 from seoro.cli.exits import Exit
+from seoro.cli.files import open_bytes
 from seoro.cli.results import silence
 from seoro.errors import InvalidUse
 
@@ -24,8 +25,6 @@ EXAMPLES = """examples:
   seoro exec maze.osc --trace - | seoro trace -
 
 exit status: 0, also when the run was killed and its trace is cut off; 2 if it is no trace"""
-
-_STDIN: Final = "-"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,12 +69,9 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _open(name: str) -> Iterator[IO[bytes]]:
-    if name == _STDIN:
-        yield sys.stdin.buffer
-        return
     with ExitStack() as opened:
         try:
-            file = opened.enter_context(Path(name).open("rb"))
+            file = opened.enter_context(open_bytes(name))
         except OSError as error:
             raise InvalidUse(f"cannot read {name}: {error.strerror}") from error
         yield file
