@@ -9,8 +9,9 @@ nothing of seoro. Its stdout and stderr are the program's. Over the socket it sa
     left COUNT          so many processes could not be ended
 
 and ends when nothing of the program is left, also of what that has started and left behind: orphans become
-children of the keeper (`PR_SET_CHILD_SUBREAPER`, Linux). Told `stop`, it sends SIGNAL to all of them, and after
-TIMEOUT seconds SIGKILL. When the socket ends without that, the run has died; it does the same in a hurry.
+children of the keeper (`PR_SET_CHILD_SUBREAPER`, Linux). Told `stop`, it sends SIGNAL to all of them, also to what
+is left behind later, and after TIMEOUT seconds SIGKILL. When the socket ends without that, the run has died; it
+does the same in a hurry.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
 PR_SET_CHILD_SUBREAPER = 36  # linux/prctl.h
 HURRY = 1.0  # [s] that programs have to end when the run has died
 PERSISTENCE = 2.0  # [s] for which processes are killed that do not go
-KILL_INTERVAL = 0.05  # [s]; what was started meanwhile is killed then
+LOOK_INTERVAL = 0.05  # [s]; then what was started meanwhile is ended, too
 ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)  # of the keeper itself
 
 
@@ -48,6 +49,8 @@ class _Keeper:
         self._timeout = timeout
         self._program = 0
         self._is_listening = True  # whether the socket has not ended
+        self._asked: set[int] = set()  # processes that were sent the signal
+        self._look_at = math.inf
         self._kill_at = math.inf
         self._give_up_at = math.inf
 
@@ -58,7 +61,7 @@ class _Keeper:
         ignored = [signal.SIGPIPE, signal.SIGXFSZ]  # by Python, which is no business of the program
         try:
             self._program = os.posix_spawnp(
-                command[0], command, os.environ, file_actions=files, setsid=True, setsigdef=ignored
+                command[0], command, os.environ, file_actions=files, setsid=True, setsigmask=(), setsigdef=ignored
             )
         except OSError as error:
             self._say(f"failed {error.errno}")
@@ -73,10 +76,23 @@ class _Keeper:
             if now >= self._give_up_at:
                 self._say(f"left {len(_descendants())}")
                 return
-            if now >= self._kill_at:
-                self._kill_at = now + KILL_INTERVAL
-                self._give_up_at = min(self._give_up_at, now + PERSISTENCE)
-                _signal_all(signal.SIGKILL)
+            if now >= self._look_at:
+                self._look_at = now + LOOK_INTERVAL
+                self._end_all(now)
+
+    def _end_all(self, now: float) -> None:
+        """Kill what is left, or, as long as it has time, ask what was not asked yet.
+
+        What a process that was asked starts in order to end is its own business, until it leaves that behind. So
+        is what it was just starting when it was asked, which is not among the descendants of that moment.
+        """
+        if now >= self._kill_at:
+            self._give_up_at = min(self._give_up_at, now + PERSISTENCE)
+            _signal_all(_descendants(), signal.SIGKILL)
+            return
+        left = [process for process in _children().get(os.getpid(), ()) if process not in self._asked]
+        self._asked.update(left)
+        _signal_all(left, self._ending)
 
     def _reap(self) -> bool:
         """Take note of what has ended; returns whether anything is left."""
@@ -92,7 +108,7 @@ class _Keeper:
 
     def _wait(self, wake: int) -> None:
         """Wait for something to happen, or for the time at which something is due."""
-        due = min(self._kill_at, self._give_up_at) - time.monotonic()
+        due = self._look_at - time.monotonic()
         listened: list[int] = [wake, self._control.fileno()] if self._is_listening else [wake]
         ready, _, _ = select.select(listened, [], [], None if math.isinf(due) else max(0.0, due))
         if wake in ready and any(number in ENDING for number in os.read(wake, 4096)):
@@ -110,9 +126,12 @@ class _Keeper:
 
     def _end(self, timeout: float) -> None:
         """Ask everything to end, unless that has been done; what has a shorter time left keeps that."""
+        now = time.monotonic()
         if math.isinf(self._kill_at):
-            _signal_all(self._ending)
-        self._kill_at = min(self._kill_at, time.monotonic() + timeout)
+            self._asked.update(_descendants())
+            _signal_all(self._asked, self._ending)
+        self._look_at = now
+        self._kill_at = min(self._kill_at, now + timeout)
 
     def _say(self, message: str) -> None:
         with suppress(OSError):  # nobody listens any more
@@ -127,17 +146,29 @@ def _wake_on_signals() -> int:
     signal.set_wakeup_fd(written, warn_on_full_buffer=False)
     for number in (signal.SIGCHLD, *ENDING):
         signal.signal(number, lambda *_: None)
+    signal.pthread_sigmask(
+        signal.SIG_SETMASK, ()
+    )  # what started the run may have blocked them, which is inherited
     return wake
 
 
-def _signal_all(number: int) -> None:
-    for process in _descendants():
+def _signal_all(processes: Iterable[int], number: int) -> None:
+    for process in processes:
         with suppress(ProcessLookupError, PermissionError):
             os.kill(process, number)
 
 
 def _descendants() -> list[int]:
     """Children, their children and so on, as far as they are alive."""
+    children = _children()
+    found = [os.getpid()]
+    for process in found:  # it grows
+        found.extend(children.get(process, ()))
+    return found[1:]
+
+
+def _children() -> dict[int, list[int]]:
+    """The processes that are alive, by the processes whose children they are."""
     children: dict[int, list[int]] = {}
     for entry in os.listdir("/proc"):  # noqa: PTH208 - pathlib takes longer to load than all else
         if entry.isdecimal():
@@ -146,10 +177,7 @@ def _descendants() -> list[int]:
                     state, parent = file.read().rpartition(")")[2].split()[:2]
                 if state != "Z":
                     children.setdefault(int(parent), []).append(int(entry))
-    found = [os.getpid()]
-    for process in found:  # it grows
-        found.extend(children.get(process, ()))
-    return found[1:]
+    return children
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -187,6 +187,20 @@ scenario main:
     assert not cancelled.overran
 
 
+async def test_what_is_left_behind_by_a_process_that_ends_is_asked_to_end_too(prepare_text: Prepare) -> None:
+    text = """
+scenario main:
+    do serial:
+        old: run_process("sh -c 'trap \\"setsid sleep 1000 & exit\\" TERM; echo on; while :; do sleep 0.01; done'",
+            wait_for_shutdown: false)
+        process_log_check("old", ["on"])
+"""
+    async with prepare_text(text, REAL) as run, run.running():
+        verdict = await run.result()
+    [cancelled] = verdict.cancelled
+    assert cancelled.clean_up < 5.0  # it would be killed after 10 s
+
+
 async def test_the_signal_is_the_one_that_was_asked_for(prepare_text: Prepare) -> None:
     text = """
 scenario main:

@@ -54,6 +54,21 @@ def test_a_signal_ends_all_processes_of_a_run(
     assert wait_until(lambda: not marked(mark), 3)
 
 
+def test_signals_that_are_blocked_where_a_run_is_started_are_not_for_its_processes(
+    mark: str, tmp_path: Path, start_seoro: StartSeoro
+) -> None:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGCHLD, signal.SIGTERM})
+    try:
+        process = start_seoro("exec", str(tmp_path / "main.osc"))
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    assert wait_until(lambda: len(marked(mark)) == 4, 10)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=8)  # its processes would be killed after 10 s
+    assert process.returncode == 130
+    assert not marked(mark)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_a_run_that_is_killed_at_any_moment_leaves_nothing(
