@@ -7,7 +7,7 @@ scenario is loaded; what does not match is an error then, not in the middle of a
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, cast, overload
 
 from seoro.lang import frozen
 from seoro.runtime.fitting import Converter, Fitting
@@ -90,16 +90,21 @@ class BoundAction(frozen.Value):
     converters: Mapping[str, Converter]
 
     def call(
-        self, context: ActionContext, actor: Actor | None, arguments: Mapping[str, Value]
+        self, context: ActionContext, actor: Actor | None, fields: Mapping[str, Value]
     ) -> Coroutine[Any, Any, None]:
-        """Carry the action out; a value that the function's own types refuse is a fault of the function."""
-        converted = {name: self.converters[name](value) for name, value in arguments.items()}
+        """Carry the action out; a value that the function's own types refuse is a fault of the function.
+
+        Args:
+            context: What it sees of the run.
+            actor: Who carries it out, if it belongs to an actor.
+            fields: The values of its parameters, maybe among others.
+        """
+        converted = {name: convert(fields[name]) for name, convert in self.converters.items()}
         leading = () if not self.declaration.has_actor else (actor,)
         if self.mark.thread:
             return run_in_thread(context, lambda inside: self.function(inside, *leading, **converted))
-        begun = self.function(context, *leading, **converted)
-        assert isinstance(begun, Coroutine), "it is `async`, which was checked when the scenario was loaded"
-        return begun
+        # It is `async`, which was checked when the scenario was loaded.
+        return cast(Coroutine[Any, Any, None], self.function(context, *leading, **converted))
 
 
 def bind(declaration: Declaration, mark: Mark, function: ActionFunction, fitting: Fitting) -> BoundAction:

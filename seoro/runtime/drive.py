@@ -10,12 +10,29 @@ A cancellation is thrown into the action once. What it awaits after that, in `fi
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Generator
+from collections.abc import Coroutine, Generator
 from contextlib import suppress
-from typing import Any
+from typing import Any, Protocol
 
 from seoro.runtime.agenda import Agenda, Flow
 from seoro.runtime.blocking import Meter
+
+
+class Watch(Protocol):
+    """Sees to what a cancelled action does."""
+
+    @property
+    def grace(self) -> float:
+        """The time for its clean-up [s]."""
+        ...
+
+    def cancelled(self) -> None:
+        """Called when it is told that it is cancelled, before its clean-up."""
+        ...
+
+    def overrun(self) -> None:
+        """Called when the clean-up takes longer."""
+        ...
 
 
 class Drive:
@@ -26,11 +43,11 @@ class Drive:
         flow: In which it runs.
         agenda: Of the run.
         meter: Measures its steps.
-        grace: Gives the time for its clean-up [s], when it is cancelled.
-        told: Called when it is told that it is cancelled, before its clean-up.
-        overrun: Called when the clean-up takes longer; it is then cancelled once more, and after another
-            grace period it is left where it stands.
+        watch: Is told of its cancellation. When its clean-up overruns, it is cancelled once more, and after
+            another grace period it is left where it stands.
     """
+
+    __slots__ = ("_agenda", "_coroutine", "_deadline", "_flow", "_meter", "_overruns", "_watch")
 
     def __init__(
         self,
@@ -38,17 +55,13 @@ class Drive:
         flow: Flow,
         agenda: Agenda,
         meter: Meter,
-        grace: Callable[[], float],
-        told: Callable[[], None],
-        overrun: Callable[[], None],
+        watch: Watch,
     ) -> None:
         self._coroutine = coroutine
         self._flow = flow
         self._agenda = agenda
         self._meter = meter
-        self._grace = grace
-        self._told = told
-        self._overrun = overrun
+        self._watch = watch
         self._deadline: asyncio.TimerHandle | None = None
         self._overruns = 0
 
@@ -107,7 +120,7 @@ class Drive:
 
     def _give_up(self) -> None:
         self._overruns += 1
-        self._overrun()
+        self._watch.overrun()
         self._agenda.cancel_again(self._flow)
         self._set_deadline()
 
@@ -115,10 +128,10 @@ class Drive:
         """The action is told that it is cancelled; it may see that without coming by here."""
         if self._deadline is None:
             self._set_deadline()
-            self._told()
+            self._watch.cancelled()
 
     def _set_deadline(self) -> None:
-        self._deadline = asyncio.get_running_loop().call_later(self._grace(), self._give_up)
+        self._deadline = asyncio.get_running_loop().call_later(self._watch.grace, self._give_up)
 
 
 def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable
+from functools import partial
 
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.actions import BoundAction
@@ -62,28 +63,52 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     return outcome
 
 
-async def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> None:
+def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> Drive:
     """Drive the function of an action to its end, and tell of what it does that harms others."""
-    services = place.services
+    watch = _Watch(bound, plan, place)
+    context = watch.context
+    coroutine = bound.call(context, instance.actor, instance.fields)
+    watch.meter.attach(coroutine)
+    return Drive(coroutine, place.flow, place.agenda, watch.meter, watch)
 
-    def blocked(duration: float, where: str) -> None:
-        services.common.warn_of_blocking(plan.action, plan.span, duration, where)
 
-    def overrun() -> None:
-        text = f"the clean-up of `{plan.action}` took longer than {context.grace:g} s"
-        where = meter.place
+class _Watch:
+    """Tells of what an action does that harms others.
+
+    Args:
+        bound: The action.
+        plan: Its invocation.
+        place: Where it is carried out.
+    """
+
+    __slots__ = ("_bound", "_place", "_plan", "context", "meter")
+
+    def __init__(self, bound: BoundAction, plan: InvokeAction, place: Place) -> None:
+        self._bound = bound
+        self._plan = plan
+        self._place = place
+        common = place.services.common
+        # Nothing here refers back to this, so that it is freed without the help of the garbage collector.
+        self.meter = Meter(common.share, partial(common.warn_of_blocking, plan.action, plan.span))
+        self.context = ActionContext(place, plan, self.meter)
+
+    @property
+    def grace(self) -> float:
+        """The time for its clean-up [s]."""
+        return self.context.grace
+
+    def cancelled(self) -> None:
+        """It is told that it is cancelled."""
+        self._place.services.trace.record("behavior.cancel", id=self._place.parent)
+
+    def overrun(self) -> None:
+        """Its clean-up has taken longer than that."""
+        name, context, place = self._plan.action, self.context, self._place
+        text = f"the clean-up of `{name}` took longer than {context.grace:g} s"
+        where = self.meter.place
         if context.thread is not None:
-            text = f"the thread of `{plan.action}` has not ended {context.grace:g} s after it was cancelled"
-            where = place_of_thread(context.thread, bound.function)
+            text = f"the thread of `{name}` has not ended {context.grace:g} s after it was cancelled"
+            where = place_of_thread(context.thread, self._bound.function)
         place.flow.overran = True
-        services.decide(RunStatus.ERROR, f"{text}; it is at {where}" if where else text, plan.span)
-
-    def told() -> None:
-        services.trace.record("behavior.cancel", id=place.parent)
-
-    meter = Meter(services.common.share, blocked)
-    context = ActionContext(place, plan, meter)
-    arguments = {field: instance.fields[field] for field in instance.declaration.structure.fields}
-    coroutine = bound.call(context, instance.actor, arguments)
-    meter.attach(coroutine)
-    await Drive(coroutine, place.flow, place.agenda, meter, lambda: context.grace, told, overrun)
+        text = f"{text}; it is at {where}" if where else text
+        place.services.decide(RunStatus.ERROR, text, self._plan.span)

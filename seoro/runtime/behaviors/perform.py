@@ -118,23 +118,27 @@ async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome
     raise AssertionError("the run has ended, and this flow with it")
 
 
-async def _carry_modified(behavior: Behavior, place: Place) -> Outcome:
+def _carry_modified(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
     """Carry out a behavior within what modifies it."""
-    match behavior:
-        case Wait():
-            return await run_wait(behavior, place)
-        case Emit():
-            return run_emit(behavior, place, place.environment(), place.flow.past)
-        case CallMethod():
-            return run_call(behavior, place.environment())
+    match behavior:  # that it is something else takes longer to find than that it is this
         case InvokeAction() | InvokeScenario():
             begun = begin_invocation(behavior, place)
+        case Wait():
+            return run_wait(behavior, place)
+        case Emit():
+            return _at_once(run_emit(behavior, place, place.environment(), place.flow.past))
+        case CallMethod():
+            return _at_once(run_call(behavior, place.environment()))
         case Serial() | Parallel() | OneOf():
             begun = begin_composition(behavior, place)
         case _:
             assert_never(behavior)
     carry = lasting(begun.place, within(begun.own, partial(_carry_out, behavior)))
-    return await within(begun.modifying, carry)(begun.place)
+    return within(begun.modifying, carry)(begun.place)
+
+
+async def _at_once(outcome: Outcome) -> Outcome:
+    return outcome
 
 
 def lasting(place: Place, carry: Carry) -> Carry:
@@ -194,19 +198,21 @@ async def _carry_within(modifying: Modifying, place: Place, inner: Carry) -> Out
             assert_never(modifying)
 
 
-async def _carry_out(behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, place: Place) -> Outcome:
+def _carry_out(
+    behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, place: Place
+) -> Awaitable[Outcome]:
     match behavior:
-        case Serial():
-            return await run_composed(place, lambda inside: run_serial(behavior, inside, perform))
-        case Parallel():
-            timing = timing_of(behavior, place)
-            return await run_composed(place, lambda inside: run_parallel(behavior, timing, inside, perform))
-        case OneOf():
-            return await run_composed(place, lambda inside: run_one_of(behavior, inside, perform))
         case InvokeAction():
             instance = place.take_invoked()
-            return await _held_within(instance, partial(run_action, behavior, instance), place)
+            return _held_within(instance, partial(run_action, behavior, instance), place)
+        case Serial():
+            return run_composed(place, lambda inside: run_serial(behavior, inside, perform))
+        case Parallel():
+            timing = timing_of(behavior, place)
+            return run_composed(place, lambda inside: run_parallel(behavior, timing, inside, perform))
+        case OneOf():
+            return run_composed(place, lambda inside: run_one_of(behavior, inside, perform))
         case InvokeScenario():
-            return await carry_scenario(place)
+            return carry_scenario(place)
         case _:
             assert_never(behavior)
