@@ -84,7 +84,7 @@ def ping(waiter_first: bool) -> str:
 
 
 class Stamps:
-    """Notes when messages are logged, and when they were due at the earliest."""
+    """Notes when messages are logged."""
 
     def __init__(self) -> None:
         self.logged: list[tuple[float, str]] = []
@@ -97,11 +97,19 @@ class Stamps:
 
 @dataclass(frozen=True)
 class Ran:
-    """What a run took: seconds of the wall clock and of the processor, and when after its start it logged what."""
+    """What a run took.
+
+    Args:
+        wall: Seconds of the wall clock, with what comes before its start.
+        processor: Seconds of the processor.
+        logged: When after its start it logged what [s of the real clock].
+        duration: From its start to its end [s of its clock].
+    """
 
     wall: float
     processor: float
     logged: Sequence[tuple[float, str]]
+    duration: float
 
 
 def prepare(text: str) -> tuple[Scenario, Plan]:
@@ -117,26 +125,27 @@ def run(text: str, *, virtual: bool = False, logs: bool = False) -> Ran:
     """Run a text, and see that it passes."""
     scenario, plan = prepare(text)
     stamps = Stamps()
+    clock = VirtualClock() if virtual else RealClock()
 
-    async def carry() -> float:
+    async def carry() -> None:
         settings = Settings(
             seed=0,
-            clock=VirtualClock() if virtual else RealClock(),
+            clock=clock,
             observers=[stamps] if logs else [],
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
         )
         execution = Execution(plan, settings)
-        start = time.perf_counter()
         verdict = await execution.run()
         if not verdict.passed:
             raise SystemExit(f"it {verdict.status.value}: {verdict.reason}")
-        return start
 
     before, processor = time.perf_counter(), time.process_time()
-    start = asyncio.run(carry())
-    wall, processor = time.perf_counter() - before, time.process_time() - processor
-    return Ran(wall, processor, [(at - start, message) for at, message in stamps.logged])
+    asyncio.run(carry())
+    after, processor = time.perf_counter(), time.process_time() - processor
+    start = after - clock.now()
+    logged = [(at - start, message) for at, message in stamps.logged]
+    return Ran(after - before, processor, logged, after - start)
 
 
 def delays(logged: Sequence[tuple[float, str]]) -> list[float]:
@@ -183,12 +192,12 @@ def reaction() -> dict[str, float]:
 def one_event(number: int) -> dict[str, float]:
     """From an event to the end of the last who waited for it."""
     ran = run(waiters(number), logs=True)
-    return {"value": ran.wall - ran.logged[0][0], "processor, with what comes before": ran.processor}
+    return {"value": ran.duration - ran.logged[0][0], "processor, with what comes before": ran.processor}
 
 
 def lateness() -> dict[str, float]:
-    """Of timers of the real clock, after they are due."""
-    dues = [0.01 * n + 0.0003 * (n % 7) for n in range(1, 301)]
+    """Of timers of the real clock, after they are due; the first when all have long been started."""
+    dues = [0.5 + 0.01 * n + 0.0003 * (n % 7) for n in range(300)]
     members = [f"serial:\n    wait elapsed({due:.4f}s)\n    log('{due:.4f}')" for due in dues]
     late = sorted(at - float(due) for at, due in run(parallel(*members), logs=True).logged)
     if late[0] < 0:
