@@ -25,9 +25,6 @@ from seoro.lang.diagnostic import Severity
 
 LONGEST = 20_000  # records of a trace that is checked; one case is a loop without end
 # What cannot be met for a reason.
-CONTESTED = {
-    "composition/one_of_guards_in_one_instant.osc": "the guards that it speaks of fire in different rounds",
-}
 FOLDER = Path(os.environ.get("SEORO_CONFORMANCE") or Path(__file__).parents[2] / "shared/conformance")
 
 
@@ -59,9 +56,7 @@ def name_of(path: Path) -> str:
 
 def parameter(path: Path) -> Any:
     """A case as a parameter of a test."""
-    contested = CONTESTED.get(name_of(path))
-    marks = [pytest.mark.xfail(reason=contested, strict=True)] if contested else []
-    return pytest.param(path, id=name_of(path), marks=marks)
+    return pytest.param(path, id=name_of(path))
 
 
 def check(path: Path) -> Any:

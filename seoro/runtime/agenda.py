@@ -3,9 +3,10 @@
 Everything happens in instants, at one value of `now`. An instant is a sequence of rounds. In a round every
 flow that may go on takes one step, one flow at a time in the order of invocation paths; its effects are put
 down here and take hold between rounds, in this order: changes of variables, then what ends behaviors (failures,
-`emit end`, a member of `one_of` that decides), then what wakes waiting flows. So no flow sees what another did in
+`emit end`, a choice of `one_of`), then what wakes waiting flows. So no flow sees what another did in
 the same round, and the textual order of members changes nothing. When no flow can go on the instant has settled,
-and only then may time move. Before that, limits act that are due: what ends by itself in that instant is in time.
+and only then may time move. Before that, choices between guards are made, and limits act that are due
+(`settling.py`): what ends by itself in that instant is in time.
 
 A flow counts as busy from the moment it is freed until it parks here again; when the last busy flow parks, the
 next is freed in that very call. A flow that is alone therefore frees itself and goes on without a switch, also
@@ -33,8 +34,9 @@ import anyio
 from seoro.runtime.ending import end
 from seoro.runtime.flows import Flow, Scope, Waiter
 from seoro.runtime.rounds import Effects, Rounds, StepOrder, by_path
+from seoro.runtime.settling import Settling
 from seoro.runtime.stack import carried
-from seoro.runtime.timetable import TIME_DIGITS, Entry, Limit, Timer, Timetable, split
+from seoro.runtime.timetable import TIME_DIGITS, Entry, Limit, Timer, Timetable
 from seoro.runtime.verdict import CANCELLED, Outcome
 
 if TYPE_CHECKING:
@@ -88,8 +90,7 @@ class Agenda:
         self._effects = Effects(broken)
         self._fired: list[Waiter] = []
         self._timetable = Timetable()
-        self._due_limits: list[Limit] = []
-        self._at_settling: list[Callable[[], None]] = []
+        self._settling = Settling()
         self._settled = asyncio.Event()
         self._interrupt = anyio.Event()
 
@@ -225,9 +226,13 @@ class Agenda:
         """Put down what depends on variables; it takes hold once all of their changes have, in order of paths."""
         self._effects.checks.append((path, effect))
 
+    def choose(self, choice: Limit) -> None:
+        """Let a choice be made when the instant has otherwise settled, before limits act; once this instant."""
+        self._settling.choose(choice)
+
     def when_settled(self, act: Callable[[], None]) -> None:
         """Let something act when the instant has otherwise settled, limits and all; flows may be outside still."""
-        self._at_settling.append(act)
+        self._settling.follow(act)
 
     def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Put down a change of a variable; it takes hold between rounds, before all else, in order of paths."""
@@ -375,7 +380,7 @@ class Agenda:
                     continue
                 if self._rounds.has_next:
                     self._rounds.begin()
-                elif not (self._fire_due() or self._reach_limits() or self._settle() or self._skip()):
+                elif not (self._fire_due() or self._act_at_end() or self._skip()):
                     self._open = False
                     self._settled.set()
 
@@ -395,13 +400,13 @@ class Agenda:
             fired.sort(key=lambda waiter: waiter.flow.path)
         for waiter in fired:
             flow = waiter.flow
-            if flow.guard is not None and flow.ended is None:
-                guard, flow.guard = flow.guard, None
-                guard(flow)
-        for waiter in fired:
-            flow = waiter.flow
             assert flow.parked is not None
-            self._rounds.step(flow.path, partial(self._free, flow, flow.parked, waiter.value))
+            go_on = partial(self._rounds.step, flow.path, partial(self._free, flow, flow.parked, waiter.value))
+            if flow.guard is None or flow.ended is not None:
+                go_on()
+            else:
+                guard, flow.guard = flow.guard, None
+                guard(flow, go_on)
 
     def _open_instant(self) -> None:
         self._skips = 0
@@ -430,29 +435,15 @@ class Agenda:
                 case Timer(act=act):
                     act()
                 case Limit():
-                    self._due_limits.append(due)
+                    self._settling.reach(due)
                     continue
             has_fired = True
         return has_fired
 
-    def _reach_limits(self) -> bool:
-        """Let limits act that are due and have none that is due within them; returns whether there were any."""
-        if not self._due_limits or (self._outside and self._clock.deterministic):
-            return False  # what is at work outside may end in this instant
-        reached, self._due_limits = split(self._due_limits)
-        for limit in reached:
-            limit.over = True
-            self._effects.ends.append((limit.scope.flow.path, limit.act))
-        return bool(reached)
-
-    def _settle(self) -> bool:
-        """Let those act who wait for the instant to settle; returns whether there were any."""
-        if not self._at_settling:
-            return False
-        acts, self._at_settling = self._at_settling, []
-        for act in acts:
-            act()
-        return True
+    def _act_at_end(self) -> bool:
+        """Let something act that waits for the instant to settle; returns whether there was anything."""
+        may_end = self._outside > 0 and self._clock.deterministic  # in this instant, before its limit
+        return self._settling.act(self._effects, with_limits=not may_end)
 
     def _skip(self) -> bool:
         """Begin the next instant in this call, if the clock can do so; not for ever, since other tasks wait."""

@@ -7,7 +7,7 @@ it that are being carried out, each within the one before; other flows are forke
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from seoro.runtime.past import Past
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     import asyncio
 
     from seoro.runtime.verdict import Outcome
+
+
+Guard: TypeAlias = "Callable[[Flow, Callable[[], None]], None]"  # is given what lets the flow go on
 
 
 class Scope:
@@ -110,7 +113,7 @@ class Flow:
         self.forked: dict[Flow, None] = {}  # the flows forked from it that have not ended, in order of starts
         self.on_end: Callable[[Flow], None] | None = None
         self.on_cancel: Callable[[], None] | None = None  # called when it is told that it is cancelled
-        self.guard: Callable[[Flow], None] | None = None  # called when its next wait is over, between rounds
+        self.guard: Guard | None = None  # called when its next wait is over, between rounds
         self.scopes: list[Scope] = [Scope(self, 0)]
         self.outcome: Outcome | None = None
         self.alive = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import count
 from typing import TypeAlias
 
@@ -29,7 +29,7 @@ class Timer:
 
 
 class Limit:
-    """What a scope comes to at a time, unless it is over before; it acts when that instant has otherwise settled.
+    """What a scope comes to in an instant, unless it is over before; it acts when that has otherwise settled.
 
     Args:
         scope: Of what it limits.
@@ -83,12 +83,3 @@ class Timetable:
             if not entry.over:
                 return entry
         return None
-
-
-def split(limits: Sequence[Limit]) -> tuple[list[Limit], list[Limit]]:
-    """Of those limits that are not over: those that have no other within them, and the rest."""
-    limits = [limit for limit in limits if not limit.over]
-    if len(limits) == 1:
-        return limits, []
-    around = {scope for limit in limits for scope in limit.scope.around}
-    return [each for each in limits if each.scope not in around], [each for each in limits if each.scope in around]

@@ -100,7 +100,12 @@ def _going_on(carry: Any) -> Any:
 
 
 def _decide_for_two(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(_Choice, "decide", lambda self, flow: setattr(self, "_decided", flow))
+    def choose(self: _Choice) -> None:
+        for flow, go_on in self._held.items():
+            self._decided = flow
+            go_on()
+
+    patch.setattr(_Choice, "_choose", choose)
 
 
 def _early(patch: pytest.MonkeyPatch) -> None:

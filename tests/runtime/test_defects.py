@@ -13,6 +13,7 @@ from seoro.embed import Options
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.invocation import Services
+from seoro.runtime.settling import Settling
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare
 
@@ -41,8 +42,8 @@ SECONDS = 5.0  # of the wall clock; a run that hangs takes longer
     ("owner", "name"),
     [
         (Agenda, "_wake_fired"),
-        (Agenda, "_reach_limits"),
-        (Agenda, "_settle"),
+        (Agenda, "_act_at_end"),
+        (Settling, "act"),
         (Agenda, "end"),
         (Agenda, "react"),
         (Conditions, "changed"),

@@ -71,6 +71,95 @@ scenario main:
     assert ran.logs == [(1.0, "first")]
 
 
+async def test_what_happens_in_one_instant_has_no_order_among_guards(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    event go
+    do parallel:
+        one_of:
+            serial:
+                wait @go
+                log("first")
+            serial:
+                wait elapsed(1s)
+                log("second")
+        serial:
+            wait elapsed(1s)
+            log("before")
+            emit go
+""")
+    assert ran.logs == [(1.0, "before"), (1.0, "first")]
+
+
+async def test_a_member_that_ends_in_the_instant_of_a_guard_has_ended_first(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do serial:
+        one_of:
+            serial:
+                wait elapsed(1s)
+                log("guarded")
+            serial:
+                log("invoked")
+                wait elapsed(1s)
+                log("a step later")
+                log("its end")
+        log("after")
+""")
+    assert [message for _, message in ran.logs] == ["invoked", "a step later", "its end", "after"]
+
+
+async def test_an_inner_choice_is_made_before_the_one_around_it(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do one_of:
+        serial:
+            wait elapsed(1s)
+            log("outer")
+        serial:
+            log("invoked")
+            one_of:
+                serial:
+                    wait elapsed(1s)
+                    log("inner")
+                wait elapsed(2s)
+""")
+    assert ran.logs == [(0.0, "invoked"), (1.0, "inner")]
+
+
+async def test_a_guarded_member_that_fails_in_the_instant_of_its_guard_leaves_the_others(
+    run_text: RunText,
+) -> None:
+    ran = await run_text("""
+scenario main:
+    do one_of:
+        serial:
+            wait elapsed(1s)
+            log("ended")
+        with:
+            inverter()
+            until elapsed(1s)
+        serial:
+            wait elapsed(2s)
+            log("left")
+""")
+    assert ran.logs == [(2.0, "left")]
+
+
+async def test_a_choice_comes_before_a_limit_of_the_same_time(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario main:
+    do one_of(duration: 1s):
+        serial:
+            wait elapsed(1s)
+            log("chosen")
+        serial:
+            wait elapsed(2s)
+""")
+    assert ran.verdict.passed
+    assert ran.logs == [(1.0, "chosen")]
+
+
 async def test_without_guards_one_member_is_drawn_from_the_seed(run_text: RunText) -> None:
     text = """
 scenario main:

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from seoro.lang.plan import Behavior
 from seoro.runtime.agenda import Flow, Waiter
+from seoro.runtime.flows import Guard
 from seoro.runtime.invocation import Place
 from seoro.runtime.verdict import Outcome
 
@@ -46,13 +47,13 @@ class Members:
             self._oldest += 1
         return self._oldest == len(self.flows)
 
-    def start(self, index: int, member: Behavior, guard: Callable[[Flow], None] | None = None) -> Flow:
+    def start(self, index: int, member: Behavior, guard: Guard | None = None) -> Flow:
         """Start a member; it takes its first step in the next round.
 
         Args:
             index: Its position in the composition.
             member: What it does.
-            guard: Called between rounds when its first wait is over.
+            guard: Called between rounds when its first wait is over; the member goes on when it is let.
         """
         inside = self.place.member(index, member)
 

@@ -2,17 +2,21 @@
 
 Members that begin with a `wait` are guarded. Of the unguarded ones, one is drawn from the seed and invoked; beside
 it the guards of all guarded members are armed. The first of these to happen decides, and everything else is
-cancelled: the invoked member ends, or a guard is over and its member goes on. Of guards that are over in one
-round the first in the text wins; a member that ends in that round has ended first. When the invoked member
-fails, the guarded ones stay armed; if there are none, the next unguarded member is drawn.
+cancelled: the invoked member ends, or a guard is over and its member goes on. What happens in one instant has no
+order: of guards that are over in it the first in the text wins, and a member that ends in it has ended first. So
+a guard decides when nothing else is left to do in its instant. When the invoked member fails, the guarded ones
+stay armed; if there are none, the next unguarded member is drawn.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.runtime.agenda import Flow
 from seoro.runtime.behaviors.members import Members, Perform, members_of
 from seoro.runtime.invocation import Place
+from seoro.runtime.timetable import Limit
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
 
@@ -23,7 +27,7 @@ async def run_one_of(plan: OneOf, place: Place, perform: Perform) -> Outcome:
         choice.members = members
         for index, member in enumerate(plan.members):
             if _is_guarded(member):
-                members.start(index, member, guard=choice.decide)
+                members.start(index, member, guard=choice.hold)
         await choice.run()
     await place.agenda.step(place.flow)
     return choice.outcome()
@@ -38,6 +42,7 @@ class _Choice:
         self._plan = plan
         self._place = place
         self._decided: Flow | None = None
+        self._held: dict[Flow, Callable[[], None]] = {}  # members whose guards are over, and what lets them go on
         self._failures: list[Outcome] = []
         unguarded = [(i, member) for i, member in enumerate(plan.members) if not _is_guarded(member)]
         place.services.random(place.purpose).shuffle(unguarded)
@@ -55,7 +60,21 @@ class _Choice:
     def _start_next(self) -> None:
         self.members.start(*self._untried.pop())
 
-    def decide(self, flow: Flow) -> None:
+    def hold(self, flow: Flow, go_on: Callable[[], None]) -> None:
+        """The guard of a member is over: it goes on if it is chosen at the end of this instant."""
+        if not self._held:
+            self._place.agenda.choose(Limit(self._place.flow.scopes[-1], self._choose))
+        self._held[flow] = go_on
+
+    def _choose(self) -> None:
+        held, self._held = self._held, {}
+        able = [flow for flow in held if flow.ended is None]
+        if able and self._decided is None:
+            first = min(able, key=lambda flow: flow.path)
+            self._decide(first)
+            held[first]()
+
+    def _decide(self, flow: Flow) -> None:
         """This member it is: cancel the others."""
         self._decided = flow
         for other in self.members.alive:
@@ -68,7 +87,7 @@ class _Choice:
         if flow.outcome.failed:
             self._failures.append(flow.outcome)
         elif self._decided is None and flow.outcome.status is Status.SUCCEEDED:
-            self.decide(flow)
+            self._decide(flow)
 
     def outcome(self) -> Outcome:
         """That of the member that was chosen; a failure when every member has failed."""
