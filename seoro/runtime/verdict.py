@@ -20,12 +20,21 @@ class Status(Enum):
 
 
 class Outcome(Value):
-    """The end of a behavior: for a failure the reason, the text that failed, and what went on then."""
+    """The end of a behavior.
+
+    Args:
+        status: How it ended.
+        reason: Why it failed or was cancelled.
+        span: Which text decided that.
+        explanation: What went on when it failed.
+        has_begun: Whether it was carried out at all.
+    """
 
     status: Status
     reason: str = ""
     span: Span | None = None
     explanation: Explanation | None = None
+    has_begun: bool = True
 
     @property
     def failed(self) -> bool:

@@ -104,3 +104,46 @@ async def test_it_holds_from_the_next_round_on_wherever_it_stands_in_the_text(ru
     for first, second in ((rule, other), (other, rule)):
         ran = await run_text(f"scenario main:\n    do a: parallel:{first}{second}\n")
         assert ran.logs == [(1.0, "b")]
+
+
+async def test_an_invoked_member_of_one_of_that_is_overridden_has_decided(run_text: RunText) -> None:
+    ran = await run_text("""
+scenario work:
+    do wait elapsed(5s)
+scenario main:
+    do parallel:
+        serial:
+            one_of:
+                x: work()
+                y: work()
+                wait elapsed(6s)
+            log("chosen")
+        serial:
+            wait elapsed(1s)
+            z: wait elapsed(1s)
+    with:
+        override(x, z)
+        override(y, z)
+""")
+    assert (ran.verdict.passed, ran.verdict.duration, ran.logs) == (True, 2.0, [(1.0, "chosen")])
+    assert len({"x", "y"} & ran.ends.keys()) == 1
+
+
+async def test_a_member_of_one_of_that_must_not_start_leaves_the_others(run_text: RunText) -> None:
+    text = """
+scenario fails:
+    do emit fail
+scenario main:
+    do a: one_of:
+        {members}
+    with:
+        override(x, a, when_active)
+"""
+    for seed in range(4):
+        drawn = await run_text(
+            text.format(members='x: wait elapsed(2s)\n        fails()\n        log("other")'), seed=seed
+        )
+        assert (drawn.verdict.passed, drawn.logs[-1]) == (True, (0.0, "other"))
+    guarded = await run_text(text.format(members='x: log("never")\n        wait elapsed(2s)'))
+    assert (guarded.verdict.passed, guarded.verdict.duration) == (True, 2.0)
+    assert "never" not in [message for _, message in guarded.logs]

@@ -2,10 +2,10 @@
 
 Members that begin with a `wait` are guarded. Of the unguarded ones, one is drawn from the seed and invoked; beside
 it the guards of all guarded members are armed. The first of these to happen decides, and everything else is
-cancelled: the invoked member ends, or a guard is over and its member goes on. What happens in one instant has no
-order: of guards that are over in it the first in the text wins, and a member that ends in it has ended first. So
-a guard decides when nothing else is left to do in its instant. When the invoked member fails, the guarded ones
-stay armed; if there are none, the next unguarded member is drawn.
+cancelled: the invoked member ends, or a guard is over and its member goes on. Of guards that are over in one
+round the first in the text wins; a member that ends in that round has ended first. When the invoked member
+fails, the guarded ones stay armed; if there are none, the next unguarded member is drawn. That an `override` ends
+the invoked member decides, too; what it keeps from starting, or ends before its guard is over, is out.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ class _Choice:
         self._place = place
         self._decided: Flow | None = None
         self._held: dict[Flow, Callable[[], None]] = {}  # members whose guards are over, and what lets them go on
+        self._is_choosing = False
         self._failures: list[Outcome] = []
         unguarded = [(i, member) for i, member in enumerate(plan.members) if not _is_guarded(member)]
         place.services.random(place.purpose).shuffle(unguarded)
@@ -50,29 +51,27 @@ class _Choice:
 
     async def run(self) -> None:
         """Start members as they are drawn, and wait for the ends of all that run."""
-        while self._untried and self._decided is None and self.members.have_ended:
-            self._start_next()
+        while True:
+            if self._untried:
+                self.members.start(*self._untried.pop())
             await self.members.gather()
-        if self._untried and self._decided is None:
-            self._start_next()
-        await self.members.gather()
-
-    def _start_next(self) -> None:
-        self.members.start(*self._untried.pop())
+            if self._decided is not None or not self._untried:
+                return
 
     def hold(self, flow: Flow, go_on: Callable[[], None]) -> None:
         """The guard of a member is over: it goes on if it is chosen at the end of this instant."""
-        if not self._held:
-            self._place.agenda.choose(Limit(self._place.flow.scopes[-1], self._choose))
         self._held[flow] = go_on
+        if not self._is_choosing:
+            self._is_choosing = True
+            self._place.agenda.choose(Limit(self._place.flow.scopes[-1], self._choose))
 
     def _choose(self) -> None:
-        held, self._held = self._held, {}
-        able = [flow for flow in held if flow.ended is None]
+        self._is_choosing = False
+        able = [flow for flow in self._held if flow.ended is None]
         if able and self._decided is None:
             first = min(able, key=lambda flow: flow.path)
             self._decide(first)
-            held[first]()
+            self._held[first]()
 
     def _decide(self, flow: Flow) -> None:
         """This member it is: cancel the others."""
@@ -86,8 +85,13 @@ class _Choice:
         assert flow.outcome is not None
         if flow.outcome.failed:
             self._failures.append(flow.outcome)
-        elif self._decided is None and flow.outcome.status is Status.SUCCEEDED:
+        elif self._decided is None and (flow.outcome.status is Status.SUCCEEDED or self._was_invoked(flow)):
             self._decide(flow)
+
+    def _was_invoked(self, flow: Flow) -> bool:
+        """Whether a member went on, and did not only wait for its guard."""
+        waited = flow.guard is not None or flow in self._held
+        return not waited and flow.outcome is not None and flow.outcome.has_begun
 
     def outcome(self) -> Outcome:
         """That of the member that was chosen; a failure when every member has failed."""

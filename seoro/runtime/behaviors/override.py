@@ -8,6 +8,7 @@ cancelled: what stands around it goes on as if it had ended.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from seoro.lang.plan import LabelPath, Override, OverrideMode
@@ -39,7 +40,7 @@ def is_overridden(label: str, place: Place) -> Outcome | None:
         if plan.mode is OverrideMode.ON_START or not _is(overriding, plan.overridden, place.instance, label):
             continue
         if _running(overriding.instance, plan.by) is not None:
-            return _outcome(plan)
+            return replace(_outcome(plan), has_begun=False)
     return None
 
 
