@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
@@ -22,6 +22,23 @@ from seoro.runtime.accept.frames import (
     title_of,
 )
 from seoro.runtime.accept.history import History, Node
+
+
+def was_overridden(nodes: Iterable[Node], overridden: frozenset[str]) -> bool:
+    """Whether one of some behaviors may have been cancelled by an `override` of it, or of what it carries out.
+
+    Args:
+        nodes: The behaviors.
+        overridden: The labels of what an `override` may end.
+    """
+    pending = list(nodes) if overridden else []
+    while pending:
+        found = pending.pop()
+        if found.status == CANCELLED:
+            if found.name in overridden:
+                return True
+            pending += found.children
+    return False
 
 
 @dataclass(frozen=True)
@@ -44,14 +61,7 @@ class Checking:
 
     def was_overridden(self, node: Node) -> bool:
         """Whether a behavior may have been cancelled by an `override` of it, or of what it carries out."""
-        pending = [node] if self.overridden else []
-        while pending:
-            found = pending.pop()
-            if found.status == CANCELLED:
-                if found.name in self.overridden:
-                    return True
-                pending += found.children
-        return False
+        return was_overridden([node], self.overridden)
 
     def end_of(self, node: Node) -> End:
         """The end of a member that was the last to run."""
@@ -168,7 +178,7 @@ class _Choice:
         findings, frame, members = self._checking.findings, self._frame, self._plan.members
         started = {index for index, _ in self._placed}
         for index in sorted(self._guarded - started):
-            if not self._may_lack(frame.start.t):
+            if not (self._may_lack(frame.start.t) or self._checking.may_be_overridden(members[index])):
                 findings.violate(
                     Rule.ONE_OF, f"`{title_of(members[index])}` does not wait", members[index].span, *frame.records
                 )
@@ -189,7 +199,10 @@ class _Choice:
                 message = f"`{node.name}` starts at {node.start.t:g} s, and not at {due:g} s"
                 findings.violate(Rule.ONE_OF, message, span, seq, node.start.seq)
             due, seq, previous = node.end.t, node.end.seq, node
-        if previous is None and len(self._guarded) < len(members) and not self._may_lack(frame.start.t):
+        others = [member for index, member in enumerate(members) if index not in self._guarded]
+        has_guarded = any(index in self._guarded for index in started)  # then no other is invoked instead
+        is_skipped = (any if has_guarded else all)(map(self._checking.may_be_overridden, others))
+        if previous is None and others and not is_skipped and not self._may_lack(frame.start.t):
             findings.violate(Rule.ONE_OF, "no member is invoked", self._plan.span, *frame.records)
 
     def _may_lack(self, due: float) -> bool:
@@ -232,6 +245,11 @@ class _Choice:
         return (deciding.end.t, deciding.end.seq) if deciding.status == SUCCEEDED else None
 
     def _undecided_end(self) -> End:
+        members, started = self._plan.members, {index for index, _ in self._placed}
+        missing = [member for index, member in enumerate(members) if index not in started]
+        is_skipped = bool(missing) and all(map(self._checking.may_be_overridden, missing))
+        if is_skipped or any(self._checking.end_of(node) is UNKNOWN for _, node in self._placed):
+            return UNKNOWN
         failed = [node for _, node in self._placed if node.status == FAILED]
         if failed and len(failed) == len(self._plan.members):
             last = max(failed, key=lambda node: node.end)

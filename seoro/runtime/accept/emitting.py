@@ -136,10 +136,12 @@ class Emitting:
             is_scenario = isinstance(instance.declaration, Scenario)
             number = instance.number
             is_cut = frame.end.t == frame.start.t and frame.status in frame.cuts
-            yield from self._due(instance, "start", frame.start.t, frame.node, must=is_scenario and not is_cut)
+            must = is_scenario and not is_cut
+            started = list(self._due(instance, "start", frame.start.t, frame.node, must=must))
+            yield from started
             if frame.held or SUCCEEDED in frame.cuts:
                 found = list(self._any_end(number, frame))
-                is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary
+                is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary and bool(started)
                 if is_due and not found and not matched.overrides:
                     message = f"it {frame.status}, and neither `end` nor `fail` occurs"
                     self.findings.violate(Rule.EVENT, message, instance.declaration.span, *frame.records)

@@ -68,6 +68,14 @@ class Node:
     cancelled: Mark | None = None
 
     @property
+    def owner(self) -> Node:
+        """The behavior that a modifier is part of; of a behavior, that itself."""
+        node = self
+        while node.type == "modifier" and node.parent is not None:
+            node = node.parent
+        return node
+
+    @property
     def records(self) -> tuple[int, int]:
         """The numbers of its records."""
         return self.start.seq, self.end.seq

@@ -5,11 +5,12 @@ What other libraries carry out has rules that nobody but they know; it is told a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from seoro.lang.plan import Modifier, ModifierApplication
+from seoro.runtime.accept.compositions import was_overridden
 from seoro.runtime.accept.findings import Findings, Rule
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
 from seoro.runtime.accept.history import Attempt, History, Node
@@ -44,24 +45,27 @@ class Modifying:
 
     def check(self, matched: Matched) -> None:
         """Check all of them."""
+        overridden = frozenset(override.overridden[-1] for override, _, _ in matched.overrides)
         for application, modifier, node, _ in matched.modifiers:
             for span in (*(on.span for on in modifier.on), *(sample.span for sample in modifier.samples)):
                 reason = "what a modifier does at events is not decided, but that it ends what it modifies"
                 self.findings.skip(Rule.MODIFIER, reason, span)
             if modifier.library == _LIBRARY:
-                self._check(application, modifier, node)
+                self._check(application, modifier, node, _outcomes(node, overridden))
             elif modifier.library is not None or node.attempts:
                 reason = f"`{modifier.name}` is carried out by Python, whose rules are not known"
                 self.findings.skip(Rule.MODIFIER, reason, application.span)
 
-    def _check(self, application: ModifierApplication, modifier: Modifier, node: Node) -> None:
+    def _check(
+        self, application: ModifierApplication, modifier: Modifier, node: Node, outcomes: Sequence[str]
+    ) -> None:
         def wrong(message: str, *records: int) -> None:
             self.findings.violate(Rule.MODIFIER, message, application.span, *node.records, *records)
 
         attempts = node.attempts
         self._check_times(node, wrong)
         if modifier.name in ("repeat", "retry"):
-            self._check_again(modifier.name, node, wrong)
+            self._check_again(modifier.name, node, outcomes, wrong)
             return
         if len(attempts) > 1:
             wrong(f"`{modifier.name}` carries it out {len(attempts)} times", attempts[1].start.seq)
@@ -69,10 +73,10 @@ class Modifying:
             self._check_limit(modifier.name, node, wrong)
         if not attempts or node.status == CANCELLED:
             return
-        [first, *_] = attempts
-        due = _OUTCOMES.get(modifier.name, {}).get(first.status)
+        outcome = attempts[0].status if modifier.name in _LIMITED else outcomes[0]
+        due = _OUTCOMES.get(modifier.name, {}).get(outcome)
         if due != node.status:
-            wrong(f"`{modifier.name}` {node.status}, and what it modifies {_ended(first.status)}", first.end.seq)
+            wrong(f"`{modifier.name}` {node.status}, and what it modifies {_ended(outcome)}", attempts[0].end.seq)
 
     def _check_times(self, node: Node, wrong: Callable[..., None]) -> None:
         """What is carried out starts with it; each next attempt when the one before has ended; then it ends."""
@@ -84,13 +88,13 @@ class Modifying:
         if node.attempts and node.status != CANCELLED and node.end.t != due:
             wrong(f"it ends at {node.end.t:g} s, and what it modifies at {due:g} s", seq)
 
-    def _check_again(self, name: str, node: Node, wrong: Callable[..., None]) -> None:
+    def _check_again(self, name: str, node: Node, outcomes: Sequence[str], wrong: Callable[..., None]) -> None:
         """`repeat` goes on while it succeeds, `retry` while it fails, so often as they are to."""
         count, attempts = node.arguments.get("count"), node.attempts
         goes_on = SUCCEEDED if name == "repeat" else FAILED
-        for attempt in attempts[:-1]:
-            if attempt.status != goes_on:
-                wrong(f"`{name}` goes on after an attempt that {_ended(attempt.status)}", attempt.end.seq)
+        for attempt, outcome in zip(attempts[:-1], outcomes, strict=False):
+            if outcome != goes_on:
+                wrong(f"`{name}` goes on after an attempt that {_ended(outcome)}", attempt.end.seq)
         if not isinstance(count, int):
             wrong("its count is not told")
             return
@@ -99,7 +103,7 @@ class Modifying:
         if node.status == CANCELLED or not attempts:
             return
         last = attempts[-1]
-        if last.status == goes_on and len(attempts) != count:
+        if outcomes[-1] == goes_on and len(attempts) != count:
             wrong(f"`{name}` ends after {len(attempts)} attempts of {_times(count)}", last.end.seq)
         if last.status != node.status:
             wrong(f"`{name}` {node.status}, and its last attempt {_ended(last.status)}", last.end.seq)
@@ -119,6 +123,16 @@ class Modifying:
 
     def _is_cut(self, attempt: Attempt, latest: float) -> bool:
         return attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
+
+
+def _outcomes(node: Node, overridden: frozenset[str]) -> list[str]:
+    """How the attempts of a modifier ended; what was overridden counts as succeeded."""
+    found = []
+    for attempt in node.attempts:
+        within = (each for each in node.children if attempt.start.seq < each.start.seq < attempt.end.seq)
+        is_cancelled = attempt.status == CANCELLED
+        found.append(SUCCEEDED if is_cancelled and was_overridden(within, overridden) else attempt.status)
+    return found
 
 
 def _ended(status: str) -> str:

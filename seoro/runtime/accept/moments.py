@@ -63,12 +63,19 @@ class Listening:
         limit: Up to when moments are asked for [s].
         environment: What names stand for.
         past: Gives what is in the causal past at the start.
+        armed: From when on what it listens to is there; None if it is from the start on.
     """
 
     start: Mark
     limit: float
     environment: Environment
     past: Callable[[], Past]
+    armed: Mark | None = None
+
+    @property
+    def since(self) -> Mark:
+        """From when on something may be met."""
+        return self.armed or self.start
 
 
 @dataclass(eq=False)
@@ -106,13 +113,22 @@ class Moments:
     # -------------------------------------------------------- events
 
     def _occurrences(self, reference: EventReference, listening: Listening, depth: int) -> Iterator[Moment]:
-        for channel in self.channels.resolve(reference, listening.environment, listening.start):
+        for channel in self.channels.resolve(reference, listening.environment, listening.since):
             yield from self._emitted(channel, listening)
             declared = channel.declared
             if declared is not None and declared.specification is not None:
-                inside = replace(listening, start=channel.start, environment=channel.environment)
+                inside = replace(listening, armed=channel.start, environment=channel.environment)
                 for moment in self.of(declared.specification, inside, depth + 1):
-                    yield replace(moment, happening=None)
+                    yield from self._while_meant(channel, replace(moment, happening=None))
+
+    def _while_meant(self, channel: Channel, moment: Moment) -> Iterator[Moment]:
+        """A moment, if a reference means the event then; in the instant in which that changes, it may."""
+        if channel.end == math.inf:
+            yield moment
+            return
+        end = self.history.records[int(channel.end)]["t"]
+        if moment.first <= end:
+            yield moment if moment.last < end else replace(moment, sure=False)
 
     def _emitted(self, channel: Channel, listening: Listening) -> Iterator[Moment]:
         start, past = listening.start, None
@@ -211,8 +227,8 @@ class Moments:
                 yield from self._turns(expression, False, listening, counts_from_start=False)
             case Elapsed(duration):
                 low, high = self._seconds(duration, listening)
-                start, reached = listening.start.t, self.history.reached
-                yield Moment(reached(start + low), reached(start + high), True)
+                start, since, reached = listening.start.t, listening.since.t, self.history.reached
+                yield Moment(max(reached(start + low), since), max(reached(start + high), since), True)
             case Every():
                 yield from self._ticks(condition, listening)
             case _:
@@ -238,7 +254,7 @@ class Moments:
             t = self.history.reached(first + number * period)
             if t > listening.limit:
                 return
-            if t > last:
+            if t > last and t >= listening.since.t:
                 yield Moment(t, t, True)
             last = t
         raise Undecided(f"`{every.span.text}` occurs more than {_MOST:,} times")
@@ -250,17 +266,30 @@ class Moments:
     ) -> Iterator[Moment]:
         """When an expression becomes true, or false."""
         last: bool | None = None  # the value that it surely had before
+        begun = self._values_before(expression, listening)
         for number, (t, value, is_sure) in enumerate(self._values(expression, listening)):
             if number > _MOST:
                 raise Undecided(f"`{expression.span.text}` changes more than {_MOST:,} times")
+            if last is None and value is not awaited and counts_from_start and awaited in begun:
+                yield Moment(t, t, False)
+            if last is None and value is awaited and not counts_from_start and (not awaited) in begun:
+                yield Moment(t, t, False)
             if value is awaited and (last is not awaited if last is not None else counts_from_start):
                 yield Moment(t, t, is_sure)
             if is_sure or last is None:
                 last = value
 
+    def _values_before(self, expression: Expression, listening: Listening) -> set[bool]:
+        """The values that an expression had in the instant of the start, before: of what was invoked in the same
+        round, one who listens sees what was there when that began."""
+        if not has_labels(expression):
+            return set()
+        places = self.world.instances_before(*listening.since)
+        return {self._holds(expression, listening.environment, seq) for seq in places}
+
     def _values(self, expression: Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
         """The values of an expression, when it may have another one, and whether it surely had that."""
-        records, seq, t, is_sure = self.history.records, listening.start.seq, listening.start.t, True
+        records, (seq, t), is_sure = self.history.records, listening.since, True
         depends_on_labels = has_labels(expression)
         while True:
             reads = Reads()

@@ -45,16 +45,25 @@ class Overriding:
 
     def _check(self, override: Override, frame: Frame, node: Node, by: list[Node]) -> None:
         """Check one behavior that is overridden by others."""
+        last = self._last(frame)
         for other in by:
-            if not (frame.start.seq <= other.start.seq <= frame.end.seq) or other is node:
+            if other is node:
                 continue
-            starts_in_it = node.start.t < other.start.t < node.end.t
+            is_held = frame.start.seq <= other.start.seq <= last
+            starts_in_it = is_held and node.start.t < other.start.t < node.end.t
             if starts_in_it and not (node.status == CANCELLED and self.history.lasts(other.start.t, node.end.t)):
                 message = f"`{node.name}` goes on when `{other.name}` starts, which overrides it"
                 self.findings.violate(
                     Rule.OVERRIDE, message, override.span, node.start.seq, other.start.seq, node.end.seq
                 )
-            is_active = other.start.t < node.start.t < other.end.t
-            if is_active and override.mode is OverrideMode.WHEN_ACTIVE and node.start.seq <= frame.end.seq:
+            is_held = frame.start.t < node.start.t and node.start.seq <= last
+            is_active = is_held and other.start.t < node.start.t < other.end.t
+            if is_active and override.mode is OverrideMode.WHEN_ACTIVE:
                 message = f"`{node.name}` starts while `{other.name}` is active, which overrides it"
                 self.findings.violate(Rule.OVERRIDE, message, override.span, other.start.seq, node.start.seq)
+
+    def _last(self, frame: Frame) -> int:
+        """The last record at which what an override modifies runs; what is held has ended with its members."""
+        if not frame.held:
+            return frame.end.seq
+        return max((child.end.seq for child in frame.children), default=frame.start.seq)

@@ -7,7 +7,7 @@ there were several that may have, they are *perhaps* in the past.
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect, bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
@@ -65,16 +65,22 @@ class Pasts:
         while current is not None:
             self._add_beginning(current, mark, past)
             self._add_untils(current, mark, past)  # of earlier attempts
-            if current.type not in ("parallel", "one_of"):
-                for earlier in self._ended_before(current.children, mark):
-                    self._add_all(earlier, mark.t, past)
+            for earlier in self._ended_before(current, mark):
+                self._add_all(earlier, mark.t, past)
             mark = Mark(current.start.seq, mark.t)
             current = current.parent
         past.perhaps -= past.surely
         return past
 
-    def _ended_before(self, children: list[Node], mark: Mark) -> Iterator[Node]:
-        """The behaviors of a flow that ended in an instant, before a record."""
+    def _ended_before(self, node: Node, mark: Mark) -> Iterator[Node]:
+        """What ended of a behavior in an instant in the flow that is at a record: members that run beside each
+        other are joined only by the end of all, or by the next attempt of a modifier."""
+        children = node.children
+        if node.owner.type in ("parallel", "one_of"):
+            begun = bisect(node.attempts, mark.seq, key=lambda attempt: attempt.start.seq)
+            if begun == 0:
+                return
+            mark = Mark(node.attempts[begun - 1].start.seq, mark.t)
         for index in range(_position(children, mark.seq) - 1, -1, -1):
             child = children[index]
             if child.number in self._reactions:

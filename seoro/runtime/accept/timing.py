@@ -100,10 +100,7 @@ class Timing:
             return []
         found = list(self._of(getattr(behavior, "constraints", ()), frame.around.environment))
         for application, modifier, node, environment in self.matched.modifiers:
-            owner = node
-            while owner.type == "modifier" and owner.parent is not None:
-                owner = owner.parent
-            if owner is not frame.owner or node.end.seq < frame.start.seq or node.start.seq > frame.end.seq:
+            if node.owner is not frame.owner or node.end.seq < frame.start.seq or node.start.seq > frame.end.seq:
                 continue
             if not any(times_in(each) for each in expressions_of(modifier.structure.members)):
                 continue

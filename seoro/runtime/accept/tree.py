@@ -214,8 +214,7 @@ class Tree:
             return
         modifier = self.plan.modifiers[layer.modifier]
         self.matched.modifiers.append((layer, modifier, node, self._environment(frame)))
-        end = End(node.status, node.end.t, node.records) if node.status != CANCELLED else End(None, node.end.t)
-        check_end(frame, end, Rule.MODIFIER, layer.span, self.history, self.findings)
+        check_end(frame, self._checking.end_of(node), Rule.MODIFIER, layer.span, self.history, self.findings)
         reactions = Reactions(modifier, node)
         children = [child for child in node.children if child not in reactions.nodes]
         is_ended, cuts = reactions.end_it(self.history), frozenset({CANCELLED})

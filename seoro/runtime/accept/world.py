@@ -262,6 +262,13 @@ class World:
         index = bisect_left(self._history.instances, seq, key=lambda record: int(record["seq"]))
         return [int(record["seq"]) for record in self._history.instances[index : index + 1]]
 
+    def instances_before(self, seq: int, t: float) -> list[int]:
+        """The records of instances before a record, in one instant."""
+        records = self._history.instances
+        last = bisect_left(records, seq, key=lambda record: int(record["seq"]))
+        first = bisect_left(records, t, hi=last, key=lambda record: float(record["t"]))
+        return [int(record["seq"]) for record in records[first:last]]
+
     def number(self, holder: object) -> int | None:
         """The number of an instance; None if the trace does not tell of it."""
         return self._numbers.get(id(holder))

@@ -286,3 +286,40 @@ scenario main:
             until elapsed(1s)
 """)
     assert traced.broken == set(), traced.messages
+
+
+@pytest.mark.parametrize("first", ["wait @one", "wait elapsed(2s)", "serial:\n            wait elapsed(2s)"])
+async def test_members_of_one_of_that_an_override_keeps_from_starting(trace_text: TraceText, first: str) -> None:
+    traced = await trace_text(f"""
+scenario main:
+    event one
+    do a: one_of:
+        b: log("b")
+        c: {first}
+    with:
+        override(b, a, when_active)
+        override(c, a, when_active)
+""")
+    assert [record["name"] for record in traced.records if record["kind"] == "behavior.start"] == ["main", "a"]
+    assert traced.broken == set(), traced.messages
+
+
+async def test_a_member_of_one_of_that_is_overridden_decides(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do parallel:
+        a: one_of:
+            b: wait_long()
+            c: wait_long()
+        serial:
+            wait elapsed(1s)
+            d: log("d")
+        wait elapsed(2s)
+    with:
+        override(b, d)
+        override(c, d)
+scenario wait_long:
+    do wait elapsed(5s)
+""")
+    assert traced.end("a")["t"] == 1.0
+    assert traced.broken == set(), traced.messages

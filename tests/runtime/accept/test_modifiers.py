@@ -220,6 +220,91 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
+OVERRIDDEN = """
+scenario worker:
+    {own}
+    do a: serial:
+        b: wait elapsed(5s)
+    with:
+        override(a, b)
+scenario main:
+    do serial:
+        c: worker({duration}) with:
+            failure_is_success()
+        log("x")
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "duration", "end"),
+    [
+        ("inverter()", "", 0.0),
+        ("running_is_failure()", "duration: 1s", 1.0),
+        ("repeat(3)", "", 0.0),
+        ("retry(3)", "", 0.0),
+        ("success_is_failure()", "", 0.0),
+        ("timeout(1s)", "duration: [2s..3s]", 2.0),
+    ],
+)
+async def test_what_is_overridden_has_not_failed(
+    trace_text: TraceText, own: str, duration: str, end: float
+) -> None:
+    traced = await trace_text(OVERRIDDEN.format(own=own, duration=duration))
+    assert traced.end("a")["status"] == "cancelled"
+    assert traced.find("run.end")["status"] == "passed"
+    assert traced.start("log")["t"] == end
+    assert traced.broken == set(), traced.messages
+    if own == "inverter()":
+        inverter = traced.start("inverter")
+        traced.find("behavior.end", id=inverter["id"])["status"] = "succeeded"
+        assert "modifier" in traced.broken
+
+
+async def test_an_override_holds_as_long_as_what_it_modifies_runs_and_not_as_that_is_held(
+    trace_text: TraceText,
+) -> None:
+    traced = await trace_text("""
+scenario main:
+    event go
+    do parallel:
+        b: serial:
+            wait elapsed(1s)
+        with:
+            until elapsed(3s)
+            override(c, a, when_active)
+        a: serial:
+            wait elapsed(5s)
+        serial:
+            wait elapsed(2s)
+            c: wait elapsed(1s)
+""")
+    assert traced.start("c")["t"] == 2.0
+    assert traced.broken == set(), traced.messages
+
+
+async def test_what_is_overridden_does_not_start_while_the_other_is_active(trace_text: TraceText) -> None:
+    text = """
+scenario main:
+    do parallel:
+        a: wait elapsed(5s)
+        serial:
+            wait elapsed(1s)
+            serial:
+                wait elapsed(2s)
+            with:
+                override(b, a, {mode})
+        serial:
+            wait elapsed(2s)
+            b: log("b")
+"""
+    skipped = await trace_text(text.format(mode="when_active"))
+    assert skipped.broken == set(), skipped.messages
+    traced = await trace_text(text.format(mode="on_start"))
+    assert traced.broken == set(), traced.messages
+    started = Traced(skipped.scenario, traced.records)
+    assert started.broken == {"override"}
+
+
 # ---------------------------------------------------------------- clean-up
 
 CLEANS_UP = """

@@ -1,0 +1,128 @@
+"""What may happen within one instant, and whatever else correct traces hold that is easily taken for wrong."""
+
+import pytest
+
+from tests.runtime.accept.conftest import TraceText
+
+
+async def test_what_is_ended_before_it_begins_has_no_end(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    do wait elapsed(1s)
+scenario main:
+    do serial:
+        worker() with:
+            until every(0.7s)
+        a: worker() with:
+            until elapsed(0.5s)
+""")
+    worker = traced.find("instance", of="worker")["instance"]
+    assert not [record for record in traced.records if record["kind"] == "event" and record["of"] == worker]
+    assert traced.broken == set(), traced.messages
+    begun = traced.find("instance", 1, of="worker")["instance"]
+    traced.drop(traced.find("event", of=begun, event="end"))
+    assert traced.broken == {"event"}
+
+
+@pytest.mark.parametrize("condition", ["rise(a.n > 0)", "a.n > 0"])
+@pytest.mark.parametrize("is_first", [True, False])
+async def test_what_is_invoked_in_the_round_of_a_wait_is_there_in_the_next_one(
+    trace_text: TraceText, condition: str, is_first: bool
+) -> None:
+    members = ["a: worker(2)", f"wait {condition}"]
+    lines = "\n".join(f"            {member}" for member in (members if is_first else members[::-1]))
+    traced = await trace_text(f"""
+scenario worker:
+    n: int
+    do wait elapsed(1s)
+scenario main:
+    do serial:
+        parallel:
+{lines}
+        wait elapsed(1s)
+""")
+    assert traced.end("wait")["t"] == 0.0
+    assert traced.broken == set(), traced.messages
+
+
+async def test_a_condition_does_not_rise_later_than_its_label_is_there(
+    trace_text: TraceText,
+) -> None:
+    traced = await trace_text("""
+scenario worker:
+    n: int
+    do wait elapsed(1s)
+scenario main:
+    do parallel:
+        a: worker(2)
+        serial:
+            wait elapsed(0.5s)
+            b: wait rise(a.n > 0)
+    with:
+        timeout(2s)
+""")
+    assert traced.broken == set(), traced.messages
+    end = traced.end("b")
+    traced.move(end, after=traced.start("b"))
+    end["status"] = "succeeded"
+    assert "wait" in traced.broken
+
+
+@pytest.mark.parametrize("modifiers", ["inverter()", "retry(2)", "repeat(2)", "inverter(), timeout(5s)"])
+async def test_members_of_parallel_see_each_other_within_modifiers(trace_text: TraceText, modifiers: str) -> None:
+    lines = "\n".join(f"            {modifier}" for modifier in modifiers.split(", "))
+    traced = await trace_text(f"""
+scenario main:
+    event one
+    do serial:
+        parallel:
+            emit one
+            wait @one
+        with:
+{lines}
+    with:
+        failure_is_success()
+""")
+    assert traced.find("run.end")["t"] == 0.0
+    assert traced.broken == set(), traced.messages
+
+
+TICKS = """
+scenario worker:
+    event tick is every(1s, offset: 1s)
+    do wait elapsed(2s)
+scenario main:
+    var ticks: int = sample(ticks + 1, @a.tick, 0)
+    do serial:
+        wait elapsed(0.5s)
+        a: worker() with:
+            repeat(2)
+"""
+
+
+async def test_a_derived_event_of_a_label_has_the_context_of_its_use(trace_text: TraceText) -> None:
+    traced = await trace_text(TICKS)
+    changes = [record["t"] for record in traced.records if record["kind"] == "variable"]
+    assert changes == [1.0, 2.0, 3.0, 4.0]
+    assert traced.broken == set(), traced.messages
+    moved, missing = traced.copy(), traced.copy()
+    missing.drop(missing.find("variable", 1))
+    assert missing.broken == {"sample"}
+    moved.find("variable", 3)["t"] = 4.25
+    assert "sample" in moved.broken
+
+
+async def test_a_time_that_has_passed_before_a_label_is_there(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    event late is elapsed(1s)
+    do wait elapsed(2s)
+scenario main:
+    do parallel:
+        serial:
+            wait elapsed(3s)
+            a: worker()
+        b: wait @a.late
+""")
+    assert traced.end("b")["t"] == 3.0
+    assert traced.broken == set(), traced.messages
