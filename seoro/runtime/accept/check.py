@@ -7,10 +7,11 @@ from typing import Any
 
 from seoro.lang.plan import Plan
 from seoro.runtime.accept.channels import Channels
+from seoro.runtime.accept.compositions import was_overridden
 from seoro.runtime.accept.constraining import Constraining
 from seoro.runtime.accept.emitting import Emitting
 from seoro.runtime.accept.findings import Acceptance, Findings, Rule
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
 from seoro.runtime.accept.history import History
 from seoro.runtime.accept.modifying import Modifying
 from seoro.runtime.accept.moments import Moments
@@ -57,10 +58,10 @@ def _check(plan: Plan, history: History, findings: Findings) -> None:
     Overriding(history, findings).check(matched)
     Constraining(plan, history, world, findings).check(matched)
     Variables(plan, history, world, findings).check()
-    _check_verdict(plan, history, findings)
+    _check_verdict(plan, history, matched, findings)
 
 
-def _check_verdict(plan: Plan, history: History, findings: Findings) -> None:
+def _check_verdict(plan: Plan, history: History, matched: Matched, findings: Findings) -> None:
     """The run ends as the behavior that is all of it."""
     root, status = history.root, history.end["status"]
     span = plan.scenarios[plan.entry].span
@@ -72,7 +73,8 @@ def _check_verdict(plan: Plan, history: History, findings: Findings) -> None:
     if status == "failed" and root.status == CANCELLED and not _waits(history):
         message = "the run failed, its scenario was cancelled, and nothing waits in it"
         findings.violate(Rule.OUTCOME, message, span, root.end.seq, history.end["seq"])
-    if status not in ("error", "cancelled", _ENDS.get(root.status)):
+    is_overridden = status == "passed" and was_overridden([root], matched.overridden)
+    if status not in ("error", "cancelled", _ENDS.get(root.status)) and not is_overridden:
         message = f"the run {status}, and its scenario {root.status}"
         findings.violate(Rule.OUTCOME, message, span, root.end.seq, history.end["seq"])
 

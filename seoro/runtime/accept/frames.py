@@ -119,6 +119,11 @@ class Matched:
     reactions: list[tuple[Instance, On, tuple[Node, ...]]] = field(default_factory=list)
     around: dict[int, Instance] = field(default_factory=dict)  # scenarios around behaviors, by number
 
+    @property
+    def overridden(self) -> frozenset[str]:
+        """The labels of what overrides may end."""
+        return frozenset(override.overridden[-1] for override, _, _ in self.overrides)
+
 
 def kind_of(behavior: Behavior) -> str:
     """What the trace calls the kind of a behavior."""

@@ -45,7 +45,7 @@ class Modifying:
 
     def check(self, matched: Matched) -> None:
         """Check all of them."""
-        overridden = frozenset(override.overridden[-1] for override, _, _ in matched.overrides)
+        overridden = matched.overridden
         for application, modifier, node, _ in matched.modifiers:
             for span in (*(on.span for on in modifier.on), *(sample.span for sample in modifier.samples)):
                 reason = "what a modifier does at events is not decided, but that it ends what it modifies"

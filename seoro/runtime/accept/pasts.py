@@ -75,19 +75,19 @@ class Pasts:
     def _ended_before(self, node: Node, mark: Mark) -> Iterator[Node]:
         """What ended of a behavior in an instant in the flow that is at a record: members that run beside each
         other are joined only by the end of all, or by the next attempt of a modifier."""
-        children = node.children
-        if node.owner.type in ("parallel", "one_of"):
+        are_beside = node.owner.type in ("parallel", "one_of")
+        if are_beside:
             begun = bisect(node.attempts, mark.seq, key=lambda attempt: attempt.start.seq)
             if begun == 0:
                 return
             mark = Mark(node.attempts[begun - 1].start.seq, mark.t)
-        for index in range(_position(children, mark.seq) - 1, -1, -1):
-            child = children[index]
+        for index in range(_position(node.children, mark.seq) - 1, -1, -1):
+            child = node.children[index]
             if child.number in self._reactions:
                 continue
-            if child.end.t < mark.t:
+            if child.end.t < mark.t and not are_beside:
                 return
-            if child.end.seq < mark.seq:
+            if child.end.t == mark.t and child.end.seq < mark.seq:
                 yield child
 
     def _add_beginning(self, node: Node, mark: Mark, past: Past) -> None:

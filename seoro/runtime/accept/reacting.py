@@ -12,7 +12,7 @@ from functools import partial
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
-from seoro.runtime.accept.frames import Frame, Matched
+from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
 from seoro.runtime.accept.history import Happening, History, Node
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
@@ -77,6 +77,7 @@ class Reacting:
             for phase in (Phase.END, Phase.FAIL)
             for happening in self.history.events.get((instance.number, phase.value), ())
         ]
+        ends += [child.end.t for child in frame.children if child.status == CANCELLED]  # its `do`
         return min([*ends, frame.end.t])
 
     def _compare(

@@ -126,3 +126,53 @@ scenario main:
 """)
     assert traced.end("b")["t"] == 3.0
     assert traced.broken == set(), traced.messages
+
+
+async def test_the_next_attempt_of_a_parallel_does_not_see_what_ended_the_one_before(
+    trace_text: TraceText,
+) -> None:
+    traced = await trace_text("""
+scenario main:
+    event one
+    event two
+    do parallel:
+        parallel:
+            parallel:
+                wait elapsed(0.5s)
+            with:
+                until @two
+            wait @one
+        with:
+            repeat(2)
+        serial:
+            wait elapsed(1s)
+            emit one
+            wait elapsed(1s)
+            emit two
+            wait elapsed(1s)
+            emit one
+            emit two
+""")
+    assert traced.find("run.end")["t"] == 3.0
+    assert traced.broken == set(), traced.messages
+
+
+async def test_what_is_overridden_and_held_samples_no_more(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    var ticks: int = sample(ticks + 1, every(0.5s), 0)
+    do a: parallel:
+        wait elapsed(5s)
+        serial:
+            wait elapsed(1.25s)
+            b: wait elapsed(5s)
+    with:
+        override(a, b)
+scenario main:
+    do worker(duration: 3s)
+""")
+    changes = [record["t"] for record in traced.records if record["kind"] == "variable"]
+    assert changes == [0.0, 0.5, 1.0]
+    assert traced.broken == set(), traced.messages
+    traced.drop(traced.find("variable", 2))
+    assert traced.broken == {"sample"}
