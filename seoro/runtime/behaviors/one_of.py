@@ -2,10 +2,11 @@
 
 Members that begin with a `wait` are guarded. Of the unguarded ones, one is drawn from the seed and invoked; beside
 it the guards of all guarded members are armed. The first of these to happen decides, and everything else is
-cancelled: the invoked member ends, or a guard is over and its member goes on. Of guards that are over in one
-round the first in the text wins; a member that ends in that round has ended first. When the invoked member
-fails, the guarded ones stay armed; if there are none, the next unguarded member is drawn. That an `override` ends
-the invoked member decides, too; what it keeps from starting, or ends before its guard is over, is out.
+cancelled: the invoked member ends, or a guard is over and its member goes on. What happens in one instant has no
+order: of guards that are over in it the first in the text wins, and a member that ends in it has ended first. So
+a guard decides when nothing else is left to do in its instant. When the invoked member fails, the guarded ones
+stay armed; if there are none, the next unguarded member is drawn. That an `override` ends the invoked member
+decides, too; what it keeps from starting, or ends before its guard is over, is out.
 """
 
 from __future__ import annotations
