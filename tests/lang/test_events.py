@@ -192,9 +192,9 @@ scenario main:
 
 def test_defaults_of_emitted_events_are_those_of_their_declaration(tmp_path: Path) -> None:
     text = "scenario main:\n    n: int = 1\n    event go(n: int, m: int = n + 1)\n    do emit go(7)\n"
-    body = lower(tmp_path, text).scenarios["main"].body
-    assert isinstance(body, plan.Emit)
-    m = dict(body.arguments)["m"]
+    main = lower(tmp_path, text).scenarios["main"]
+    assert isinstance(main.body, plan.Emit)
+    m = main.events[0].all_arguments(main.body.arguments)["m"]
     assert isinstance(m, plan.Arithmetic) and isinstance(m.left, plan.Field)
 
 

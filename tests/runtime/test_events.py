@@ -225,3 +225,31 @@ scenario main:
             log("two")
 """)
         assert ran.logs == [(0.0, "two")]
+
+
+async def test_an_emission_of_a_base_takes_the_defaults_that_the_inheriting_type_declares(
+    run_text: RunText,
+) -> None:
+    ran = await run_text("""
+scenario base:
+    level: int = 4
+    event told(n: int, level: int = level, note: string = "base")
+    do serial:
+        wait elapsed(1s)
+        emit told(1)
+
+scenario derived inherits base:
+    event told(n: int, level: int, note: string = "derived")
+
+scenario main:
+    do parallel:
+        x: base()
+        y: derived(level: 5)
+        serial:
+            wait @x.told as e if e.note == "base" and e.level == 4
+            log("base")
+        serial:
+            wait @y.told as e if e.note == "derived" and e.level == 5
+            log("derived")
+""")
+    assert sorted(message for _, message in ran.logs) == ["base", "derived"]

@@ -60,18 +60,13 @@ class Directives:
     def _arguments(
         self, node: ast.EmitDirective, symbol: EventSymbol | None, scope: Scope
     ) -> tuple[tuple[str, plan.Expression], ...]:
-        """A value for each parameter of an event; defaults are evaluated with each emission (7.3.10.2)."""
+        """The values that are given for parameters of an event; the others have to have defaults."""
         name = node.event.text
         parameters = symbol.parameters if symbol is not None else MemberTable()
         values = bind(self._expressions, name, parameters, node.arguments, scope, is_method=True)
         for parameter in parameters.values():
-            if parameter.name in values:
-                continue
-            default = self._expressions.values.default(parameter)
-            if default is None:
+            if parameter.name not in values and self._expressions.values.default(parameter) is None:
                 self._bag.add(behavior_messages.MissingArgument(node.span, name, parameter.name))
-            else:
-                values[parameter.name] = default
         return tuple((name, values[name]) for name in parameters if name in values)
 
     def call(self, node: ast.CallDirective, label: str | None, scope: Scope) -> plan.CallMethod | None:

@@ -7,6 +7,7 @@ except for methods that override with `only` (7.3.7.2) and events, which subtype
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeVar
 
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
@@ -162,9 +163,20 @@ class Members:
         unique = self._unique(name.text, space, all_events(symbol))
         parameters = self._parameters(node.parameters, symbol, home)
         event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space, parameters)
-        if self._is_new(symbol, event):
+        if self._is_new(symbol, event) and self._may_override(event, all_events(symbol).get(unique)):
             symbol.events[unique] = event
             symbol.inventory.events.add(event)
+
+    def _may_override(self, event: EventSymbol, overridden: EventSymbol | None) -> bool:
+        """Whether an event can take the place of that of a base, if there is one; if not, that is reported."""
+        if overridden is None:
+            return True
+        difference = _difference(event, overridden)
+        if difference:
+            self._bag.add(event_messages.OtherParameters(event.span, event.text, difference, overridden.span))
+            return False
+        _inherit_defaults(event, overridden)
+        return True
 
     def _parameters(
         self, parameters: tuple[ast.ArgumentSpecification, ...], owner: TypeSymbol | None, home: Home
@@ -244,22 +256,32 @@ class Members:
         if not only:
             self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
             return False
-        difference = _difference(method, overridden)
+        difference = _difference(method, overridden) or (
+            "" if method.result == overridden.result else "its result"
+        )
         if difference:
             self._bag.add(method_messages.OtherSignature(method.span, method.text, difference, overridden.span))
             return False
-        for name, parameter in method.parameters.items():
-            if parameter.default is None:
-                inherited = overridden.parameters[name]
-                parameter.default, parameter.home = inherited.default, inherited.home
+        _inherit_defaults(method, overridden)
         return True
 
 
-def _difference(method: MethodSymbol, overridden: MethodSymbol) -> str:
-    """How the signature of a method differs from that of what it overrides (7.3.7.2)."""
-    if [*method.parameters] != [*overridden.parameters]:
+_WithParameters = TypeVar("_WithParameters", EventSymbol, MethodSymbol)
+
+
+def _difference(member: _WithParameters, overridden: _WithParameters) -> str:
+    """How the parameters of an event or a method differ from those of what it overrides (7.3.7.2)."""
+    if [*member.parameters] != [*overridden.parameters]:
         return "its parameters"
-    for name, parameter in method.parameters.items():
+    for name, parameter in member.parameters.items():
         if parameter.type != overridden.parameters[name].type:
             return f"the type of `{name}`"
-    return "" if method.result == overridden.result else "its result"
+    return ""
+
+
+def _inherit_defaults(member: _WithParameters, overridden: _WithParameters) -> None:
+    """Give parameters without a default that of what is overridden."""
+    for name, parameter in member.parameters.items():
+        if parameter.default is None:
+            inherited = overridden.parameters[name]
+            parameter.default, parameter.home = inherited.default, inherited.home

@@ -29,6 +29,7 @@ class Reactions:
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
         self._specifications: dict[EventSymbol, plan.EventSpecification] = {}
+        self._parameters: dict[EventSymbol, tuple[tuple[str, plan.Expression | None], ...]] = {}
         self._on: dict[TypeSymbol, list[plan.On]] = {}
         self._samples: dict[TypeSymbol, list[plan.Sample]] = {}
         self._modifiers: dict[TypeSymbol, list[plan.AppliedModifier]] = {}
@@ -39,6 +40,8 @@ class Reactions:
         for symbol in structured:
             labels = Labels(symbol, self._expressions)
             for event in symbol.events.values():
+                default = self._expressions.values.default
+                self._parameters[event] = tuple((each.name, default(each)) for each in event.parameters.values())
                 if event.specification is not None and not event.parameters:
                     scope = running_scope(symbol, event.home, labels)
                     found = Events(self._expressions, scope).specification(event.specification)
@@ -52,6 +55,10 @@ class Reactions:
     def specification(self, event: EventSymbol) -> plan.EventSpecification | None:
         """What makes an event occur besides being emitted."""
         return self._specifications.get(event)
+
+    def parameters(self, event: EventSymbol) -> tuple[tuple[str, plan.Expression | None], ...]:
+        """The parameters of an event, with their defaults."""
+        return self._parameters[event]
 
     def on(self, symbol: TypeSymbol) -> tuple[plan.On, ...]:
         """The `on` directives of a type, inherited ones first."""

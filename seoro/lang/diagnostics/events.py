@@ -1,4 +1,4 @@
-"""Messages of events and of the directives that emit and await them (E0408 to E0412, E0450 to E0456)."""
+"""Messages of events and of the directives that emit and await them (E0408 to E0412, E0450 to E0457)."""
 
 from __future__ import annotations
 
@@ -156,3 +156,20 @@ class NotAMethod(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         return error("E0456", self.span, "`call` calls a method, and this is none")
+
+
+class OtherParameters(Frozen):
+    """An event with other parameters than the one of a base that it overrides."""
+
+    span: Span
+    name: str
+    difference: str
+    first: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        before = Label(self.first, "the overridden one is here")
+        text = f"`{self.name}` differs from the event that it overrides in {self.difference}"
+        return error(
+            "E0457", self.span, text, before, help="only defaults and what stands behind `is` may be others"
+        )

@@ -151,9 +151,9 @@ class _Lowering:
         return found
 
     def _events(self, symbol: TypeSymbol) -> tuple[plan.Event, ...]:
-        specification = self._checked.reactions.specification
+        reactions = self._checked.reactions
         return tuple(
-            plan.Event(event.name, tuple(event.parameters), specification(event), event.span)
+            plan.Event(event.name, reactions.parameters(event), reactions.specification(event), event.span)
             for event in all_events(symbol).values()
         )
 

@@ -94,7 +94,9 @@ class Wait(Value):
 
 class Emit(Value):
     """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it; in a modifier, of what it
-    modifies."""
+    modifies. All other arguments are defaults of the event that the instance has, which its type may have
+    declared again.
+    """
 
     label: str | None
     event: OwnEvent

@@ -8,6 +8,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior, On, Sample
 from seoro.lang.plan.coverage import Coverage
 from seoro.lang.plan.events import EventSpecification
+from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.modifications import AppliedModifier
 from seoro.lang.plan.structures import Constraint, Structure, Structures
 from seoro.lang.plan.types import ActorType
@@ -19,15 +20,21 @@ class Event(Value):
 
     Args:
         name: Its name.
-        parameters: The names of its parameters.
+        parameters: The names of its parameters, with their defaults, evaluated by each emission that does not give
+            a value (7.3.10.2).
         specification: What makes it occur besides being emitted, in the scope of the instance that has the event;
             its event context starts where the event is used (7.3.10.4).
     """
 
     name: str
-    parameters: tuple[str, ...]
+    parameters: tuple[tuple[str, Expression | None], ...]
     specification: EventSpecification | None
     span: Span
+
+    def all_arguments(self, given: tuple[tuple[str, Expression], ...]) -> dict[str, Expression]:
+        """An expression for each parameter, when some are given."""
+        arguments = {name: default for name, default in self.parameters if default is not None}
+        return {**arguments, **dict(given)}
 
 
 class ObjectType(Value):

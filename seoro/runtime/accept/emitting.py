@@ -66,7 +66,11 @@ class Emitting:
         """The arguments of an `emit`; None if the trace does not tell them."""
         try:
             environment = instance.environment
-            return {name: self.world.value(value, environment, node.start.seq) for name, value in plan.arguments}
+            given = dict(plan.arguments)
+            for event in instance.declaration.events:
+                if event.name == _name(plan):
+                    given = event.all_arguments(plan.arguments)
+            return {name: self.world.value(value, environment, node.start.seq) for name, value in given.items()}
         except Undecided:
             return None
 
@@ -180,14 +184,14 @@ class Emitting:
             if not happening.is_derived and seq not in explained:
                 self.findings.violate(Rule.EVENT, f"`{name}` occurs at {t:g} s, and nothing emits it", span, seq)
             if declared is not None and not happening.is_derived:
-                self._fits(declared.parameters, happening, name)
+                self._fits({parameter for parameter, _ in declared.parameters}, happening, name)
             if happening.is_derived:
                 self._derived(holder, happening)
 
-    def _fits(self, parameters: tuple[str, ...], happening: Happening, name: str) -> None:
+    def _fits(self, parameters: set[str], happening: Happening, name: str) -> None:
         """Its arguments are those that it is declared with."""
         told = happening.told["arguments"]
-        if set(told) != set(parameters):
+        if set(told) != parameters:
             message = f"`{name}` has the arguments {sorted(told)}, and is declared with {sorted(parameters)}"
             self.findings.violate(Rule.EVENT, message, None, happening.mark.seq)
 

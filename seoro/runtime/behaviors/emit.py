@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from functools import partial
 
-from seoro.lang.plan import Emit, Phase, PhaseEvent
+from seoro.lang.plan import DeclaredEvent, Emit, Phase, PhaseEvent
 from seoro.runtime.agenda import Scope
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.explain import explained
 from seoro.runtime.invocation import Place
 from seoro.runtime.past import Past
+from seoro.runtime.values import Value
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
 
 
@@ -33,7 +34,11 @@ def run_emit(plan: Emit, place: Place, environment: Environment, past: Past) -> 
         assert scope is not None, "its scenario is running"
         place.agenda.after_round(place.position, partial(_end, scope, plan, place))
         return SUCCEEDED
-    arguments = {name: evaluate(value, environment) for name, value in plan.arguments}
+    arguments: dict[str, Value] = {}
+    if isinstance(event, DeclaredEvent):
+        declared = place.instance.events[event.name]
+        given = declared.all_arguments(plan.arguments)
+        arguments = {name: evaluate(given[name], environment) for name, _ in declared.parameters}
     place.services.events.emit(place.instance.event(event), arguments, past)
     return SUCCEEDED
 
