@@ -28,7 +28,7 @@ from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.environment import Calls, Deferred, Environment, Seed
 from seoro.runtime.evaluate import evaluate
-from seoro.runtime.invocation import Instance
+from seoro.runtime.instances import Instance
 from seoro.runtime.values import Actor, HasFields, Value
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Agenda, Waiter
 from seoro.runtime.blocking import Meter
 from seoro.runtime.contracts import Report
-from seoro.runtime.invocation import Place
 from seoro.runtime.lasting import Kept
 from seoro.runtime.needs import invocations
+from seoro.runtime.place import Place
 from seoro.runtime.values import Actor, Value, Variable
 from seoro.runtime.verdict import Cancelled, RunStatus
 

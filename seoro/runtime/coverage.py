@@ -30,7 +30,7 @@ from seoro.runtime.trace import Trace
 from seoro.runtime.values import Actor, HasFields, Struct, Value, plain
 
 if TYPE_CHECKING:
-    from seoro.runtime.invocation import Instance
+    from seoro.runtime.instances import Instance
 
 Observe: TypeAlias = Callable[[HasFields, plan.OwnEvent, Callable[[], None]], None]
 

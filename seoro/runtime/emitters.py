@@ -26,7 +26,7 @@ from seoro.runtime.explanation import Doing, Emitter
 from seoro.runtime.readings import short
 
 if TYPE_CHECKING:
-    from seoro.runtime.invocation import Running, Services
+    from seoro.runtime.services import Running, Services
 
 _MOST = 5  # of one event
 

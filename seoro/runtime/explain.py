@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     from seoro.lang.source import Span
     from seoro.runtime.agenda import Flow, Scope
     from seoro.runtime.environment import Environment
-    from seoro.runtime.invocation import Instance, Place, Running, Services
+    from seoro.runtime.instances import Instance
+    from seoro.runtime.place import Place
+    from seoro.runtime.services import Running, Services
 
 _MOST = 8  # activities
 

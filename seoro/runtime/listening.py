@@ -24,12 +24,12 @@ from seoro.runtime.conditions import Context, Stop
 from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Ear, Occurrence
-from seoro.runtime.invocation import Composed, Instance
+from seoro.runtime.instances import Composed, Instance
 from seoro.runtime.values import Actor, HasFields, Struct
 from seoro.runtime.verdict import RunStatus
 
 if TYPE_CHECKING:
-    from seoro.runtime.invocation import Services
+    from seoro.runtime.services import Services
 
 Meet: TypeAlias = Callable[[Occurrence], bool]  # says whether the occurrence counts
 

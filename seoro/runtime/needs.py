@@ -8,7 +8,7 @@ from seoro.errors import InvalidUse
 from seoro.lang.plan import Behavior, Field, InvokeAction, InvokeScenario, OneOf, Parallel, Plan, Serial
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.homes import Homes
-from seoro.runtime.invocation import Instance
+from seoro.runtime.instances import Instance
 from seoro.runtime.values import Actor
 
 

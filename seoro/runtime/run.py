@@ -31,11 +31,13 @@ from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes
+from seoro.runtime.instances import Instance, Invoked
 from seoro.runtime.instantiate import entry_parameters
-from seoro.runtime.invocation import Decision, Instance, Invoked, Place, Services
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
+from seoro.runtime.place import Place
+from seoro.runtime.services import Decision, Services
 from seoro.runtime.trace import Trace, unwritten
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict

@@ -12,7 +12,7 @@ from seoro import ActionContext, action
 from seoro.embed import Options
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.conditions import Conditions
-from seoro.runtime.invocation import Services
+from seoro.runtime.services import Services
 from seoro.runtime.settling import Settling
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from seoro.runtime.invocation import NESTING
+from seoro.runtime.services import NESTING
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import RunText
 

@@ -19,7 +19,8 @@ from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.blocking import Meter, place_of_thread
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
-from seoro.runtime.invocation import Instance, Place, name_of
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place, name_of
 from seoro.runtime.uses import Use
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 

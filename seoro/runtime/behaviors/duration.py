@@ -18,7 +18,7 @@ from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.choose.times import DURATION, END_TO_END, START_TO_START, Times, Window
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import EvaluationError, evaluate
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.values import Range
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
 

@@ -12,8 +12,8 @@ from seoro.runtime.agenda import Scope
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.explain import explained
-from seoro.runtime.invocation import Place
 from seoro.runtime.past import Past
+from seoro.runtime.place import Place
 from seoro.runtime.values import Value
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
 

@@ -6,7 +6,8 @@ from seoro.errors import ActionFailed, BackendLost, BackendRefused
 from seoro.lang.source import Span
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.explain import explain_action
-from seoro.runtime.invocation import Instance, Place
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 

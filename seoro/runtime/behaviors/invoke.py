@@ -28,8 +28,9 @@ from seoro.runtime.choose.plain import is_given
 from seoro.runtime.choose.times import DURATION
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
+from seoro.runtime.instances import Composed, Instance, Invoked
 from seoro.runtime.instantiate import Invocation, choose_parameters, choose_times, take_given
-from seoro.runtime.invocation import Composed, Instance, Invoked, Place
+from seoro.runtime.place import Place
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import CANCELLED, Outcome, Status
 

@@ -12,7 +12,7 @@ from functools import partial
 
 from seoro.runtime.agenda import Agenda, Flow, Limit, Scope
 from seoro.runtime.explain import explained
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import Outcome, Status
 
 _CUT_OFF = Outcome(Status.CANCELLED, "it came to its limit")

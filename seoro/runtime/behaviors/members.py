@@ -11,7 +11,7 @@ from typing import TypeAlias
 from seoro.lang.plan import Behavior
 from seoro.runtime.agenda import Flow, Waiter
 from seoro.runtime.flows import Guard
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import Outcome
 
 Perform: TypeAlias = Callable[[Behavior, Place], Awaitable[Outcome]]

@@ -24,7 +24,7 @@ from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.explanation import Explanation
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import Outcome, Status
 
 Within: TypeAlias = Callable[[Iterable[Modifying], Carry], Carry]

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.runtime.agenda import Flow
 from seoro.runtime.behaviors.members import Members, Perform, members_of
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.timetable import Limit
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 

@@ -17,7 +17,7 @@ from seoro.lang.plan import EnumValue, Overlap, Parallel
 from seoro.runtime.behaviors.duration import times_of
 from seoro.runtime.choose.times import END_TO_END, OVERLAP, START_TO_START, Window
 from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.values import Range
 
 _ANY: Final = Range(-inf, inf)

@@ -14,7 +14,9 @@ from functools import partial
 from seoro.lang.plan import LabelPath, Override, OverrideMode
 from seoro.runtime.agenda import Scope
 from seoro.runtime.behaviors.members import Carry
-from seoro.runtime.invocation import Instance, Overriding, Place
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place
+from seoro.runtime.services import Overriding
 from seoro.runtime.verdict import Outcome, Status
 
 

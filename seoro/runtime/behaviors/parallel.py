@@ -22,7 +22,7 @@ from seoro.runtime.behaviors.limits import is_open_ended
 from seoro.runtime.behaviors.members import Members, Perform, members_of
 from seoro.runtime.behaviors.overlap import Timing
 from seoro.runtime.explain import explained
-from seoro.runtime.invocation import Place, name_of
+from seoro.runtime.place import Place, name_of
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status, failure
 
 

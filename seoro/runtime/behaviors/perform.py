@@ -44,7 +44,8 @@ from seoro.runtime.behaviors.wait import run_wait
 from seoro.runtime.choose.times import DURATION
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.holding import newly_held
-from seoro.runtime.invocation import Instance, Place, type_of
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place, type_of
 from seoro.runtime.stack import descend
 from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome, RunStatus
 

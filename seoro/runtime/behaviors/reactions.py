@@ -25,9 +25,9 @@ from seoro.runtime.environment import Environment, EvaluationError
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.events import Occurrence
 from seoro.runtime.holding import newly_held
-from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
 from seoro.runtime.past import Past
+from seoro.runtime.place import Place
 from seoro.runtime.values import HasFields, Value
 from seoro.runtime.verdict import CANCELLED
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from seoro.lang.plan import Behavior
 from seoro.runtime.choose.times import DURATION
-from seoro.runtime.invocation import Instance, Place, Running, Services, name_of, type_of
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place, name_of, type_of
+from seoro.runtime.services import Running, Services
 from seoro.runtime.verdict import Outcome
 
 

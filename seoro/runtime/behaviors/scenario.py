@@ -7,7 +7,8 @@ from collections.abc import Awaitable
 from seoro.lang.plan import Scenario
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.members import Perform
-from seoro.runtime.invocation import Instance, Place
+from seoro.runtime.instances import Instance
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

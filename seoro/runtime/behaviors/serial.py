@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from seoro.lang.plan import Serial
 from seoro.runtime.behaviors.members import Perform
-from seoro.runtime.invocation import Place
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

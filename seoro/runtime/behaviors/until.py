@@ -16,9 +16,9 @@ from seoro.runtime.agenda import Scope, Waiter
 from seoro.runtime.behaviors.members import Carry
 from seoro.runtime.conditions import Context
 from seoro.runtime.events import Occurrence
-from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
 from seoro.runtime.past import Past
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

@@ -9,8 +9,8 @@ from seoro.lang.plan import Elapsed, EventSpecification, Wait
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.conditions import Context, Stop
 from seoro.runtime.events import Occurrence
-from seoro.runtime.invocation import Place
 from seoro.runtime.listening import Listener
+from seoro.runtime.place import Place
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 
