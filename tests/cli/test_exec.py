@@ -392,7 +392,7 @@ def test_what_only_some_runs_need_is_not_loaded(write: Write) -> None:
     command = [sys.executable, "-c", code, "exec", write(GREETING)]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert "'seoro.cli.output'" in loaded
-    for module in ("rich", "xml.etree", "seoro.traces", "zenoh", "pydantic"):
+    for module in ("rich", "xml.etree", "seoro.runtime.accept", "seoro.traces", "zenoh", "pydantic"):
         assert f"'{module}'" not in loaded
 
 
