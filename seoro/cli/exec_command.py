@@ -21,7 +21,8 @@ from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, unproved
-from seoro.embed import Options, Run, Scenario, Simulator, check_file, load, prepare
+from seoro.cli.run_arguments import add_run_arguments, overrides_of, simulator_of
+from seoro.embed import Options, Run, Scenario, check_file, load, prepare
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
 from seoro.reasons import fault_text, reason_text
@@ -41,33 +42,12 @@ if TYPE_CHECKING:
     from seoro.cli.live_tree import LiveTree
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
-DEFAULT_RATE = 1.0  # simulated seconds per second
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("file", metavar="FILE", help="the scenario file (.osc); - for stdin")
-    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, if the file has several")
-    parser.add_argument(
-        "--set",
-        metavar="PATH=VALUE",
-        action="append",
-        default=[],
-        help="give a parameter a value, an expression of the language: --set robot.goal.x=3m (repeatable)",
-    )
-    parser.add_argument(
-        "--params",
-        type=Path,
-        metavar="FILE",
-        help="values of parameters in YAML: a mapping under the scenario's name, numbers in SI base units",
-    )
-    parser.add_argument(
-        "--seed", type=_seed, metavar="N", help="seed of everything that is drawn (default: drawn)"
-    )
-    parser.add_argument(
-        "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
-    )
-    _add_simulator_arguments(parser)
+    add_run_arguments(parser)
     parser.add_argument(
         "-o",
         "--output-dir",
@@ -87,30 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="check and print the chosen values; do not run, and write no files",
     )
     parser.add_argument(
-        "--timeout", type=_positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
-    )
-    parser.add_argument(
         "--json", action="store_true", help="print the result, or the chosen values, as one JSON object on stdout"
-    )
-
-
-def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
-    place = parser.add_mutually_exclusive_group()
-    place.add_argument("--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco")
-    place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
-    parser.add_argument(
-        "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
-    )
-    parser.add_argument(
-        "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
-    )
-    parser.add_argument(
-        "--model-path",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="look up models `name://path` in DIR/name first (repeatable)",
     )
 
 
@@ -208,10 +165,10 @@ class _Exec:
         settings = Options(
             name=options.scenario,
             seed=options.seed,
-            overrides=_overrides(options.set),
+            overrides=overrides_of(options.set),
             parameters=options.params,
             clock=options.clock,
-            simulator=_simulator(options),
+            simulator=simulator_of(options),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
             keep_trace=False,
@@ -296,58 +253,3 @@ def _progress(options: argparse.Namespace, file: TextIO) -> Progress | LiveTree:
     from seoro.cli.live_tree import LiveTree  # noqa: PLC0415 - drawing takes long to load
 
     return LiveTree(file)
-
-
-# ---------------------------------------------------------------- option values
-
-
-def _simulator(options: argparse.Namespace) -> Simulator | None:
-    if options.sim is None and options.connect is None:
-        theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
-        given = [name for name, value in theirs.items() if value is not None]
-        if given:
-            raise InvalidUse(f"`{given[0]}` is a simulator's, and there is none", help="add `--sim mujoco`")
-        return None
-    return Simulator(
-        name=options.sim,
-        endpoint=options.connect,
-        world=_world(options.world),
-        rate=DEFAULT_RATE if options.rate is None else options.rate,
-        model_path=options.model_path,
-    )
-
-
-def _world(world: str | None) -> str | None:
-    """The world as the simulator is to be told, which may run in another folder."""
-    is_file = world is not None and Path(world).suffix in {".yaml", ".yml"}
-    return str(Path(world).resolve()) if world is not None and is_file else world
-
-
-def _overrides(settings: Sequence[str]) -> dict[str, str]:
-    overrides = {}
-    for setting in settings:
-        path, equals, value = setting.partition("=")
-        if not equals or not path.strip():
-            raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
-        overrides[path.strip()] = value.strip()
-    return overrides
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
-    return int(text)
-
-
-def _rate(text: str) -> float:
-    return math.inf if text == "max" else _positive(text)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (value > 0 and math.isfinite(value)):
-        raise argparse.ArgumentTypeError(f"expected a positive number, not {text!r}")
-    return value

@@ -1,0 +1,115 @@
+"""The options that say what is run, and where: those of `seoro exec`, and of what runs it again and again."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from seoro.embed import Simulator
+from seoro.errors import InvalidUse
+
+DEFAULT_RATE = 1.0  # simulated seconds per second
+
+
+def add_run_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare them."""
+    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, if the file has several")
+    parser.add_argument(
+        "--set",
+        metavar="PATH=VALUE",
+        action="append",
+        default=[],
+        help="give a parameter a value, an expression of the language: --set robot.goal.x=3m (repeatable)",
+    )
+    parser.add_argument(
+        "--params",
+        type=Path,
+        metavar="FILE",
+        help="values of parameters in YAML: a mapping under the scenario's name, numbers in SI base units",
+    )
+    parser.add_argument(
+        "--seed", type=_seed, metavar="N", help="seed of everything that is drawn (default: drawn)"
+    )
+    parser.add_argument(
+        "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
+    )
+    _add_simulator_arguments(parser)
+    parser.add_argument(
+        "--timeout", type=_positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
+    )
+
+
+def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument("--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco")
+    place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
+    parser.add_argument(
+        "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
+    )
+    parser.add_argument(
+        "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
+    )
+    parser.add_argument(
+        "--model-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="look up models `name://path` in DIR/name first (repeatable)",
+    )
+
+
+def simulator_of(options: argparse.Namespace) -> Simulator | None:
+    """The simulator that the options ask for, if they do."""
+    if options.sim is None and options.connect is None:
+        theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
+        given = [name for name, value in theirs.items() if value is not None]
+        if given:
+            raise InvalidUse(f"`{given[0]}` is a simulator's, and there is none", help="add `--sim mujoco`")
+        return None
+    return Simulator(
+        name=options.sim,
+        endpoint=options.connect,
+        world=_world(options.world),
+        rate=DEFAULT_RATE if options.rate is None else options.rate,
+        model_path=options.model_path,
+    )
+
+
+def _world(world: str | None) -> str | None:
+    """The world as the simulator is to be told, which may run in another folder."""
+    is_file = world is not None and Path(world).suffix in {".yaml", ".yml"}
+    return str(Path(world).resolve()) if world is not None and is_file else world
+
+
+def overrides_of(settings: Sequence[str]) -> dict[str, str]:
+    """What `--set` gives, by path."""
+    overrides = {}
+    for setting in settings:
+        path, equals, value = setting.partition("=")
+        if not equals or not path.strip():
+            raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
+        overrides[path.strip()] = value.strip()
+    return overrides
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
+    return int(text)
+
+
+def _rate(text: str) -> float:
+    return math.inf if text == "max" else _positive(text)
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (value > 0 and math.isfinite(value)):
+        raise argparse.ArgumentTypeError(f"expected a positive number, not {text!r}")
+    return value
