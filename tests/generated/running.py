@@ -6,6 +6,7 @@ import asyncio
 import json
 import random
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -21,8 +22,8 @@ from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
 
 Record = dict[str, Any]
-_NUMBERS = {"id", "parent", "behavior", "by", "modifier"}  # of behaviors, in the order of their starts
-_NUMBERED = {"seq", "instance", "of", "values", "exact"}  # numbered or ordered by steps
+_BEHAVIORS = {"id", "parent", "behavior", "by", "modifier"}  # fields with numbers of behaviors
+_HOLDERS = {"instance", "of", "object"}  # of what has events and variables
 
 
 @action("hold", open_ended=True)
@@ -77,14 +78,24 @@ def load_text(text: str) -> Loaded:
 
 @dataclass(eq=False)
 class Ran:
-    """What became of a run."""
+    """What became of a run.
 
+    Args:
+        round: Gives the number of the present round.
+        records: What happened.
+        rounds: In which round each of that did.
+        verdict: How it ended.
+    """
+
+    round: Callable[[], int] = lambda: 0
     records: list[Record] = field(default_factory=list)
+    rounds: list[int] = field(default_factory=list)
     verdict: Verdict | None = None
 
     def record(self, record: Record) -> None:
         """An observer; stamps of the wall clock are no part of what happened."""
         self.records.append({name: value for name, value in record.items() if name != "wall"})
+        self.rounds.append(self.round())
 
 
 async def execute(loaded: Loaded, order: int | None = None) -> Ran:
@@ -106,31 +117,64 @@ async def execute(loaded: Loaded, order: int | None = None) -> Ran:
         step_order=None if order is None else lambda path: chance.random(),
     )
     execution = Execution(loaded.plan, settings)
+    ran.round = lambda: execution._agenda._rounds.number
     ran.verdict = await execution.run()
     assert execution.fault is None
     return ran
 
 
-def in_any_order(ran: Ran) -> list[tuple[float, list[str]]]:
-    """What happened at each time, whatever the order in it.
+def in_any_order(ran: Ran) -> list[tuple[int, list[str]]]:
+    """What happened in each round, whatever the order in it, but for changes of variables, which have one."""
+    names = _Names(ran.records)
+    changes: Counter[int] = Counter()
+    found: dict[int, list[str]] = {}
+    for number, record in zip(ran.rounds, ran.records, strict=True):
+        shown = {name: names.named(name, value) for name, value in record.items() if name != "seq"}
+        if record["kind"] == "variable":
+            changes[number] += 1
+            shown["number"] = changes[number]
+        found.setdefault(number, []).append(json.dumps(shown))
+    return [(number, sorted(lines)) for number, lines in found.items()]
 
-    Behaviors have numbers in the order of their starts; here they are called by their paths.
+
+class _Names:
+    """Names for what has numbers in the order in which it began: behaviors are called by their paths, instances by
+    what invoked them, structs and actors by where they are told.
+
+    Args:
+        records: All records of a run.
     """
-    names: dict[int | None, str] = {None: ""}
-    seen: Counter[str] = Counter()
-    changes: Counter[float] = Counter()
-    found: dict[float, list[str]] = {}
-    for record in ran.records:
-        shown = {name: value for name, value in record.items() if name not in _NUMBERED}
-        if record["kind"] == "behavior.start":
-            name = f"{names[record['parent']]}>{record['path']}"
-            seen[name] += 1
-            names[record["id"]] = f"{name}*{seen[name]}"
-            shown["parent"] = names[record["parent"]]
-        for name in _NUMBERS & record.keys() - {"parent"}:
-            shown[name] = names.get(record[name], "")
-        if record["kind"] == "variable":  # changes take hold between rounds, in an order of their own
-            changes[record["t"]] += 1
-            shown["number"] = changes[record["t"]]
-        found.setdefault(record["t"], []).append(json.dumps(shown))
-    return [(time, sorted(lines)) for time, lines in found.items()]
+
+    def __init__(self, records: Sequence[Record]) -> None:
+        self._behaviors: dict[int | None, str] = {None: ""}
+        self._holders: dict[int, str] = {}
+        self._seen: Counter[str] = Counter()
+        for record in records:
+            if record["kind"] == "behavior.start":
+                path = f"{self._behaviors[record['parent']]}>{record['path']}"
+                self._behaviors[record["id"]] = self._next(path)
+            elif record["kind"] == "instance":
+                path = f"{self._behaviors[record['behavior']]}:{record['of']}"
+                self._holders[record["instance"]] = name = self._next(path)
+                self._name_objects(record["values"], name)
+
+    def _next(self, path: str) -> str:
+        self._seen[path] += 1
+        return f"{path}*{self._seen[path]}"
+
+    def _name_objects(self, told: Any, path: str) -> None:
+        if isinstance(told, dict):
+            if "object" in told:
+                self._holders.setdefault(told["object"], path)
+            for name, value in told.items():
+                self._name_objects(value, f"{path}.{name}")
+
+    def named(self, field: str, value: Any) -> Any:
+        """What a field of a record holds, with names instead of numbers."""
+        if isinstance(value, dict):
+            return {name: self.named(name, inside) for name, inside in value.items()}
+        if field in _BEHAVIORS:
+            return self._behaviors[value]
+        if field in _HOLDERS and isinstance(value, int):
+            return self._holders[value]
+        return value
