@@ -145,7 +145,8 @@ class Emitting:
             yield from started
             if frame.held or SUCCEEDED in frame.cuts:
                 found = list(self._any_end(number, frame))
-                is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary and bool(started)
+                is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary
+                is_due = is_due and any(frame.start.seq < seq < frame.end.seq for seq in started)
                 if is_due and not found and not matched.overrides:
                     message = f"it {frame.status}, and neither `end` nor `fail` occurs"
                     self.findings.violate(Rule.EVENT, message, instance.declaration.span, *frame.records)

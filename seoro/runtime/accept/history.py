@@ -154,9 +154,10 @@ class History:
                 since = end
         return since >= until
 
-    def sees_change_next(self, seq: int) -> bool:
-        """Whether the record after one is a change of a variable, too: both may take hold at once."""
-        following = self.records[seq + 1] if seq + 1 < len(self.records) else None
-        return (
-            following is not None and following["kind"] == "variable" and following["t"] == self.records[seq]["t"]
-        )
+    def may_be_one(self, first: int, second: int) -> bool:
+        """Whether two changes, of variables or of what labels stand for, may have taken hold at once."""
+        records = self.records
+        if records[first]["t"] != records[second]["t"]:
+            return False
+        is_label = records[first]["kind"] == "instance"
+        return is_label or all(record["kind"] == "variable" for record in records[first : second + 1])

@@ -289,15 +289,14 @@ class Moments:
 
     def _values(self, expression: Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
         """The values of an expression, when it may have another one, and whether it surely had that."""
-        records, (seq, t), is_sure = self.history.records, listening.since, True
+        (seq, t), last = listening.since, None
         depends_on_labels = has_labels(expression)
-        while True:
+        while t <= listening.limit:
             reads = Reads()
             try:
                 value = bool(self.world.value(expression, listening.environment, seq, reads))
             except NothingInvoked:
                 value = False
-            yield t, value, is_sure
             following = [
                 place
                 for (_, name), holder in reads.fields.items()
@@ -307,8 +306,8 @@ class Moments:
             if depends_on_labels:
                 following += self.world.next_instance(seq)
             if not following:
+                yield t, value, True
                 return
             place = min(following)
-            seq, t, is_sure = place + 1, records[place]["t"], not self.history.sees_change_next(place)
-            if t > listening.limit:
-                return
+            yield t, value, last is None or not self.history.may_be_one(last, place)
+            seq, t, last = place + 1, self.history.records[place]["t"], place

@@ -176,3 +176,49 @@ scenario main:
     assert traced.broken == set(), traced.messages
     traced.drop(traced.find("variable", 2))
     assert traced.broken == {"sample"}
+
+
+async def test_what_is_sampled_together_with_what_a_condition_reads(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    event go
+    var n: int = 0
+    var seen: int = sample(n, @go, 0)
+    var taken: int = sample(n + 1, n >= 1 and seen < 2, 0)
+    do parallel:
+        one_of:
+            increment(n)
+        serial:
+            wait elapsed(1s)
+            emit go
+            wait elapsed(1s)
+""")
+    changes = [record for record in traced.records if record["kind"] == "variable"]
+    assert [(each["t"], each["field"]) for each in changes] == [(0.0, "n"), (0.0, "taken"), (1.0, "seen")]
+    assert changes[0]["seq"] + 1 == changes[1]["seq"]
+    assert traced.broken == set(), traced.messages
+
+
+async def test_what_is_ended_before_it_begins_may_be_carried_out_again(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    do wait elapsed(1s)
+scenario main:
+    event one
+    do parallel:
+        serial:
+            wait elapsed(1s)
+            serial:
+                worker() with:
+                    repeat(2)
+                    until @one
+        serial:
+            wait elapsed(1s)
+            emit one
+            wait elapsed(0.5s)
+            emit one
+""")
+    worker = traced.find("instance", of="worker")["instance"]
+    assert [r["event"] for r in traced.records if r["kind"] == "event" and r["of"] == worker] == ["start", "end"]
+    assert len([record for record in traced.records if record["kind"] == "attempt.end"]) == 2
+    assert traced.broken == set(), traced.messages
