@@ -12,6 +12,7 @@ from seoro.runtime.accept.constraining import Constraining
 from seoro.runtime.accept.emitting import Emitting
 from seoro.runtime.accept.findings import Acceptance, Findings, Rule
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
+from seoro.runtime.accept.hearing import Hearing
 from seoro.runtime.accept.history import History
 from seoro.runtime.accept.modifying import Modifying
 from seoro.runtime.accept.moments import Moments
@@ -48,12 +49,12 @@ def _check(plan: Plan, history: History, findings: Findings) -> None:
     if matched is None:
         return
     channels = Channels(plan, history, world)
-    moments = Moments(history, world, channels)
+    moments = Moments(history, world, channels, Hearing(plan))
     emitting = Emitting(history, world, channels, moments, findings)
     pasts = Pasts(history, matched, channels, emitting.emitted(matched))
     Waiting(history, world, moments, pasts, findings).check(matched)
-    emitting.check(matched)
     Reacting(history, world, moments, pasts, findings).check(matched)
+    emitting.check(matched)
     Modifying(history, findings).check(matched)
     Overriding(history, findings).check(matched)
     Constraining(plan, history, world, findings).check(matched)

@@ -171,6 +171,7 @@ class Emitting:
             for happening in happenings:
                 if happening.is_derived:
                     self._derived(holder, happening)
+                    self._heard(happening, None)
         if not isinstance(holder, Instance):
             return
         declared = next((event for event in holder.declaration.events if event.name == name), None)
@@ -188,6 +189,13 @@ class Emitting:
                 self._fits({parameter for parameter, _ in declared.parameters}, happening, name)
             if happening.is_derived:
                 self._derived(holder, happening)
+                self._heard(happening, span)
+
+    def _heard(self, happening: Happening, span: Span | None) -> None:
+        """Someone listens to a derived event, and hears it then."""
+        if not self.moments.hearing.check(happening.of, happening.name, happening.mark.t):
+            message = f"`{happening.name}` occurs at {happening.mark.t:g} s, and nobody who listens hears it then"
+            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
 
     def _fits(self, parameters: set[str], happening: Happening, name: str) -> None:
         """Its arguments are those that it is declared with."""

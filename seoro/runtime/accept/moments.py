@@ -27,6 +27,7 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.accept.channels import Channel, Channels
 from seoro.runtime.accept.findings import Undecided
+from seoro.runtime.accept.hearing import Hearing
 from seoro.runtime.accept.history import TIME_DIGITS, Happening, History, Mark
 from seoro.runtime.accept.pasts import Past
 from seoro.runtime.accept.world import EventObject, NothingInvoked, TimedFields, World, has_labels
@@ -86,11 +87,13 @@ class Moments:
         history: The trace.
         world: Its values.
         channels: Finds events.
+        hearing: Told of the derived events that are met.
     """
 
     history: History
     world: World
     channels: Channels
+    hearing: Hearing
 
     def of(self, specification: EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
         """All moments within an event context, in the order of time.
@@ -98,7 +101,11 @@ class Moments:
         Raises:
             Undecided: The trace does not tell them.
         """
-        found = list(self._of(specification, listening, depth))
+        try:
+            found = list(self._of(specification, listening, depth))
+        except Undecided:
+            self.hearing.give_up(specification)
+            raise
         return sorted(found, key=lambda moment: (moment.first, moment.last))
 
     def _of(self, specification: EventSpecification, listening: Listening, depth: int) -> Iterator[Moment]:
@@ -119,7 +126,9 @@ class Moments:
             if declared is not None and declared.specification is not None:
                 inside = replace(listening, armed=channel.start, environment=channel.environment)
                 for moment in self.of(declared.specification, inside, depth + 1):
-                    yield from self._while_meant(channel, replace(moment, happening=None))
+                    for meant in self._while_meant(channel, moment):
+                        self.hearing.hear(channel.of, channel.name, meant.first, meant.last)
+                        yield replace(meant, happening=None)
 
     def _while_meant(self, channel: Channel, moment: Moment) -> Iterator[Moment]:
         """A moment, if a reference means the event then; in the instant in which that changes, it may."""

@@ -163,6 +163,39 @@ scenario main:
     assert "`full` occurs at 1 s, and its condition has another value" in traced.messages
 
 
+@pytest.mark.parametrize(
+    "listener", ["wait @r.close", "until @r.close", "on @r.close:\n        call r.size()", "@shown"]
+)
+@pytest.mark.parametrize("condition", ["elapsed(2s)", "every(5s, offset: 2s)", "elapsed([1.5s..2.5s])"])
+async def test_a_derived_event_occurs_when_someone_hears_it(
+    trace_text: TraceText, condition: str, listener: str
+) -> None:
+    text = f"""
+actor robot:
+    event close is {condition}
+    def size() -> int is expression 1
+
+scenario main:
+    r: robot
+    event shown is @r.close if true
+"""
+    text += f"    {listener}\n" if listener.startswith("on") else ""
+    text += "    do parallel:\n        wait elapsed(3s)\n"
+    if listener.startswith("wait"):
+        text += f"        {listener}\n"
+    elif listener.startswith("until"):
+        text += f"        serial:\n            wait elapsed(9s)\n        with:\n            {listener}\n"
+    elif listener.startswith("@"):
+        text += f"        wait {listener}\n"
+    traced = await trace_text(text)
+    assert traced.broken == set(), traced.messages
+    event = traced.find("event", event="close")
+    assert event["derived"]
+    traced.move(event, traced.find("behavior.start", 1))
+    assert traced.broken == {"event"}
+    assert "`close` occurs at 0 s, and nobody who listens hears it then" in traced.messages
+
+
 # ---------------------------------------------------------------- modifiers that react, and those of actors
 
 GUARD = """

@@ -1,0 +1,88 @@
+"""Derived events occur for those who listen to them (7.3.10.4): without one for whom it is met, none occurs.
+
+Who listens is followed where a rule asks when a specification is met. Names of events that others may listen to,
+too, are not decided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from seoro.lang.plan import (
+    DeclaredEvent,
+    Event,
+    EventSpecification,
+    LabelEvent,
+    MemberEvent,
+    OnEvent,
+    Plan,
+)
+
+_ROUNDING = 1e-9  # [s]
+
+
+@dataclass(eq=False)
+class Hearing:
+    """What was heard.
+
+    Args:
+        plan: The plan.
+    """
+
+    plan: Plan
+    _heard: dict[tuple[int, str], list[tuple[float, float]]] = field(default_factory=dict)
+    _names: set[str] = field(default_factory=set)  # of events that others may listen to
+
+    def __post_init__(self) -> None:
+        for modifier in self.plan.modifiers.values():
+            for event in (*(on.event for on in modifier.on), *(sample.event for sample in modifier.samples)):
+                self.give_up(event)
+        for held in self.plan.objects.values():
+            for sample in held.samples:
+                self.give_up(sample.event)
+        for items in self.plan.coverage.values():
+            self._names |= {item.event.name for item in items if isinstance(item.event, DeclaredEvent)}
+
+    def hear(self, of: int, name: str, first: float, last: float) -> None:
+        """Someone hears a derived event of an instance, once between two times [s]."""
+        self._heard.setdefault((of, name), []).append((first, last))
+
+    def give_up(self, specification: EventSpecification) -> None:
+        """Someone listens, and it is not known when that is met."""
+        self._names.update(_names(specification))
+
+    def check(self, of: int, name: str, t: float) -> bool:
+        """Whether someone may hear a derived event at a time [s]."""
+        heard = self._heard.get((of, name), ())
+        return any(first - _ROUNDING <= t <= last + _ROUNDING for first, last in heard) or name in self._unknown()
+
+    def _unknown(self) -> set[str]:
+        """The names, with those of what these events are derived from."""
+        found, pending = set[str](), list(self._names)
+        while pending:
+            name = pending.pop()
+            if name in found:
+                continue
+            found.add(name)
+            for event in self._declared():
+                if event.name == name and event.specification is not None:
+                    pending += _names(event.specification)
+        return found
+
+    def _declared(self) -> Iterator[Event]:
+        plan = self.plan
+        for declared in (plan.scenarios, plan.actions, plan.modifiers, plan.objects):
+            for each in declared.values():
+                yield from each.events
+
+
+def _names(specification: EventSpecification) -> Iterator[str]:
+    """The name of the event that a specification refers to, if it does."""
+    if not isinstance(specification, OnEvent):
+        return
+    event = specification.event
+    while isinstance(event, MemberEvent | LabelEvent):
+        event = event.event
+    if isinstance(event, DeclaredEvent):
+        yield event.name
