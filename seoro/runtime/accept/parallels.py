@@ -244,8 +244,7 @@ class _Members:
         name = node.name
         if node.status == SUCCEEDED and low > -inf:
             latest = reached(end + max(-low, 0.0))
-            was_running = primary.status == CANCELLED and self._frame.status == FAILED
-            if primary.end.t > latest or (was_running and self._history.lasts(latest, primary.end.t)):
+            if primary.end.t > latest or self._was_cut(primary, latest):
                 yield _Fault(latest, f"`{name}` ended before the primary member, which ran on", index)
             elif primary.status == SUCCEEDED and low > 0 and end < primary.end.t + low - 1e-9:
                 t = max(end, primary.end.t)
@@ -258,11 +257,16 @@ class _Members:
                     f"`{name}` was still running {_offset(latest - primary.end.t)} the primary member",
                     index,
                 )
-            elif node.status == CANCELLED and self._history.lasts(latest, end) and self._frame.status == FAILED:
+            elif self._was_cut(node, latest):
                 yield _Fault(latest, f"`{name}` was still running when it should have ended", index)
             elif node.status == SUCCEEDED and end > primary.end.t + high + 1e-9 and high < 0:
                 t = max(end, primary.end.t)
                 yield _Fault(t, f"`{name}` ended {_offset(end - primary.end.t)} the primary member", index)
+
+    def _was_cut(self, node: Node, t: float) -> bool:
+        """Whether a member still ran at a time, and was cancelled since the composition failed."""
+        is_cut = node.status == CANCELLED and node.end.t >= t and self._history.lasts(t, node.end.t)
+        return is_cut and self._frame.status == FAILED and not self._checking.was_overridden(node)
 
 
 def _not_after(t: float, limit: float, reached: Callable[[float], float]) -> bool:

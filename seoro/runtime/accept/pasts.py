@@ -8,7 +8,7 @@ there were several that may have, they are *perhaps* in the past.
 from __future__ import annotations
 
 from bisect import bisect, bisect_left
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
@@ -125,27 +125,25 @@ class Pasts:
     def _add_consumed(self, node: Node, t: float, past: Past) -> None:
         if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
             plan, instance = self._waits[node.number]
-            self._consume([(plan.event, node.start, instance.environment)], t, past)
+            self._consume(plan.event, instance.environment, node.start, node.end, past)
         self._add_untils(node, Mark(node.end.seq + 1, t), past)
 
     def _add_untils(self, node: Node, mark: Mark, past: Past) -> None:
         """What met an `until` of a behavior, or of attempts of a modifier, in an instant before a record."""
-        consumed = [
-            (event, frame.start, environment)
-            for event, frame, environment in self._untils.get(node.number, ())
-            if frame.end.t == mark.t and frame.end.seq < mark.seq
-        ]
-        self._consume(consumed, mark.t, past)
+        for event, frame, environment in self._untils.get(node.number, ()):
+            if frame.end.t == mark.t and frame.end.seq < mark.seq:
+                self._consume(event, environment, frame.start, frame.end, past)
 
     def _consume(
-        self, listening: Iterable[tuple[EventSpecification, Mark, Environment]], t: float, past: Past
+        self, specification: EventSpecification, environment: Environment, start: Mark, end: Mark, past: Past
     ) -> None:
-        for specification, start, environment in listening:
-            try:
-                found, is_all = self.channels.sources(specification, environment, start, t)
-            except Undecided:
-                continue
-            (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
+        """What met a specification between two places, at the second one."""
+        try:
+            sources, is_all = self.channels.sources(specification, environment, start, end.t)
+        except Undecided:
+            return
+        found = {seq for seq in sources if seq < end.seq}
+        (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
 
     def _phases(self, number: int, name: str, t: float) -> Iterator[int]:
         return (found.mark.seq for found in self.channels.at(number, name, t))

@@ -7,10 +7,11 @@ rules that need more than that get the places where they apply.
 
 from __future__ import annotations
 
-from bisect import bisect
+from bisect import bisect, insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import attrgetter
 from typing import Final
 
 from seoro.lang.plan import (
@@ -158,7 +159,7 @@ class Tree:
                         instance.node = node
                         self.matched.invocations.append((plan, instance, around))
                         if plan.label is not None:
-                            around.labels.setdefault(plan.label, []).append(instance)
+                            insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
                     self._check_declared(plan, node, number)
                 self._layers(_Course(plan, plan.span), layers_of(plan, self.plan), frame)
             case Serial() | Parallel() | OneOf():

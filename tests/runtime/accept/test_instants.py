@@ -222,3 +222,22 @@ scenario main:
     assert [r["event"] for r in traced.records if r["kind"] == "event" and r["of"] == worker] == ["start", "end"]
     assert len([record for record in traced.records if record["kind"] == "attempt.end"]) == 2
     assert traced.broken == set(), traced.messages
+
+
+async def test_an_attempt_sees_what_occurs_in_it_though_the_one_before_met_the_like(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    event told
+    do emit told
+scenario main:
+    do parallel:
+        serial:
+            a: worker()
+            wait elapsed(5s)
+        with:
+            repeat(2)
+            until @a.told
+        wait elapsed(1s)
+""")
+    assert traced.find("run.end")["t"] == 1.0
+    assert traced.broken == set(), traced.messages

@@ -305,6 +305,24 @@ scenario main:
     assert started.broken == {"override"}
 
 
+async def test_a_member_that_was_overridden_does_not_run_on_when_others_end(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do serial:
+        parallel(overlap: full):
+            a: wait elapsed(5s)
+            b: serial(duration: 3s):
+                wait elapsed(9s)
+            wait elapsed(1s)
+        with:
+            override(a, b)
+            failure_is_success()
+        log("x")
+""")
+    assert (traced.end("a")["t"], traced.start("log")["t"]) == (0.0, 3.0)
+    assert traced.broken == set(), traced.messages
+
+
 # ---------------------------------------------------------------- clean-up
 
 CLEANS_UP = """
