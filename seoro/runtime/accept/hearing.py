@@ -38,9 +38,6 @@ class Hearing:
         for modifier in self.plan.modifiers.values():
             for event in (*(on.event for on in modifier.on), *(sample.event for sample in modifier.samples)):
                 self.give_up(event)
-        for held in self.plan.objects.values():
-            for sample in held.samples:
-                self.give_up(sample.event)
         for items in self.plan.coverage.values():
             self._names |= {item.event.name for item in items if isinstance(item.event, DeclaredEvent)}
 

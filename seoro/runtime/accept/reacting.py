@@ -13,10 +13,13 @@ from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
+from seoro.runtime.accept.held import Held
 from seoro.runtime.accept.history import Happening, History, Node
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.world import Instance, World
+from seoro.runtime.environment import Environment
+from seoro.runtime.values import HasFields
 
 
 @dataclass(eq=False)
@@ -44,12 +47,23 @@ class Reacting:
             for directive in instance.declaration.on:
                 self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
             for sample in instance.declaration.samples:
-                self._sample(sample, instance, frame)
+                self._sample(sample, instance, instance, frame)
+        held = Held(self.world, self.history, matched)
+        for holder, within in held.first_by().items():
+            for sample in self.world.samples_of(holder):
+                if within is None:
+                    reason = f"which scenario held a `{holder.types[0]}` first is not told"
+                    self.findings.skip(Rule.SAMPLE, reason, sample.span)
+                    self.moments.hearing.give_up(sample.event)
+                else:
+                    self._sample(sample, holder, *within)
 
-    def _found(self, event: EventSpecification, instance: Instance, frame: Frame, own: set[int]) -> list[Moment]:
+    def _found(
+        self, event: EventSpecification, environment: Environment, frame: Frame, own: set[int]
+    ) -> list[Moment]:
         """When an event is met for an instance; what its own reaction emitted it may not have seen."""
         past = partial(self.pasts.before, frame.node, frame.start)
-        listening = Listening(frame.start, frame.end.t, instance.environment, past)
+        listening = Listening(frame.start, frame.end.t, environment, past)
         found = self.moments.of(event, listening)
         return [
             replace(each, sure=False) if each.happening is not None and each.happening.mark.seq in own else each
@@ -59,7 +73,7 @@ class Reacting:
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
         own = {emitted.mark.seq for node in nodes if (emitted := self.pasts.emitted.get(node.number)) is not None}
         try:
-            found = self._found(directive.event, instance, frame, own)
+            found = self._found(directive.event, instance.environment, frame, own)
         except Undecided as why:
             self.findings.skip(Rule.ON, why, directive.span)
             return
@@ -103,16 +117,17 @@ class Reacting:
 
     # -------------------------------------------------------- sampled variables
 
-    def _sample(self, sample: Sample, instance: Instance, frame: Frame) -> None:
-        """A sampled variable takes its value whenever its event occurs."""
+    def _sample(self, sample: Sample, holder: HasFields, instance: Instance, frame: Frame) -> None:
+        """A sampled variable of an instance, or of what that holds, takes its value whenever its event occurs."""
+        environment = self.world.scope_of(holder, instance.environment)
         changes = [
             change
-            for change in self.history.changes.get((instance.number, sample.field), ())
+            for change in self.history.changes.get((self.world.number(holder) or 0, sample.field), ())
             if change.told.get("by") == frame.node.number and frame.start.seq < change.mark.seq
         ]
         changes = [change for change in changes if change.mark.t <= frame.end.t]
         try:
-            found = self._found(sample.event, instance, frame, set())
+            found = self._found(sample.event, environment, frame, set())
         except Undecided as why:
             self.findings.skip(Rule.SAMPLE, why, sample.span)
             return
@@ -121,9 +136,9 @@ class Reacting:
         self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
         if not (isinstance(sample.event, OnEvent) and sample.event.name is not None):
             for change in changes:
-                self._check_value(sample, instance, change)
+                self._check_value(sample, environment, change)
 
-    def _check_value(self, sample: Sample, instance: Instance, change: Happening) -> None:
+    def _check_value(self, sample: Sample, environment: Environment, change: Happening) -> None:
         """The value is what the expression had in one of the rounds of that instant."""
         records, seq, t = self.history.records, change.mark.seq, change.mark.t
         places = [seq]
@@ -133,7 +148,7 @@ class Reacting:
                 places.append(seq)
         try:
             told = self.world.decode(change.told["exact"])
-            values = [self.world.value(sample.value, instance.environment, place) for place in [*places, seq]]
+            values = [self.world.value(sample.value, environment, place) for place in [*places, seq]]
         except Undecided as why:
             self.findings.skip(Rule.SAMPLE, why, sample.span)
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seoro.lang.plan import FieldDeclaration, Plan, Sample
+from seoro.lang.plan import FieldDeclaration, Plan
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.fitting import fits
 from seoro.runtime.accept.history import Happening, History, Node
@@ -79,10 +79,4 @@ class Variables:
         )
 
     def _is_sampled(self, holder: Instance | Struct | Actor, name: str) -> bool:
-        return any(sample.field == name for sample in self._samples(holder))
-
-    def _samples(self, holder: Instance | Struct | Actor) -> tuple[Sample, ...]:
-        if isinstance(holder, Instance):
-            return holder.declaration.samples
-        objects = self.plan.objects
-        return next((objects[type_].samples for type_ in holder.types if type_ in objects), ())
+        return any(sample.field == name for sample in self.world.samples_of(holder))

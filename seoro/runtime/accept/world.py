@@ -20,6 +20,7 @@ from seoro.lang.plan import (
     External,
     Labelled,
     Plan,
+    Sample,
     Scenario,
     behavior_type,
     parts,
@@ -278,6 +279,13 @@ class World:
         if isinstance(holder, Instance):
             return holder.environment
         return replace(around, instance=holder, bindings={}, scenario=around.outermost)
+
+    def samples_of(self, holder: Instance | Struct | Actor) -> tuple[Sample, ...]:
+        """The variables that something samples."""
+        if isinstance(holder, Instance):
+            return holder.declaration.samples
+        objects = self.plan.objects
+        return next((objects[type_].samples for type_ in holder.types if type_ in objects), ())
 
     # -------------------------------------------------------- expressions
 
