@@ -90,6 +90,7 @@ class Emitting:
         explained |= set(self._of_instances(matched))
         for (number, name), happenings in self.history.events.items():
             self._declared(number, name, happenings, explained)
+        self._all_heard()
 
     def _ending(self, plan: Emit, node: Node, instance: Instance, matched: Matched) -> None:
         """`emit end` and `emit fail` end the scenario in which they stand."""
@@ -167,35 +168,40 @@ class Emitting:
     def _declared(self, number: int, name: str, happenings: list[Happening], explained: set[int]) -> None:
         """Each occurrence has an emission, or what the event is declared to be has occurred."""
         holder = self.world.holder(number)
-        if holder is not None and not isinstance(holder, Instance):
-            for happening in happenings:
-                if happening.is_derived:
-                    self._derived(holder, happening)
-                    self._heard(happening, None)
-        if not isinstance(holder, Instance):
+        if holder is None:
             return
-        declared = next((event for event in holder.declaration.events if event.name == name), None)
-        span = declared.span if declared is not None else holder.declaration.span
+        declared = next((event for event in self.channels.events_of(holder) if event.name == name), None)
+        around = holder.declaration.span if isinstance(holder, Instance) else None
+        span = declared.span if declared is not None else around
         seen: Counter[tuple[float, bool, str]] = Counter()
         for happening in happenings:
             seq, t = happening.mark
-            arguments = happening.told["arguments"]
-            seen[t, happening.is_derived, repr(sorted(arguments.items()))] += 1
-            if seen[t, happening.is_derived, repr(sorted(arguments.items()))] > 1:
+            key = t, happening.is_derived, repr(sorted(happening.told["arguments"].items()))
+            seen[key] += 1
+            if seen[key] > 1:
                 self.findings.violate(Rule.EVENT, f"`{name}` occurs twice at {t:g} s", span, seq)
-            if not happening.is_derived and seq not in explained:
-                self.findings.violate(Rule.EVENT, f"`{name}` occurs at {t:g} s, and nothing emits it", span, seq)
-            if declared is not None and not happening.is_derived:
-                self._fits({parameter for parameter, _ in declared.parameters}, happening, name)
             if happening.is_derived:
                 self._derived(holder, happening)
                 self._heard(happening, span)
+            elif isinstance(holder, Instance):
+                if seq not in explained:
+                    message = f"`{name}` occurs at {t:g} s, and nothing emits it"
+                    self.findings.violate(Rule.EVENT, message, span, seq)
+                if declared is not None:
+                    self._fits({parameter for parameter, _ in declared.parameters}, happening, name)
 
     def _heard(self, happening: Happening, span: Span | None) -> None:
         """Someone listens to a derived event, and hears it then."""
         if not self.moments.hearing.check(happening.of, happening.name, happening.mark.t):
             message = f"`{happening.name}` occurs at {happening.mark.t:g} s, and nobody who listens hears it then"
             self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
+
+    def _all_heard(self) -> None:
+        """Where someone hears a derived event, it occurs."""
+        for number, name, t in self.moments.hearing.due:
+            if not any(happening.is_derived for happening in self.channels.at(number, name, t)):
+                message = f"`{name}` does not occur at {t:g} s, where someone who listens hears it"
+                self.findings.violate(Rule.EVENT, message, None)
 
     def _fits(self, parameters: set[str], happening: Happening, name: str) -> None:
         """Its arguments are those that it is declared with."""

@@ -31,6 +31,7 @@ class Hearing:
     """
 
     plan: Plan
+    due: dict[tuple[int, str, float], None] = field(default_factory=dict)  # what surely was heard, and when [s]
     _heard: dict[tuple[int, str], list[tuple[float, float]]] = field(default_factory=dict)
     _names: set[str] = field(default_factory=set)  # of events that others may listen to
 

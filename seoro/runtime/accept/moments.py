@@ -64,6 +64,7 @@ class Listening:
         limit: Up to when moments are asked for [s].
         environment: What names stand for.
         past: Gives what is in the causal past at the start.
+        heard_until: Up to when all of that is heard [s]; in that instant it may have ended before.
         armed: From when on what it listens to is there; None if it is from the start on.
     """
 
@@ -71,6 +72,7 @@ class Listening:
     limit: float
     environment: Environment
     past: Callable[[], Past]
+    heard_until: float
     armed: Mark | None = None
 
     @property
@@ -128,6 +130,9 @@ class Moments:
                 for moment in self.of(declared.specification, inside, depth + 1):
                     for meant in self._while_meant(channel, moment):
                         self.hearing.hear(channel.of, channel.name, meant.first, meant.last)
+                        is_sure = meant.sure and meant.first == meant.last and meant.first < listening.heard_until
+                        if is_sure and self.history.is_exact:
+                            self.hearing.due[channel.of, channel.name, meant.first] = None
                         yield replace(meant, happening=None)
 
     def _while_meant(self, channel: Channel, moment: Moment) -> Iterator[Moment]:

@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 
-from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample
+from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
@@ -59,11 +59,18 @@ class Reacting:
                     self._sample(sample, holder, *within)
 
     def _found(
-        self, event: EventSpecification, environment: Environment, frame: Frame, own: set[int]
+        self,
+        event: EventSpecification,
+        environment: Environment,
+        instance: Instance,
+        frame: Frame,
+        own: frozenset[int] = frozenset(),
     ) -> list[Moment]:
         """When an event is met for an instance; what its own reaction emitted it may not have seen."""
         past = partial(self.pasts.before, frame.node, frame.start)
-        listening = Listening(frame.start, frame.end.t, environment, past)
+        has_end = isinstance(instance.declaration, Scenario) or not frame.held
+        heard_until = self._end(instance, frame) if has_end else frame.start.t
+        listening = Listening(frame.start, frame.end.t, environment, past, heard_until)
         found = self.moments.of(event, listening)
         return [
             replace(each, sure=False) if each.happening is not None and each.happening.mark.seq in own else each
@@ -71,9 +78,10 @@ class Reacting:
         ]
 
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
-        own = {emitted.mark.seq for node in nodes if (emitted := self.pasts.emitted.get(node.number)) is not None}
+        emitted = (self.pasts.emitted.get(node.number) for node in nodes)
+        own = frozenset(happening.mark.seq for happening in emitted if happening is not None)
         try:
-            found = self._found(directive.event, instance.environment, frame, own)
+            found = self._found(directive.event, instance.environment, instance, frame, own)
         except Undecided as why:
             self.findings.skip(Rule.ON, why, directive.span)
             return
@@ -127,7 +135,7 @@ class Reacting:
         ]
         changes = [change for change in changes if change.mark.t <= frame.end.t]
         try:
-            found = self._found(sample.event, environment, frame, set())
+            found = self._found(sample.event, environment, instance, frame)
         except Undecided as why:
             self.findings.skip(Rule.SAMPLE, why, sample.span)
             return

@@ -50,7 +50,7 @@ class Waiting:
 
     def _wait(self, plan: Wait, node: Node, instance: Instance) -> None:
         past = partial(self.pasts.before, node, node.start)
-        listening = Listening(node.start, node.end.t, instance.environment, past)
+        listening = Listening(node.start, node.end.t, instance.environment, past, node.end.t)
         try:
             found = self.moments.of(plan.event, listening)
         except Undecided as why:
@@ -65,7 +65,8 @@ class Waiting:
 
     def _until(self, layer: Untils, frame: Frame, environment: Environment) -> None:
         past = partial(self.pasts.before, frame.node, frame.start)
-        listening = Listening(frame.start, frame.end.t, environment, past)
+        heard_until = frame.start.t if frame.held else frame.end.t  # what is held may have ended
+        listening = Listening(frame.start, frame.end.t, environment, past, heard_until)
         span = layer.directives[0].span
         found: list[Moment] = []
         for directive in layer.directives:

@@ -56,6 +56,16 @@ async def test_an_event_of_a_struct_at_another_time(traced: Traced) -> None:
     assert traced.broken == {"event"}
 
 
+async def test_an_event_of_a_struct_that_someone_hears_occurs_once(traced: Traced) -> None:
+    tick = traced.find("event", event="tick")
+    twice = traced.copy()
+    twice.insert(twice.find("event", event="tick"), **{**tick, "seq": 0})
+    assert twice.broken == {"event"}
+    traced.drop(tick)
+    assert traced.broken == {"event"}
+    assert "`tick` does not occur at 0.5 s, where someone who listens hears it" in traced.messages
+
+
 async def test_what_holds_a_struct_from_the_start_of_the_run_on(trace_text: TraceText) -> None:
     traced = await trace_text(METER.replace("wait elapsed(0.25s)", "log(1)"))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
@@ -81,5 +91,5 @@ scenario main:
 """)
     assert traced.broken == set(), traced.messages
     assert "which scenario held a `meter` first is not told" in {each.reason for each in traced.accept().unchecked}
-    traced.drop(traced.find("event", event="tick"))
+    traced.drop(traced.find("variable"))
     assert traced.broken == set()
