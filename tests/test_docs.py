@@ -55,3 +55,16 @@ def test_the_actions_of_the_page_about_actions_run(
     assert re.search(r"0\.000 s +red: 1\n", out)
     assert re.search(r"0\.000 s +green is at 3/3\n", out)
     assert re.search(r"1\.000 s +red is off\n", out)
+
+
+def test_the_sweep_ends_as_its_page_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = DOCS / "sweep.md"
+    write_example(page)
+    [shown] = re.findall(r"^```console\n\$ (.*?)^```$", page.read_text(), re.M | re.S)
+    command, *lines = shown.splitlines()
+    assert main(command.split()[1:]) == 1
+    out = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line != "..."] == [line for line in out if line and "  pause=" not in line]

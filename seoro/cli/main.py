@@ -18,6 +18,7 @@ from seoro.errors import BackendError, InvalidScenario, InvalidUse
 # What each command does, in the order of `--help`; its module is loaded when it is asked for.
 COMMANDS: Final[Mapping[str, str]] = {
     "exec": "run a scenario here, in this process",
+    "sweep": "run a scenario once for each combination of what varies in it",
     "check": "parse and check scenario files, without running",
     "trace": "show the trace of a run, sum it up, convert it",
     "accept": "check whether the trace of a run is accepted by its scenario",

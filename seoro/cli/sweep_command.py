@@ -1,0 +1,308 @@
+"""`seoro sweep`: run a scenario once for each combination of what varies in it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import shutil
+import signal
+import sys
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import anyio
+
+from seoro.background import background
+from seoro.cli.exits import Exit
+from seoro.cli.files import count
+from seoro.cli.output import is_terminal
+from seoro.cli.run_arguments import add_run_arguments, overrides_of, simulator_of
+from seoro.embed import SEED_BITS, Options, Scenario, load, prepare
+from seoro.errors import InvalidUse
+from seoro.lang.frontend import lower
+from seoro.lang.lower.entry import find_entry
+from seoro.parameters import read_parameters
+from seoro.sweep.axes import Axis, combinations, find_axes
+from seoro.sweep.emit import emitted
+from seoro.sweep.results import TABLE, write_results
+from seoro.sweep.running import STATUSES, Planned, Ran, run_all
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+EXAMPLES = """examples:
+  seoro sweep noise.osc --list
+  seoro sweep noise.osc --sim mujoco --rate max --seed 1 --repeat 3 -o out/
+  seoro sweep noise.osc --set drop=0.0 --emit variants/
+
+What varies are the parameters with a list of values, `keep(noise in [0.0, 0.1, 0.2])`, that are not given
+with `--set` or `--params`.
+
+exit status: 0 all passed, 1 some failed, 3 some had no verdict, 2 the command line or the scenario is invalid,
+130 by Ctrl-C"""
+
+_RUNS = "runs"  # the folder of the results of runs, in that of the sweep
+_CLASHES = "E0442"  # constraints that cannot hold together
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("file", metavar="FILE", help="the scenario file (.osc)")
+    add_run_arguments(parser)
+    parser.add_argument(
+        "-o",
+        "--output-dir",
+        type=Path,
+        default=Path("sweep"),
+        metavar="DIR",
+        help=f"write {TABLE}, test.xml and a folder for each run there (default: sweep)",
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace the results of another sweep there")
+    parser.add_argument(
+        "-j", "--jobs", type=_positive, metavar="N", help="runs at a time (default: one for each processor)"
+    )
+    parser.add_argument(
+        "--repeat",
+        type=_positive,
+        default=1,
+        metavar="N",
+        help="run each combination so often, with the seeds SEED, SEED + 1, ... (default: 1)",
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--list", action="store_true", help="list the combinations, and run nothing")
+    what.add_argument(
+        "--emit", type=Path, metavar="DIR", help="write each combination there as a scenario file, and run nothing"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    return anyio.run(_Sweep(options, load(options.file)).main)
+
+
+class _Sweep:
+    """One sweep."""
+
+    def __init__(self, options: argparse.Namespace, scenario: Scenario) -> None:
+        self._options = options
+        self._scenario = scenario
+        self._entry = find_entry(scenario.checked, options.scenario).qualified_name
+        self._given = overrides_of(options.set)
+
+    async def main(self) -> int:
+        """Find what there is to run, and do what is asked for."""
+        options = self._options
+        simulator_of(options)  # which says what does not go together
+        axes = self._axes()
+        possible, ruled_out = await self._possible(list(combinations(axes)))
+        self._announce(axes, possible, ruled_out)
+        if options.list:
+            self._list(possible)
+            return Exit.PASSED
+        if options.emit is not None:
+            self._emit(possible)
+            return Exit.PASSED
+        planned = self._plan(possible)
+        return await self._run(planned)
+
+    # -------------------------------------------------------- what there is to run
+
+    def _axes(self) -> Sequence[Axis]:
+        parameters = self._options.params
+        given = {*self._given, *(read_parameters(parameters, self._entry) if parameters is not None else ())}
+        plan = lower(self._scenario.checked, self._options.scenario, self._given)
+        axes = find_axes(plan, given)
+        if not axes:
+            raise InvalidUse(
+                f"nothing varies in `{self._entry}`",
+                help="give parameters a list of values to choose from: `keep(noise in [0.0, 0.1, 0.2])`",
+            )
+        return axes
+
+    async def _possible(
+        self, values: Sequence[Mapping[str, str]]
+    ) -> tuple[Sequence[Mapping[str, str]], Sequence[Mapping[str, str]]]:
+        """The combinations that other constraints allow, and those that they rule out."""
+        possible: list[Mapping[str, str]] = []
+        ruled_out: list[Mapping[str, str]] = []
+        for each in values:
+            settings = Options(
+                name=self._options.scenario,
+                seed=0,
+                overrides={**self._given, **each},
+                parameters=self._options.params,
+            )
+            try:
+                async with prepare(self._scenario, settings):
+                    possible.append(each)
+            except InvalidUse as error:
+                # What else is wrong, such as that there is no simulator here, the run itself tells.
+                (ruled_out if error.code == _CLASHES else possible).append(each)
+        if not possible:
+            raise InvalidUse(f"the constraints of `{self._entry}` rule out all {len(values)} combinations")
+        return possible, ruled_out
+
+    def _announce(
+        self, axes: Sequence[Axis], possible: Sequence[Mapping[str, str]], ruled_out: Sequence[object]
+    ) -> None:
+        print(f"{self._options.file}: {count(len(possible), 'combination')} of {count(len(axes), 'parameter')}")
+        for axis in axes:
+            print(f"  {axis.path} in [{', '.join(axis.values)}]")
+        if ruled_out:
+            print(f"  {count(len(ruled_out), 'combination')} ruled out by other constraints")
+        sys.stdout.flush()
+
+    def _list(self, possible: Sequence[Mapping[str, str]]) -> None:
+        print()
+        for number, values in enumerate(possible, start=1):
+            print(f"{number:>{len(str(len(possible)))}}  {Planned(number, values, 0, Path()).title}")
+
+    def _emit(self, possible: Sequence[Mapping[str, str]]) -> None:
+        folder: Path = self._options.emit
+        folder.mkdir(parents=True, exist_ok=True)
+        stem = Path(self._options.file).stem
+        for number, values in enumerate(possible, start=1):
+            path = folder / f"{stem}_{number:0{len(str(len(possible)))}}.osc"
+            path.write_text(emitted(self._scenario, self._entry, values, folder), encoding="utf-8")
+        print(f"\n  {folder}/{stem}_*.osc  {count(len(possible))}")
+
+    def _plan(self, possible: Sequence[Mapping[str, str]]) -> Sequence[Planned]:
+        options = self._options
+        seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
+        runs = [(values, seed + repetition) for values in possible for repetition in range(options.repeat)]
+        width = len(str(len(runs)))
+        folder = options.output_dir / _RUNS
+        print(
+            f"{count(len(runs), 'run')}, seed {seed}" + (f" to {seed + options.repeat - 1}" * (options.repeat > 1))
+        )
+        sys.stdout.flush()
+        return [
+            Planned(number, values, chosen, folder / f"{number:0{width}}")
+            for number, (values, chosen) in enumerate(runs, start=1)
+        ]
+
+    # -------------------------------------------------------- running
+
+    async def _run(self, planned: Sequence[Planned]) -> int:
+        options = self._options
+        self._clear(options.output_dir)
+        ran: list[Ran] = []
+        stop = anyio.Event()
+        with _progress(len(planned)) as show:
+
+            def told(each: Ran) -> None:
+                ran.append(each)
+                show(each)
+
+            async with background() as group:
+                group.start_soon(_stop_on_signals, stop, group.cancel_scope)
+                try:
+                    await run_all(planned, self._arguments(), self._jobs(), stop, told)
+                finally:
+                    files = write_results(ran, options.output_dir, options.file)
+        _print_end(ran, len(planned), files)
+        if stop.is_set():
+            return Exit.INTERRUPTED
+        statuses = {each.status for each in ran}
+        if statuses <= {"passed"}:
+            return Exit.PASSED
+        return Exit.FAILED if statuses <= {"passed", "failed"} else Exit.ERROR
+
+    def _clear(self, folder: Path) -> None:
+        """Make the folder, without results of another sweep."""
+        runs = folder / _RUNS
+        if runs.exists() or (folder / TABLE).exists():
+            if not self._options.overwrite:
+                raise InvalidUse(
+                    f"{folder} has the results of another sweep",
+                    help="name another folder with `-o`, or replace them with `--overwrite`",
+                )
+            shutil.rmtree(runs, ignore_errors=True)
+        runs.mkdir(parents=True, exist_ok=True)
+
+    def _jobs(self) -> int:
+        options = self._options
+        if options.connect is not None:  # one simulator carries out one run at a time
+            if options.jobs not in (None, 1):
+                raise InvalidUse("one simulator carries out one run at a time", help="use `--sim`, or `--jobs 1`")
+            return 1
+        return int(options.jobs or os.cpu_count() or 1)
+
+    def _arguments(self) -> Sequence[str]:
+        """What all runs are given."""
+        options = self._options
+        texts = {
+            "--scenario": options.scenario,
+            "--params": options.params,
+            "--clock": options.clock,
+            "--sim": options.sim,
+            "--connect": options.connect,
+            "--world": options.world,
+            "--rate": options.rate,
+            "--timeout": options.timeout,
+        }
+        given = [f"{name}={value}" for name, value in texts.items() if value is not None]
+        given = ["--rate=max" if text == "--rate=inf" else text for text in given]
+        settings = [f"--set={setting}" for setting in options.set]
+        return [options.file, *given, *settings, *(f"--model-path={path}" for path in options.model_path)]
+
+
+async def _stop_on_signals(stop: anyio.Event, scope: anyio.CancelScope) -> None:
+    """The first signal stops the runs in order; the second drops everything."""
+    with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
+        async for _ in signals:
+            if stop.is_set():
+                scope.cancel()
+                return
+            stop.set()
+            print("stopping what runs; once more to stop at once", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _progress(number: int) -> Iterator[Callable[[Ran], None]]:
+    """Shows the ends of runs: as a bar on a terminal, else a line for each."""
+    if not is_terminal(sys.stdout):
+        yield lambda ran: print(_line(ran, number), flush=True)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.fields[last]}"))
+    with Progress(*columns) as progress:
+        task = progress.add_task("", total=number, last="")
+        found: Counter[str] = Counter()
+
+        def show(ran: Ran) -> None:
+            found[ran.status] += 1
+            if ran.status != "passed":
+                progress.print(_line(ran, number), markup=False, highlight=False)
+            progress.update(task, advance=1, last=_counts(found))
+
+        yield show
+
+
+def _line(ran: Ran, number: int) -> str:
+    reason = f"  {ran.reason}" if ran.reason else ""
+    place = f"{ran.planned.number:>{len(str(number))}}"
+    return f"{place}  {ran.status:9}  {ran.wall_duration:7.2f} s  {ran.planned.title}{reason}"
+
+
+def _counts(found: Mapping[str, int]) -> str:
+    return ", ".join(f"{found[status]} {status}" for status in STATUSES if status in found)
+
+
+def _print_end(ran: Sequence[Ran], planned: int, files: Sequence[Path]) -> None:
+    missing = planned - len(ran)
+    left = f"; {missing} not started" if missing else ""
+    print(f"\n{count(len(ran), 'run')}: {_counts(Counter(each.status for each in ran))}{left}")
+    for path in files:
+        print(f"  {path}")
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1, not {text!r}")
+    return int(text)

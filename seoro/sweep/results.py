@@ -1,0 +1,68 @@
+"""What a sweep leaves: a table with a line for each run, and JUnit XML with a test case for each."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from seoro.runtime.junit import Case, junit
+from seoro.sweep.running import Ran
+
+TABLE = "results.csv"
+JUNIT = "test.xml"
+_TAGS = {"failed": "failure", "error": "error", "cancelled": "skipped"}
+
+
+def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Path]:
+    """Write both.
+
+    Args:
+        ran: What has ended, in any order.
+        folder: Where they go.
+        file: The scenario file, as the user named it.
+
+    Returns:
+        The table and the JUnit file.
+    """
+    in_order = sorted(ran, key=lambda each: each.planned.number)
+    axes = list(in_order[0].planned.values) if in_order else []
+    table = folder / TABLE
+    with table.open("w", newline="", encoding="utf-8") as opened:
+        writer = csv.writer(opened)
+        writer.writerow(["run", *axes, "seed", "status", "duration", "wall_duration", "reason", "folder"])
+        for each in in_order:
+            planned = each.planned
+            values = [_value(each, path) for path in axes]
+            measured = [each.status, each.duration, round(each.wall_duration, 3), each.reason]
+            writer.writerow([planned.number, *values, planned.seed, *measured, planned.folder.relative_to(folder)])
+    report = folder / JUNIT
+    report.write_text(junit([_case(each, file) for each in in_order]), encoding="utf-8")
+    return table, report
+
+
+def _value(ran: Ran, path: str) -> object:
+    """The value of a parameter in SI units; as the scenario writes it, if the run has not come so far."""
+    value: object = ran.parameters
+    for name in path.split("."):
+        if not isinstance(value, dict) or name not in value:
+            return ran.planned.values[path]
+        value = value[name]
+    return value
+
+
+def _case(ran: Ran, file: str) -> Case:
+    return Case(
+        name=f"{ran.planned.number}: {ran.planned.title}",
+        file=file,
+        tag=_TAGS.get(ran.status),
+        kind=ran.status,
+        message=ran.reason,
+        text=ran.reason,
+        duration=ran.wall_duration,
+        properties={
+            "seed": ran.planned.seed,
+            "duration": ran.duration,
+            **{f"parameter.{path}": _value(ran, path) for path in ran.planned.values},
+        },
+    )
