@@ -21,7 +21,8 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PATH=VALUE",
         action="append",
         default=[],
-        help="give a parameter a value, an expression of the language: --set robot.goal.x=3m (repeatable)",
+        help="give a parameter, of the scenario or of what it invokes, a value, an expression of the language: "
+        "--set robot.goal.x=3m, --set patrol.speed=1mps (repeatable)",
     )
     parser.add_argument(
         "--params",

@@ -104,7 +104,7 @@ class _Sweep:
             self._list(possible)
             return Exit.PASSED
         if options.emit is not None:
-            self._emit(possible)
+            self._emit(axes, possible)
             return Exit.PASSED
         planned = self._plan(possible)
         return await self._run(planned)
@@ -161,13 +161,13 @@ class _Sweep:
         for number, values in enumerate(possible, start=1):
             print(f"{number:>{len(str(len(possible)))}}  {Planned(number, values, 0, Path()).title}")
 
-    def _emit(self, possible: Sequence[Mapping[str, str]]) -> None:
+    def _emit(self, axes: Sequence[Axis], possible: Sequence[Mapping[str, str]]) -> None:
         folder: Path = self._options.emit
         folder.mkdir(parents=True, exist_ok=True)
         stem = Path(self._options.file).stem
         for number, values in enumerate(possible, start=1):
             path = folder / f"{stem}_{number:0{len(str(len(possible)))}}.osc"
-            path.write_text(emitted(self._scenario, self._entry, values, folder), encoding="utf-8")
+            path.write_text(emitted(self._scenario, axes, values, folder), encoding="utf-8")
         print(f"\n  {folder}/{stem}_*.osc  {count(len(possible))}")
 
     def _plan(self, possible: Sequence[Mapping[str, str]]) -> Sequence[Planned]:

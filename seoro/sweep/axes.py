@@ -1,4 +1,5 @@
-"""What varies in a sweep: parameters of the scenario with a constraint `in [...]` that lists values.
+"""What varies in a sweep: parameters with a constraint `in [...]` that lists values, of the scenario and of what
+it invokes.
 
 `keep(noise in [0.0, 0.1])` makes `noise` an axis of two values, and all combinations of the values of all axes
 are what is swept. Ranges, `in [0.0..0.7]`, are no axes: each run draws from them. A parameter that is given from
@@ -7,13 +8,14 @@ outside does not vary either.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 
 from seoro.errors import InvalidUse
 from seoro.lang.frozen import Value
-from seoro.lang.plan import Constraint, Contains, Expression, Field, ListOf, Member, Plan
+from seoro.lang.lower.invocations import named_invocations
+from seoro.lang.plan import Binding, Constraint, Contains, Expression, Field, ListOf, Member, Plan
 from seoro.lang.source import Span
 
 MAX_COMBINATIONS = 100_000
@@ -23,7 +25,7 @@ class Axis(Value):
     """A parameter that varies.
 
     Args:
-        path: The parameter: `noise`, `robot.noise`.
+        path: The parameter: `noise`, `robot.noise`, `drive.speed` of the invocation `drive`.
         values: The values, each as the scenario writes it.
         span: The list in the text.
     """
@@ -41,17 +43,32 @@ def find_axes(plan: Plan, given: Collection[str]) -> tuple[Axis, ...]:
         given: Paths of parameters that have values from outside.
     """
     found: dict[str, Axis] = {}
-    for member in plan.scenarios[plan.entry].structure.members:
-        match member:
-            case Constraint(condition=Contains(item=item, container=ListOf() as container), is_default=False):
-                path = _path(item)
-                if path is None or _is_given(path, given):
-                    continue
-                values = dict.fromkeys(each.span.text for each in container.items)
-                if path in found:
-                    values = {text: None for text in found[path].values if text in values}
-                found[path] = Axis(path, tuple(values), container.span)
+    scenario = plan.scenarios[plan.entry]
+    for condition in _conditions(scenario.structure.members):
+        _add(condition, _path(condition.item), given, found)
+    for name, invocation in named_invocations(scenario.body).items():
+        for condition in _conditions(invocation.constraints):
+            path = _path_of_it(condition.item)
+            _add(condition, f"{name}.{path}" if path is not None else None, given, found)
     return tuple(found.values())
+
+
+def _conditions(members: Iterable[object]) -> Iterator[Contains]:
+    for member in members:
+        match member:
+            case Constraint(condition=Contains(container=ListOf()) as condition, is_default=False):
+                yield condition
+
+
+def _add(condition: Contains, path: str | None, given: Collection[str], found: dict[str, Axis]) -> None:
+    """Add an axis; of several lists for one parameter, what they have in common."""
+    assert isinstance(condition.container, ListOf)
+    if path is None or _is_given(path, given):
+        return
+    values = dict.fromkeys(each.span.text for each in condition.container.items)
+    if path in found:
+        values = {text: None for text in found[path].values if text in values}
+    found[path] = Axis(path, tuple(values), condition.container.span)
 
 
 def combinations(axes: Sequence[Axis]) -> Iterator[Mapping[str, str]]:
@@ -77,6 +94,18 @@ def _path(item: Expression) -> str | None:
             return name
         case Member(base, name):
             around = _path(base)
+            return None if around is None else f"{around}.{name}"
+        case _:
+            return None
+
+
+def _path_of_it(item: Expression) -> str | None:
+    """The path of a parameter of what is invoked, in its `with` block; None if it is anything else."""
+    match item:
+        case Member(Binding("it"), name):
+            return name
+        case Member(base, name):
+            around = _path_of_it(base)
             return None if around is None else f"{around}.{name}"
         case _:
             return None

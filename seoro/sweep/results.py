@@ -42,13 +42,20 @@ def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Pa
 
 
 def _value(ran: Ran, path: str) -> object:
-    """The value of a parameter in SI units; as the scenario writes it, if the run has not come so far."""
+    """The value of a parameter of the scenario in SI units; of an invocation, or if the run has not come so far,
+    as the scenario writes it."""
     value: object = ran.parameters
     for name in path.split("."):
         if not isinstance(value, dict) or name not in value:
-            return ran.planned.values[path]
+            return _bare(ran.planned.values[path])
         value = value[name]
     return value
+
+
+def _bare(text: str) -> str:
+    """A value as it is written, strings without their quotes."""
+    is_string = len(text) > 1 and text[0] == text[-1] and text[0] in "'\""
+    return text[1:-1] if is_string else text
 
 
 def _case(ran: Ran, file: str) -> Case:

@@ -74,6 +74,25 @@ def test_each_combination_that_is_possible_is_run(write: Write, capsys: pytest.C
     assert properties["parameter.noise"] == "0.2"
 
 
+def test_parameters_of_invocations_vary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text("""import osc.types
+import osc.helpers
+
+scenario main:
+    do serial:
+        log() with:
+            keep(it.msg in ["a", "b"])
+        second: log() with:
+            keep(it.msg in ["c", "d"])
+""")
+    assert main(["sweep", "main.osc", "-o", "out"]) == 0
+    for row in table("out/results.csv"):
+        records = map(json.loads, (Path("out") / row["folder"] / "trace.jsonl").read_text().splitlines())
+        logs = [record["message"] for record in records if record["kind"] == "log"]
+        assert logs == [row["log.msg"], row["second.msg"]]
+
+
 def test_combinations_are_repeated_with_other_seeds(write: Write) -> None:
     command = ["sweep", write("0s"), "--seed", "7", "--repeat", "2", "--set", "noise=0.0", "-o", "out", "-j", "1"]
     assert main(command) == 0

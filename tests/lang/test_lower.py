@@ -352,6 +352,52 @@ def test_wrong_overrides_are_refused(path: str, text: str, message: str, tmp_pat
     assert caught.value.diagnostics[0].primary.span.file.text == f"{path}={text}"
 
 
+INVOKING = """
+import osc.helpers
+
+scenario greet:
+    name: string = "you"
+    times: int = 1
+
+scenario main:
+    do serial:
+        greet()
+        parallel:
+            last: greet()
+            greet()
+        log("end")
+"""
+
+
+def test_parameters_of_invocations_are_given_by_label_or_name(tmp_path: Path) -> None:
+    overrides = {"greet[1].times": "2", "last.name": "'me'", "log.msg": "'bye'"}
+    made = lower(tmp_path, INVOKING, overrides, "main")
+    assert not made.overrides
+    given = {
+        (behavior.label, constraint.condition.span.text)
+        for behavior in walk(made.scenarios["main"].body)
+        if isinstance(behavior, plan.InvokeAction | plan.InvokeScenario)
+        for constraint in behavior.constraints
+        if isinstance(constraint, plan.Constraint)
+    }
+    assert given == {(None, "greet[1].times=2"), ("last", "last.name='me'"), (None, "log.msg='bye'")}
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("last", "it is an invocation"),
+        ("last.nam", "did you mean `name`"),
+        ("greet.name", r"did you mean `greet\[[01]\]`"),
+        ("greet[2].name", "there is no"),
+        ("log.msg.x", "has no field `x`"),
+    ],
+)
+def test_wrong_overrides_of_invocations_are_refused(path: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidScenario, match=message):
+        lower(tmp_path, INVOKING, {path: "1"}, "main")
+
+
 def test_a_scenario_with_errors_is_not_lowered(tmp_path: Path) -> None:
     with pytest.raises(InvalidScenario, match="E0301"):
         lower(tmp_path, "scenario main:\n    n: int = 1.5\n")

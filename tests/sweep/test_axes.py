@@ -57,6 +57,32 @@ def test_what_is_given_does_not_vary(tmp_path: Path) -> None:
     assert list(axes(tmp_path, "noise", "limit")) == ["paint"]
 
 
+def test_parameters_of_what_is_invoked_vary_by_its_label_or_name(tmp_path: Path) -> None:
+    text = """import osc.types
+import osc.helpers
+
+scenario greet:
+    name: string
+    do log(name)
+
+scenario main:
+    do parallel:
+        greet() with:
+            keep(it.name in ["a", "b"])
+        serial:
+            greet("x")
+            last: greet() with:
+                keep(it.name in ["c", "d"])
+            log() with:
+                keep(it.msg in ["1", "2"])
+"""
+    plan = lower(scenario(tmp_path, text).checked, "main", {"greet[1].name": "'x'"})
+    assert {axis.path: axis.values for axis in find_axes(plan, ["log"])} == {
+        "greet[0].name": ('"a"', '"b"'),
+        "last.name": ('"c"', '"d"'),
+    }
+
+
 def test_the_last_axis_varies_fastest(tmp_path: Path) -> None:
     span = lower(scenario(tmp_path).checked, "main").scenarios["main"].span
     two = [Axis("a", ("1", "2"), span), Axis("b", ("x", "y"), span)]
@@ -76,8 +102,11 @@ def test_a_combination_is_a_file_that_runs_elsewhere(tmp_path: Path) -> None:
     swept = scenario(tmp_path, 'import "lib/thing.osc"\n' + TEXT)
     folder = tmp_path / "deep" / "inside"
     folder.mkdir(parents=True)
-    text = emitted(swept, "main", {"noise": "-0.2", "limit.top": "1mps"}, folder)
+    varying = find_axes(lower(swept.checked, "main"), ["paint"])
+    text = emitted(swept, varying, {"noise": "-0.2", "limit.top": "1mps"}, folder)
     assert text.startswith('import "../../lib/thing.osc"\n')
-    assert text.endswith("\n\nextend main:\n    keep(noise == -0.2)\n    keep(limit.top == 1mps)\n")
+    assert "keep(it in [-0.2])" in text
+    assert "keep(it.top in [1mps])" in text
+    assert "keep(paint in [colour!red, colour!green])" in text
     (folder / "one.osc").write_text(text)
     assert not load(folder / "one.osc").checked.errors

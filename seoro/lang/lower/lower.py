@@ -4,6 +4,7 @@ reaches."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from seoro.errors import InvalidScenario
 from seoro.lang import ast, plan
@@ -14,6 +15,7 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower import reach
 from seoro.lang.lower.entry import find_entry
+from seoro.lang.lower.invocations import called, constrained, named_invocations
 from seoro.lang.lower.overrides import Overrides
 from seoro.lang.symbols import TypeSymbol, all_events, all_fields, do_directive, lineage, may_lack_values
 
@@ -24,8 +26,7 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
         raise InvalidScenario(checked.errors)
     entry = find_entry(checked, scenario)
     lowering = _Lowering(checked)
-    first = lowering.scenario(entry)
-    given = lowering.overrides(entry, overrides)
+    first, given = lowering.entry(entry, overrides)
     global_parameters = lowering.globals(entry, overrides)
     lowering.check_values(entry, overrides)
     if len(lowering.bag):
@@ -168,10 +169,20 @@ class _Lowering:
                     self.bag.add(messages.GlobalWithoutValue(symbol.span, symbol.text))
         return self._expressions.values.globals()
 
-    def overrides(self, symbol: TypeSymbol, overrides: Mapping[str, str]) -> tuple[plan.Constraint, ...]:
-        """What is set from outside, for the entry scenario and for global parameters."""
-        scope = scope_of(symbol, symbol.home)
-        return Overrides(self._expressions, scope, self.bag).constraints(overrides)
+    def entry(
+        self, symbol: TypeSymbol, overrides: Mapping[str, str]
+    ) -> tuple[plan.Scenario, tuple[plan.Constraint, ...]]:
+        """The entry scenario, and what is set from outside for its parameters and for global ones."""
+        scenario = self.scenario(symbol)
+        named = named_invocations(scenario.body)
+        invoked = {name: self._symbols[called(each)] for name, each in named.items()}
+        given = Overrides(self._expressions, scope_of(symbol, symbol.home), self.bag, invoked).constraints(
+            overrides
+        )
+        added = {named[name]: constraints for name, constraints in given.of_invocations.items()}
+        if scenario.body is not None and added:
+            scenario = replace(scenario, body=constrained(scenario.body, added))
+        return scenario, given.own
 
     def check_values(self, symbol: TypeSymbol, overrides: Mapping[str, str]) -> None:
         """Report fields of the entry scenario that nothing gives a value."""

@@ -1,10 +1,11 @@
-"""Values from outside for parameters of the entry scenario: `goal` or `goal.position.x`, as expressions
-(section 6 of the semantics: they are placed last and replace defaults)."""
+"""Values from outside for parameters of the entry scenario, `goal` or `goal.position.x`, and of what it invokes,
+`drive.goal`, as expressions (section 6 of the semantics: they are placed last and replace defaults)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from seoro.lang import plan
 from seoro.lang.check.expressions import Expressions
@@ -14,10 +15,17 @@ from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import near
 from seoro.lang.parser import parse_expression
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import FieldSymbol, all_fields
+from seoro.lang.symbols import FieldSymbol, TypeSymbol, all_fields
 from seoro.lang.types import Structured, Type
 
 ORIGIN = "<override>"
+
+
+class Given(NamedTuple):
+    """Constraints from outside: on parameters of the scenario, and on those of its invocations, by their names."""
+
+    own: tuple[plan.Constraint, ...]
+    of_invocations: Mapping[str, Sequence[plan.Constraint]]
 
 
 class Overrides:
@@ -27,29 +35,59 @@ class Overrides:
         expressions: For their values.
         scope: The scope of the scenario.
         bag: Where messages go.
+        invoked: What the scenario invokes, by the names of the invocations.
     """
 
-    def __init__(self, expressions: Expressions, scope: Scope, bag: Bag) -> None:
+    def __init__(
+        self, expressions: Expressions, scope: Scope, bag: Bag, invoked: Mapping[str, TypeSymbol]
+    ) -> None:
         self._expressions = expressions
         self._scope = scope
         self._bag = bag
+        self._invoked = invoked
 
-    def constraints(self, overrides: Mapping[str, str]) -> tuple[plan.Constraint, ...]:
+    def constraints(self, overrides: Mapping[str, str]) -> Given:
         """The constraints that they stand for; whole values first, then parts of them."""
-        in_order = sorted(overrides.items(), key=lambda item: item[0].count("."))
-        files = [(path, SourceFile(ORIGIN, f"{path}={text}")) for path, text in in_order]
-        found = [self._constraint(path, file) for path, file in files]
-        return tuple(constraint for constraint in found if constraint is not None)
+        own: list[plan.Constraint] = []
+        of_invocations: dict[str, list[plan.Constraint]] = {}
+        for path, text in sorted(overrides.items(), key=lambda item: item[0].count(".")):
+            file = SourceFile(ORIGIN, f"{path}={text}")
+            first, *rest = path.split(".")
+            root = self._root(first)
+            if root is not None:
+                field, left = root
+                found = self._constraint(
+                    path, file, replace(left, span=Span(file, 0, len(path))), field.type, rest
+                )
+                own += [found] if found is not None else []
+            elif first in self._invoked:
+                found = self._of_invocation(path, file, self._invoked[first], rest)
+                of_invocations.setdefault(first, []).extend([found] if found is not None else [])
+            else:
+                self._unknown(path, first, [*self._scope.fields, *self._invoked], file)
+        return Given(tuple(own), of_invocations)
 
-    def _constraint(self, path: str, file: SourceFile) -> plan.Constraint | None:
-        first, *rest = path.split(".")
-        span = Span(file, 0, len(path))
-        root = self._root(first)
-        if root is None:
-            self._unknown(path, first, self._scope.fields, file)
+    def _of_invocation(
+        self, path: str, file: SourceFile, invoked: TypeSymbol, names: Sequence[str]
+    ) -> plan.Constraint | None:
+        fields = all_fields(invoked)
+        if not names:
+            self._refuse(
+                path, file, "it is an invocation", f"name one of its parameters, as in `{path}.{_any(fields)}`"
+            )
             return None
-        left: plan.Expression = replace(root[1], span=span)
-        type_ = root[0].type
+        first, *rest = names
+        if first not in fields:
+            self._unknown(path, first, fields, file)
+            return None
+        span = Span(file, 0, len(path))
+        left = plan.Member(plan.Binding("it", span), fields[first].name, span)
+        return self._constraint(path, file, left, fields[first].type, rest)
+
+    def _constraint(
+        self, path: str, file: SourceFile, left: plan.Expression, type_: Type, rest: Sequence[str]
+    ) -> plan.Constraint | None:
+        span = Span(file, 0, len(path))
         for name in rest:
             field = self._field(type_, name, path, file)
             if field is None:
@@ -84,10 +122,14 @@ class Overrides:
             return None
         return fields[name]
 
-    def _unknown(self, path: str, name: str, fields: Mapping[str, FieldSymbol], file: SourceFile) -> None:
+    def _unknown(self, path: str, name: str, fields: Collection[str], file: SourceFile) -> None:
         known = ", ".join(f"`{field}`" for field in fields)
         hint = near(name, fields) or (f"there are {known}" if known else "there are no parameters")
         self._refuse(path, file, f"there is no `{name}`", hint)
 
     def _refuse(self, path: str, file: SourceFile, reason: str, hint: str = "") -> None:
         self._bag.add(messages.WrongOverride(Span(file, 0, len(path)), path, reason, hint))
+
+
+def _any(names: Collection[str]) -> str:
+    return next(iter(names), "...")
