@@ -69,6 +69,23 @@ class Checking:
             return UNKNOWN if self.was_overridden(node) else End(None, node.end.t, node.records)
         return End(node.status, node.end.t, node.records)
 
+    def check_cancelled(self, frame: Frame, nodes: Iterable[Node], rule: Rule, span: Span) -> None:
+        """Members are cancelled with all of it, unless an `override` ends them before.
+
+        Args:
+            frame: Where it was carried out.
+            nodes: The members that something else may not have ended before.
+            rule: Which rule that is about.
+            span: The composition.
+        """
+        if frame.loosened > 1:
+            return  # something around may have ended it before
+        for node in nodes:
+            is_left = node.status == CANCELLED and not self.history.lasts(node.end.t, frame.end.t)
+            if is_left and not self.was_overridden(node):
+                message = f"`{node.name}` is cancelled at {node.end.t:g} s, and all of it at {frame.end.t:g} s"
+                self.findings.violate(rule, message, span, node.end.seq, frame.end.seq)
+
     def place_members(
         self, members: Sequence[Behavior], nodes: Sequence[Node], rule: Rule, span: Span
     ) -> list[tuple[int, Node]]:
@@ -212,7 +229,7 @@ class _Choice:
 
     def end(self) -> End:
         """The end of the member that was chosen."""
-        findings, members, placed = self._checking.findings, self._plan.members, self._placed
+        findings, members, placed, frame = self._checking.findings, self._plan.members, self._placed, self._frame
         deciding = [
             (index, node, mark) for index, node in placed if (mark := self._decides(index, node)) is not None
         ]
@@ -222,7 +239,9 @@ class _Choice:
         for other, node in placed:
             if node is chosen:
                 continue
-            if (other, node) in [(position, each) for position, each, _ in deciding]:
+            if node.status == CANCELLED and node.end.t < decision[0]:
+                self._checking.check_cancelled(frame, [node], Rule.ONE_OF, self._plan.span)
+            elif (other, node) in [(position, each) for position, each, _ in deciding]:
                 message = f"`{node.name}` goes on, and so does `{chosen.name}`"
                 findings.violate(Rule.ONE_OF, message, self._plan.span, *chosen.records, *node.records)
             elif not self._checking.history.lasts(decision[0], node.end.t) and node.end.t > decision[0]:
@@ -245,6 +264,8 @@ class _Choice:
         return (deciding.end.t, deciding.end.seq) if deciding.status == SUCCEEDED else None
 
     def _undecided_end(self) -> End:
+        nodes = [node for _, node in self._placed]
+        self._checking.check_cancelled(self._frame, nodes, Rule.ONE_OF, self._plan.span)
         members, started = self._plan.members, {index for index, _ in self._placed}
         missing = [member for index, member in enumerate(members) if index not in started]
         is_skipped = bool(missing) and all(map(self._checking.may_be_overridden, missing))

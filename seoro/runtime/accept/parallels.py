@@ -106,6 +106,7 @@ def end_of_parallel(
         return found, UNKNOWN
     members = _Members(plan, frame, bounds, dict(placed), checking)
     members.check_starts()
+    checking.check_cancelled(frame, (node for _, node in placed), Rule.PARALLEL, plan.span)
     return found, members.end()
 
 

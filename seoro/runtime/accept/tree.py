@@ -145,13 +145,13 @@ class Tree:
         frame = Frame(node, node, node.start, node.end, node.status, children, around, cuts, 0, is_secondary)
         match plan:
             case Wait():
-                self._alone(frame, plan)
+                self._alone(node, plan)
                 self.matched.waits.append((plan, node, around))
             case Emit():
-                self._zero_time(frame, plan)
+                self._zero_time(node, plan)
                 self.matched.emits.append((plan, node, around))
             case CallMethod():
-                self._zero_time(frame, plan)
+                self._zero_time(node, plan)
             case InvokeAction() | InvokeScenario():
                 for number, told in enumerate(node.instances):
                     instance = self.world.instances.get(told)
@@ -172,19 +172,16 @@ class Tree:
             message = f"`{instance.declaration.name}` is invoked, and not `{name}`"
             self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
 
-    def _alone(self, frame: Frame, plan: Behavior) -> None:
-        for child in frame.children:
+    def _alone(self, node: Node, plan: Behavior) -> None:
+        for child in node.children:
             self.findings.violate(Rule.TREE, f"`{child.name}` is no part of it", plan.span, child.start.seq)
 
-    def _zero_time(self, frame: Frame, plan: Behavior) -> None:
-        self._alone(frame, plan)
-        self._succeeds(frame.node, plan)
-        if frame.start.t != frame.end.t:
-            message = f"it takes {frame.end.t - frame.start.t:g} s, and should take no time"
-            self.findings.violate(Rule.EMIT, message, plan.span, *frame.records)
-
-    def _succeeds(self, node: Node, plan: Behavior) -> None:
+    def _zero_time(self, node: Node, plan: Behavior) -> None:
         """What takes no time can only succeed; if its expressions have no value, the run ends as an error."""
+        self._alone(node, plan)
+        if node.start.t != node.end.t:
+            message = f"it takes {node.end.t - node.start.t:g} s, and should take no time"
+            self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
         if node.status != SUCCEEDED and self.history.end["status"] != "error":
             message = f"`{node.name}` takes no time, and can only succeed"
             self.findings.violate(Rule.OUTCOME, message, plan.span, *node.records)
@@ -378,7 +375,7 @@ class Tree:
                 member = next(each for each in directive.members if is_of(node, each))
                 self.matched.plans[node.number] = member
                 self.matched.around[node.number] = instance
-                self._succeeds(node, member)
+                self._zero_time(node, member)
             self.matched.reactions.append((instance, directive, tuple(mine)))
         return others
 

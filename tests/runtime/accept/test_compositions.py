@@ -323,3 +323,34 @@ scenario wait_long:
 """)
     assert traced.end("a")["t"] == 1.0
     assert traced.broken == set(), traced.messages
+
+
+@pytest.mark.parametrize("operator", ["parallel", "one_of"])
+async def test_members_are_cancelled_with_the_composition(trace_text: TraceText, operator: str) -> None:
+    traced = await trace_text(f"""
+scenario main:
+    do serial:
+        {operator}:
+            a: wait elapsed(5s)
+            b: wait elapsed(5s)
+        with:
+            until elapsed(2s)
+""")
+    assert traced.broken == set(), traced.messages
+    traced.move(traced.end("a"), after=traced.find("event", event="b.start"))
+    assert operator in traced.broken
+    assert "`a` is cancelled at 0 s, and all of it at 2 s" in traced.messages
+
+
+async def test_what_another_member_is_chosen_over_is_cancelled_then(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do parallel:
+        one_of:
+            wait elapsed(2s)
+            a: wait elapsed(3s)
+        b: wait elapsed(1s)
+""")
+    assert traced.broken == set(), traced.messages
+    traced.move(traced.end("a"), after=traced.end("b"))
+    assert traced.broken == {"one_of"}

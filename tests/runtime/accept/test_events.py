@@ -339,6 +339,13 @@ async def test_on_does_not_react_without_an_occurrence(trace_text: TraceText) ->
     assert traced.broken == {"on"}
 
 
+async def test_reactions_take_no_time(trace_text: TraceText) -> None:
+    traced = await accepted(trace_text, ON)
+    answer = next(r for r in traced.records if r["kind"] == "behavior.start" and "/on[" in r["path"])
+    traced.move(traced.find("behavior.end", id=answer["id"]), after=traced.end("wait", 1))
+    assert traced.broken == {"emit"}
+
+
 SAMPLE = """
 scenario main:
     event go
