@@ -29,6 +29,8 @@ class Overriding:
         for label, node, around in matched.labels:
             nodes.setdefault((around.number, label), []).append(node)
         for override, frame, instance in matched.overrides:
+            if frame.start.t == frame.end.t and frame.status in frame.cuts:
+                continue  # it may have been ended before the override held
             overridden = self._labelled(override.overridden, instance, nodes)
             by = self._labelled(override.by, instance, nodes)
             for node in overridden:

@@ -323,6 +323,22 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
+async def test_an_override_of_what_is_ended_at_its_start_does_not_hold(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario worker:
+    do wait elapsed(2s)
+scenario main:
+    do a: serial:
+        wait elapsed(1s)
+        b: worker() with:
+            until every(0.7s)
+            override(a, b)
+        wait elapsed(1s)
+""")
+    assert traced.end("a")["t"] == 2.0
+    assert traced.broken == set(), traced.messages
+
+
 # ---------------------------------------------------------------- clean-up
 
 CLEANS_UP = """
