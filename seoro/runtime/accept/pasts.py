@@ -65,16 +65,16 @@ class Pasts:
         while current is not None:
             self._add_beginning(current, mark, past)
             self._add_untils(current, mark, past)  # of earlier attempts
-            for earlier in self._ended_before(current, mark):
-                self._add_all(earlier, mark.t, past)
+            for earlier, joined in self._ended_before(current, mark):
+                self._add_all(earlier, joined, past)
             mark = Mark(current.start.seq, mark.t)
             current = current.parent
         past.perhaps -= past.surely
         return past
 
-    def _ended_before(self, node: Node, mark: Mark) -> Iterator[Node]:
-        """What ended of a behavior in an instant in the flow that is at a record: members that run beside each
-        other are joined only by the end of all, or by the next attempt of a modifier."""
+    def _ended_before(self, node: Node, mark: Mark) -> Iterator[tuple[Node, Mark]]:
+        """What ended of a behavior in an instant in the flow that is at a record, and from where on that is past:
+        members that run beside each other are joined only by the end of all, or the next attempt of a modifier."""
         are_beside = node.owner.type in ("parallel", "one_of")
         if are_beside:
             begun = bisect(node.attempts, mark.seq, key=lambda attempt: attempt.start.seq)
@@ -88,7 +88,7 @@ class Pasts:
             if child.end.t < mark.t and not are_beside:
                 return
             if child.end.t == mark.t and child.end.seq < mark.seq:
-                yield child
+                yield child, mark
 
     def _add_beginning(self, node: Node, mark: Mark, past: Past) -> None:
         """What a behavior that runs has emitted at its start: the events of its label, and of what it invoked."""
@@ -102,9 +102,9 @@ class Pasts:
                 found = self._phases(number, "start", mark.t)
                 past.surely.update(seq for seq in found if seq < mark.seq)
 
-    def _add_all(self, first: Node, t: float, past: Past) -> None:
-        """What was emitted and consumed in a behavior that has ended, in an instant."""
-        pending = [first]
+    def _add_all(self, first: Node, joined: Mark, past: Past) -> None:
+        """What was emitted and consumed in a behavior that has ended, in an instant before a record."""
+        pending, t = [first], joined.t
         while pending:
             node = pending.pop()
             if node.number in self._reactions or node.end.t < t:
@@ -115,11 +115,12 @@ class Pasts:
             if node.number in self._labels:
                 label, around = self._labels[node.number]
                 for phase in ("start", "end", "fail"):
-                    past.surely.update(self._phases(around.number, f"{label}.{phase}", t))
+                    found = self._phases(around.number, f"{label}.{phase}", t)
+                    past.surely.update(seq for seq in found if seq < joined.seq)
             if isinstance(self.matched.plans.get(node.number), InvokeScenario | InvokeAction):
                 for number in node.instances:
                     for phase in ("start", "end", "fail"):
-                        past.surely.update(self._phases(number, phase, t))
+                        past.surely.update(seq for seq in self._phases(number, phase, t) if seq < joined.seq)
             self._add_consumed(node, t, past)
 
     def _add_consumed(self, node: Node, t: float, past: Past) -> None:

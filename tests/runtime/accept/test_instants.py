@@ -241,3 +241,21 @@ scenario main:
 """)
     assert traced.find("run.end")["t"] == 1.0
     assert traced.broken == set(), traced.messages
+
+
+async def test_an_attempt_sees_the_start_of_a_member_that_an_earlier_one_had_too(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    do serial:
+        parallel:
+            a: serial:
+                wait elapsed(5s)
+            with:
+                until @b.start
+            b: wait elapsed(1s)
+        with:
+            repeat(2)
+""")
+    assert traced.find("run.end")["t"] == 2.0
+    assert [traced.end("a", number)["t"] for number in (0, 1)] == [0.0, 1.0]
+    assert traced.broken == set(), traced.messages
