@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+LOCKED = 1e-12  # short of 1, the sine of a pitch at which roll and yaw are about the same axis
+
 
 def wrap(angle: float) -> float:
     """The same angle in [-pi, pi)."""
@@ -62,11 +64,13 @@ def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def roll_pitch_yaw(orientation: Quaternion) -> Vector:
-    """The angles of an orientation; pitch in [-pi/2, pi/2]."""
+    """The angles of an orientation; pitch in [-pi/2, pi/2], and at its ends, where it takes only two, no yaw."""
     w, x, y, z = orientation
+    sine = 2 * (w * y - z * x)
+    if abs(sine) > 1.0 - LOCKED:
+        return wrap(2 * math.atan2(x, w)), math.copysign(math.pi / 2, sine), 0.0
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    return roll, pitch, yaw_of(orientation)
+    return roll, math.asin(sine), yaw_of(orientation)
 
 
 def yaw_of(orientation: Quaternion) -> float:
@@ -87,6 +91,12 @@ def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
     )
 
 
+def conjugate(orientation: Quaternion) -> Quaternion:
+    """The orientation of the parent in a frame of this orientation."""
+    w, x, y, z = orientation
+    return w, -x, -y, -z
+
+
 def rotation_matrix(orientation: Quaternion) -> Array:
     """The (3, 3) matrix that takes vectors of the rotated frame to its parent."""
     w, x, y, z = orientation
@@ -97,3 +107,19 @@ def rotation_matrix(orientation: Quaternion) -> Array:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def quaternion_of(matrix: Array) -> Quaternion:
+    """The orientation of a (3, 3) rotation matrix, by the largest of its components [Shepperd 1978]."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
+    # Each row is the quaternion times four of its components, in the order w, x, y, z.
+    rows = (
+        (1 + xx + yy + zz, zy - yz, xz - zx, yx - xy),
+        (zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy),
+        (yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz),
+    )
+    row = rows[max(range(4), key=lambda index: rows[index][index])]
+    norm = math.hypot(*row)
+    w, x, y, z = (value / norm for value in row)
+    return (w, x, y, z)

@@ -13,6 +13,9 @@ from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
+FLOOR = "floor"
+DROP = 0.001  # [m] above the floor at which robots start, so that they do not start inside it
+OVERLAP = 1e-3  # [m] of interpenetration that contacts at rest may have
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_nodes.geometry import Array, Vector
-from sim_nodes.mujoco.model import FLOOR, SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
-from sim_nodes.physics import BodyModel, BodyState, PlacedRobot, Scene, UnstablePhysics
+from sim_nodes.geometry import Array, Vector, rotation_matrix
+from sim_nodes.mujoco.model import SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.physics import FLOOR, OVERLAP, BodyModel, BodyState, PlacedRobot, Scene, UnstablePhysics
 
+LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 NOTHING: frozenset[tuple[str, str]] = frozenset()
-OVERLAP = 1e-3  # [m] of interpenetration that contacts at rest may have
 
 log = logging.getLogger(__name__)
 
@@ -83,10 +83,14 @@ class MujocoEngine:
         """See `Engine.step`."""
         mujoco.mj_step(self._model, self._data)
         time: float = self._data.time
-        if time <= self._time:  # MuJoCo starts over, silently, when accelerations are no numbers
+        # MuJoCo starts over, silently, when states are no numbers. In the first step its time does not tell.
+        if time <= self._time or (self._time == 0.0 and self._has_warned()):
             self._time = math.inf
             raise UnstablePhysics("MuJoCo found no accelerations: reset the simulation")
         self._time = time
+
+    def _has_warned(self) -> bool:
+        return any(self._data.warning[int(kind)].number for kind in LOST)
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
@@ -140,11 +144,11 @@ class MujocoEngine:
             return BodyState(_vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
         joint = self._model.body_jntadr[body]
         position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
-        x, y, z, *orientation = data.qpos[position : position + 7].tolist()
+        x, y, z, w, i, j, k = data.qpos[position : position + 7].tolist()
         vx, vy, vz, *spin = data.qvel[speed : speed + 6].tolist()
-        # A free joint's angular velocity is in the body's frame.
-        angular = data.xmat[body].reshape(3, 3) @ spin
-        return BodyState((x, y, z), tuple(orientation), (vx, vy, vz), _vector(angular))
+        # A free joint's angular velocity is in the body's frame, which data.xmat has as of before the last step.
+        angular = rotation_matrix((w, i, j, k)) @ spin
+        return BodyState((x, y, z), (w, i, j, k), (vx, vy, vz), _vector(angular))
 
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""
@@ -157,9 +161,8 @@ class MujocoEngine:
             joint = self._model.body_jntadr[body]
             position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
             data.qpos[position : position + 7] = [*state.position, *state.orientation]
-            mujoco.mj_kinematics(self._model, data)
             data.qvel[speed : speed + 3] = state.linear
-            data.qvel[speed + 3 : speed + 6] = data.xmat[body].reshape(3, 3).T @ state.angular
+            data.qvel[speed + 3 : speed + 6] = rotation_matrix(state.orientation).T @ state.angular
         if name in self._robots:
             data.qvel[self._robots[name].wheel_speeds] = 0.0
         mujoco.mj_forward(self._model, data)
@@ -176,6 +179,7 @@ class MujocoEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         addresses, data = self._robots[robot], self._data
+        mujoco.mj_kinematics(self._model, data)  # after a step, places are still those of before it
         count = len(directions)
         vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()
         hit = np.zeros(count, dtype=np.int32)

@@ -11,14 +11,25 @@ import mujoco
 from defusedxml import ElementTree
 
 from sim_nodes.geometry import quaternion
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Shape, Sphere, Wall
+from sim_nodes.inertia import part_masses
+from sim_nodes.physics import (
+    DROP,
+    FLOOR,
+    BodyModel,
+    BodyState,
+    Box,
+    Cylinder,
+    PlacedRobot,
+    Scene,
+    Shape,
+    Sphere,
+    Wall,
+)
 from sim_nodes.robots.declaration import RobotDeclaration
 
 TIMESTEP = 0.004  # [s]; wheels with the motor gain of our robots are stable up to 5 ms
-FLOOR = "floor"
 WALL_PREFIX = "wall/"
 SOLID_GROUP = 0  # what collides and what lidar sees; shapes to look at are in group 1
-DROP = 0.001  # [m] above the floor at which robots start, so that they do not start inside it
 TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
 
 
@@ -101,15 +112,14 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
     body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
     if not model.static:
         body.add_freejoint()
-    volumes = [_volume(part.shape) for part in model.parts]
-    for part, volume in zip(model.parts, volumes, strict=True):
+    for part, mass in zip(model.parts, part_masses(model), strict=True):
         kind, size = _geom(part.shape)
         body.add_geom(
             type=kind,
             size=size,
             pos=part.position,
             quat=part.orientation,
-            mass=model.mass * volume / sum(volumes),
+            mass=mass,
             friction=[model.friction, TORSIONAL, ROLLING],
             group=SOLID_GROUP,
         )
@@ -123,19 +133,5 @@ def _geom(shape: Shape) -> tuple[Any, list[float]]:
             return mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0.0]
         case Sphere(radius=radius):
             return mujoco.mjtGeom.mjGEOM_SPHERE, [radius, 0.0, 0.0]
-        case _:
-            assert_never(shape)
-
-
-def _volume(shape: Shape) -> float:
-    """Volume up to the factor pi where that is common; used to share the mass among parts."""
-    pi = 3.141592653589793
-    match shape:
-        case Box(size=(x, y, z)):
-            return x * y * z
-        case Cylinder(radius=radius, length=length):
-            return pi * radius * radius * length
-        case Sphere(radius=radius):
-            return 4.0 / 3.0 * pi * radius**3
         case _:
             assert_never(shape)

@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_nodes.geometry import Pose2, multiply, quaternion, roll_pitch_yaw, rotation_matrix, wrap
+from sim_nodes.geometry import (
+    Pose2,
+    conjugate,
+    multiply,
+    quaternion,
+    quaternion_of,
+    roll_pitch_yaw,
+    rotation_matrix,
+    wrap,
+)
 
 angles = st.floats(-1.5, 1.5)
 lengths = st.floats(-10, 10)
@@ -28,6 +37,23 @@ def test_composing_turns_the_inner_pose() -> None:
 @given(angles, angles, angles)
 def test_angles_survive_the_way_through_a_quaternion(roll: float, pitch: float, yaw: float) -> None:
     assert roll_pitch_yaw(quaternion(roll, pitch, yaw)) == pytest.approx((roll, pitch, yaw), abs=1e-6)
+
+
+@given(angles, angles, st.sampled_from([-math.pi / 2, math.pi / 2]), st.sampled_from([0.0, 1e-9, 1e-7, 1e-5]))
+def test_angles_that_look_straight_up_or_down_are_of_the_same_orientation(
+    roll: float, yaw: float, pitch: float, off: float
+) -> None:
+    orientation = quaternion(roll, pitch - math.copysign(off, pitch), yaw)
+    again = quaternion(*roll_pitch_yaw(orientation))
+    np.testing.assert_allclose(rotation_matrix(again), rotation_matrix(orientation), atol=1e-5)
+
+
+@given(st.floats(-math.pi, math.pi), angles, st.floats(-math.pi, math.pi))
+def test_matrices_and_conjugates_are_of_the_same_orientation(roll: float, pitch: float, yaw: float) -> None:
+    orientation = quaternion(roll, pitch, yaw)
+    matrix = rotation_matrix(orientation)
+    np.testing.assert_allclose(rotation_matrix(quaternion_of(matrix)), matrix, atol=1e-12)
+    np.testing.assert_allclose(rotation_matrix(conjugate(orientation)), matrix.T, atol=1e-12)
 
 
 @given(angles, angles, angles)

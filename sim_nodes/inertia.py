@@ -1,0 +1,88 @@
+"""How mass is spread in bodies: evenly in each part, and among parts by their volume."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Quaternion, Vector, quaternion_of, rotation_matrix
+from sim_nodes.physics import IDENTITY, BodyModel, Box, Cylinder, Shape, Sphere
+
+SYMMETRIC = 1e-12  # products of inertia, as part of the largest moment, that are rounding
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Centre of mass in the body's frame [m], principal moments [kg m^2], and the frame of their axes in it."""
+
+    centre: Vector
+    moments: Vector
+    axes: Quaternion
+
+
+def part_masses(model: BodyModel) -> tuple[float, ...]:
+    """The masses of a body's parts [kg]."""
+    volumes = [_volume(part.shape) for part in model.parts]
+    return tuple(model.mass * volume / sum(volumes) for volume in volumes)
+
+
+def inertia(model: BodyModel) -> Inertia:
+    """The inertia of a body."""
+    masses = part_masses(model)
+    positions = np.array([part.position for part in model.parts])
+    centre = np.average(positions, axis=0, weights=masses)
+    tensor = np.zeros((3, 3))
+    for part, mass, position in zip(model.parts, masses, positions, strict=True):
+        turn = rotation_matrix(part.orientation)
+        arm = position - centre
+        # The second term is the parallel axis theorem.
+        tensor += turn @ np.diag(_moments(part.shape, mass)) @ turn.T
+        tensor += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertia(_vector(centre), *_principal(tensor))
+
+
+def _principal(tensor: Array) -> tuple[Vector, Quaternion]:
+    """Moments and axes; those of the body itself where they are principal ones."""
+    diagonal = np.diag(tensor)
+    if np.abs(tensor - np.diag(diagonal)).max() <= SYMMETRIC * diagonal.max():
+        return _vector(diagonal), IDENTITY
+    moments, axes = np.linalg.eigh(tensor)
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] *= -1.0
+    return _vector(moments), quaternion_of(axes)
+
+
+def _volume(shape: Shape) -> float:
+    """Volume [m^3]."""
+    match shape:
+        case Box(size=(x, y, z)):
+            return x * y * z
+        case Cylinder(radius=radius, length=length):
+            return math.pi * radius * radius * length
+        case Sphere(radius=radius):
+            return 4.0 / 3.0 * math.pi * radius**3
+        case _:
+            assert_never(shape)
+
+
+def _moments(shape: Shape, mass: float) -> Vector:
+    """Moments of inertia about the centre of a shape [kg m^2]."""
+    match shape:
+        case Box(size=(x, y, z)):
+            return mass * (y * y + z * z) / 12, mass * (x * x + z * z) / 12, mass * (x * x + y * y) / 12
+        case Cylinder(radius=radius, length=length):
+            across = mass * (3 * radius * radius + length * length) / 12
+            return across, across, mass * radius * radius / 2
+        case Sphere(radius=radius):
+            moment = 0.4 * mass * radius * radius
+            return moment, moment, moment
+        case _:
+            assert_never(shape)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = values.tolist()
+    return (x, y, z)
