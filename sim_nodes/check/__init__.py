@@ -1,0 +1,82 @@
+"""Does an engine keep the contract of `sim_nodes.physics.Engine`? For the tests of engines, ours and others'.
+
+    from sim_nodes.check import check_physics
+
+    def test_my_engine():
+        check_physics(MyEngine)
+
+It knows an engine by the protocol only. Rules are functions; the first line of a docstring is what has to hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim_nodes.check import bodies, contacts, rays, repeating, robots
+from sim_nodes.check.bench import Make
+from sim_nodes.physics import Engine
+
+__all__ = ["RULES", "check_physics", "check_rule"]
+
+Rule = Callable[[Make], None]
+
+RULES: tuple[Rule, ...] = (
+    repeating.steps_fit_into_ticks,
+    bodies.what_is_set_is_what_is_found,
+    bodies.bodies_fall_with_gravity,
+    bodies.bodies_turn_about_their_centre_of_mass,
+    bodies.bodies_on_the_floor_stay_at_rest,
+    bodies.friction_stops_what_slides,
+    bodies.static_bodies_bear_loads_and_do_not_move,
+    bodies.adding_and_removing_leaves_the_rest_alone,
+    bodies.a_body_may_have_many_parts,
+    robots.robots_stand_level_and_still,
+    robots.wheels_turn_as_commanded,
+    robots.robots_drive_straight,
+    robots.robots_turn_in_place,
+    robots.robots_stop_when_told_to,
+    robots.robots_obey_their_own_commands_only,
+    robots.a_robot_that_is_put_somewhere_rests_there,
+    rays.rays_end_at_walls,
+    rays.rays_start_where_the_robot_is,
+    rays.rays_end_at_every_shape,
+    rays.robots_do_not_see_themselves,
+    rays.robots_see_each_other,
+    rays.rays_see_changes_before_the_next_step,
+    contacts.contacts_name_both,
+    contacts.robots_touch_walls_and_each_other,
+    contacts.what_is_near_does_not_touch,
+    contacts.overlaps_are_found_for_every_shape,
+    contacts.what_rests_on_something_does_not_overlap_it,
+    repeating.equal_runs_are_equal_to_the_bit,
+    repeating.building_forgets_everything,
+    repeating.a_reset_puts_everything_back,
+    repeating.resets_do_not_drift,
+    repeating.no_state_is_not_a_number,
+)
+
+
+def check_physics(make: Callable[[], Engine]) -> None:
+    """Check an engine by all rules.
+
+    Args:
+        make: Makes an engine; it is called several times, and engines exist beside one another.
+
+    Raises:
+        AssertionError: A rule is broken; the message says which, what was found, and what was expected.
+    """
+    for rule in RULES:
+        check_rule(rule, make)
+
+
+def check_rule(rule: Rule, make: Callable[[], Engine]) -> None:
+    """Check an engine by one of the rules.
+
+    Raises:
+        AssertionError: The rule is broken.
+    """
+    try:
+        rule(make)
+    except AssertionError as error:
+        demand = (rule.__doc__ or rule.__name__).partition("\n")[0]
+        raise AssertionError(f"{demand} But {error}") from error

@@ -1,0 +1,106 @@
+"""What the rules share: scenes and bodies to try, and words for what was found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.physics import (
+    BodyModel,
+    BodyState,
+    Box,
+    Cylinder,
+    Engine,
+    Part,
+    PlacedRobot,
+    Scene,
+    Shape,
+    Sphere,
+    Wall,
+)
+from sim_nodes.robots.declaration import load_robot
+
+Make = Callable[[], Engine]
+
+GRAVITY = 9.81  # [m/s^2]
+ROBOT, OTHER = "robot", "second"
+TURTLEBOT = load_robot("turtlebot4")
+EXTENT = (-10.0, -10.0, 10.0, 10.0)
+ORIGIN = Pose2(0.0, 0.0, 0.0)
+EDGE = 0.2  # [m] of the shapes below
+
+CUBE = Box((EDGE, EDGE, EDGE))
+SHAPES: tuple[Shape, ...] = (CUBE, Cylinder(EDGE / 2, EDGE), Sphere(EDGE / 2))
+
+
+def scene(*robots: Pose2, walls: Iterable[Wall] = ()) -> Scene:
+    """A scene with up to two robots."""
+    placed = (PlacedRobot(name, TURTLEBOT, pose) for name, pose in zip((ROBOT, OTHER), robots, strict=False))
+    return Scene(tuple(walls), tuple(placed), EXTENT)
+
+
+def built(make: Make, *robots: Pose2, walls: Iterable[Wall] = ()) -> Engine:
+    """A new engine with a scene."""
+    engine = make()
+    engine.build(scene(*robots, walls=walls))
+    return engine
+
+
+def body(*shapes: Shape, static: bool = False, friction: float = 1.0) -> BodyModel:
+    """A body of 2 kg with its parts about its origin."""
+    return BodyModel(tuple(Part(shape) for shape in shapes), mass=2.0, friction=friction, static=static)
+
+
+def at(x: float, y: float, z: float) -> BodyState:
+    """At rest at a place [m]."""
+    return BodyState((x, y, z))
+
+
+def run(engine: Engine, seconds: float) -> None:
+    """Make the steps of a time [s]."""
+    for _ in range(round(seconds * engine.steps_per_second)):
+        engine.step()
+
+
+def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT) -> None:
+    """Command a velocity ahead [m/s] and turning left [rad/s]."""
+    radius, half = TURTLEBOT.drive.wheel_radius, TURTLEBOT.drive.wheel_separation / 2.0
+    engine.command_wheels(robot, (linear - half * angular) / radius, (linear + half * angular) / radius)
+
+
+def expect(holds: bool, otherwise: str) -> None:
+    """Raise an AssertionError with what is wrong unless something holds."""
+    if not holds:
+        raise AssertionError(otherwise)
+
+
+def expect_near(what: str, found: float | Iterable[float], wanted: float | Iterable[float], by: float) -> None:
+    """Expect numbers to be as wanted, each within a tolerance."""
+    found, wanted = _array(found), _array(wanted)
+    off = float(np.max(np.abs(found - wanted), initial=0.0))
+    if not off <= by:
+        raise AssertionError(
+            f"{what} is {_text(found)} instead of {_text(wanted)}: off by {off:.3g}, not {by:.3g}"
+        )
+
+
+def expect_state(what: str, found: BodyState, wanted: BodyState, by: float) -> None:
+    """Expect a state to be as wanted; orientations are the same with either sign."""
+    expect_near(f"the position of {what}", found.position, wanted.position, by)
+    alike = math.copysign(1.0, float(np.dot(found.orientation, wanted.orientation)))
+    turned = tuple(alike * value for value in found.orientation)
+    expect_near(f"the orientation (w, x, y, z) of {what}", turned, wanted.orientation, by)
+    expect_near(f"the linear velocity of {what}", found.linear, wanted.linear, by)
+    expect_near(f"the angular velocity of {what}", found.angular, wanted.angular, by)
+
+
+def _array(values: float | Iterable[float]) -> Array:
+    return np.atleast_1d(np.asarray(values if isinstance(values, float | int) else list(values), dtype=np.float64))
+
+
+def _text(values: Array) -> str:
+    numbers = [f"{value:.6g}" for value in values]
+    return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"

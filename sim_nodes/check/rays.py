@@ -1,0 +1,145 @@
+"""Rules about what lidars see."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim_nodes.check.bench import (
+    CUBE,
+    EDGE,
+    ORIGIN,
+    OTHER,
+    ROBOT,
+    SHAPES,
+    TURTLEBOT,
+    Make,
+    at,
+    body,
+    built,
+    drive,
+    expect,
+    expect_near,
+    run,
+)
+from sim_nodes.geometry import Array, Pose2, quaternion
+from sim_nodes.physics import BodyState, Engine, Wall
+
+EXACT = 0.01  # [m]
+LIMIT = TURTLEBOT.lidar.max_range
+ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # about the lidar [rad]
+DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)])
+MOUNT = Pose2(TURTLEBOT.lidar.x, TURTLEBOT.lidar.y, TURTLEBOT.lidar.yaw)
+HALF_LENGTH, HALF_WIDTH = 2.0, 1.0  # of the room [m]
+ROOM = (
+    Wall("walls", HALF_LENGTH + 0.05, 0.0, 0.0, 0.1, 2.4, 0.5),
+    Wall("walls", -HALF_LENGTH - 0.05, 0.0, math.pi / 2, 2.4, 0.1, 0.5),
+    Wall("walls", 0.0, HALF_WIDTH + 0.05, 0.0, 4.4, 0.1, 0.5),
+    Wall("back", 0.0, -HALF_WIDTH - 0.05, math.pi, 4.4, 0.1, 0.5),
+)
+
+
+def towards(engine: Engine, x: float, y: float, limit: float = LIMIT) -> float:
+    """What the robot measures towards a point of the world [m]."""
+    lidar = engine.body_state(ROBOT).planar.compose(MOUNT)
+    angle = math.atan2(y - lidar.y, x - lidar.x) - lidar.yaw
+    [distance] = engine.cast_rays(ROBOT, np.array([[math.cos(angle), math.sin(angle), 0.0]]), limit).tolist()
+    return float(distance)
+
+
+def room_ranges(lidar: Pose2) -> Array:
+    """Distances to the walls of the room [m]."""
+    cos, sin = np.cos(ANGLES + lidar.yaw), np.sin(ANGLES + lidar.yaw)
+    with np.errstate(divide="ignore"):
+        to_x = np.where(cos > 0, HALF_LENGTH - lidar.x, HALF_LENGTH + lidar.x) / np.abs(cos)
+        to_y = np.where(sin > 0, HALF_WIDTH - lidar.y, HALF_WIDTH + lidar.y) / np.abs(sin)
+    nearest: Array = np.minimum(to_x, to_y)
+    return nearest
+
+
+def rays_end_at_walls(make: Make) -> None:
+    """Rays are as long as it is to the walls, within 1 cm, and infinite beyond the limit."""
+    for pose in (ORIGIN, Pose2(0.7, -0.4, 2.0), Pose2(-1.5, 0.6, -1.0)):
+        engine = built(make, pose, walls=ROOM)
+        run(engine, 0.5)
+        wanted = room_ranges(engine.body_state(ROBOT).planar.compose(MOUNT))
+        found = engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+        expect(found.shape == (360,), f"360 rays gave an array of shape {found.shape} instead of (360,)")
+        for angle, distance, expected in zip(ANGLES, found, wanted, strict=True):
+            expect_near(f"the ray at {angle:.3f} rad from {pose} [m]", float(distance), float(expected), EXACT)
+        short = engine.cast_rays(ROBOT, DIRECTIONS, 1.0)
+        wrong = np.flatnonzero(
+            np.isinf(short) & (wanted < 1.0 - EXACT) | ~np.isinf(short) & (wanted > 1.0 + EXACT)
+        )
+        expect(not len(wrong), f"with a limit of 1 m, {len(wrong)} of 360 rays end beyond it, or do not before it")
+
+
+def rays_start_where_the_robot_is(make: Make) -> None:
+    """Rays of a robot that moves are those of the state that it is in, not of a step before."""
+    engine = built(make, ORIGIN, walls=ROOM)
+    drive(engine, 0.1, 1.8)
+    for _ in range(5):
+        run(engine, 0.2)
+        wanted = room_ranges(engine.body_state(ROBOT).planar.compose(MOUNT))
+        found = engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+        expect_near("the greatest error of a ray of a turning robot [m]", np.abs(found - wanted).max(), 0.0, EXACT)
+
+
+def rays_end_at_every_shape(make: Make) -> None:
+    """Rays end at boxes, cylinders and spheres, static or not, within 1 cm."""
+    engine = built(make, ORIGIN)
+    run(engine, 0.5)
+    lidar_height = 0.193
+    for shape in SHAPES:
+        for static in (False, True):
+            engine.add_body("body", body(shape, static=static), at(MOUNT.x, 1.0, lidar_height))
+            name = type(shape).__name__.lower()
+            expect_near(f"the ray to a {name} [m]", towards(engine, MOUNT.x, 1.0), 1.0 - EDGE / 2, EXACT)
+            beside = towards(engine, MOUNT.x + 0.75 * EDGE, 1.0)
+            expect(math.isinf(beside), f"a ray that passes a {name} by 5 cm ends at {beside:.3f} m")
+            engine.remove_body("body")
+    engine.add_body("low", body(CUBE), at(MOUNT.x, 1.0, EDGE / 2 - 0.05))
+    engine.set_body_state("low", BodyState((MOUNT.x, 1.0, -1.0)))
+    expect(math.isinf(towards(engine, MOUNT.x, 1.0)), "a ray ends at a body that is below it")
+
+
+def robots_do_not_see_themselves(make: Make) -> None:
+    """No ray ends at the robot that casts it, wherever it stands and however it moves."""
+    engine = built(make, ORIGIN)
+    limit = 3.0  # [m]; far out, a robot that tilts a little sees the floor
+    drive(engine, 0.2, 1.5)
+    for step in range(11):
+        run(engine, 0.1)
+        if step == 10:
+            engine.set_body_state(ROBOT, BodyState((3.0, 3.0, 0.0), quaternion(0.0, 0.0, 1.0)))
+        ranges = engine.cast_rays(ROBOT, DIRECTIONS, limit)
+        seen = ranges[np.isfinite(ranges)]
+        if len(seen):
+            raise AssertionError(
+                f"in an empty world {len(seen)} of 360 rays end, the nearest at {seen.min():.3f} m"
+            )
+
+
+def robots_see_each_other(make: Make) -> None:
+    """A robot is seen by other robots."""
+    engine = built(make, ORIGIN, Pose2(2.0, 0.0, 0.0))
+    run(engine, 0.5)
+    tower = 0.145  # [m], radius of the collision shape at the lidar's height
+    expect_near("the ray from one robot to another [m]", towards(engine, 2.0, 0.0), 2.0 - MOUNT.x - tower, EXACT)
+    back = engine.cast_rays(OTHER, DIRECTIONS, LIMIT)
+    expect(bool(np.isfinite(back).any()), "the second robot does not see the first")
+
+
+def rays_see_changes_before_the_next_step(make: Make) -> None:
+    """What was added, moved or removed is seen at once, without a step."""
+    engine = built(make, ORIGIN)
+    for static in (False, True):
+        engine.add_body("body", body(CUBE, static=static), at(1.0, 0.0, 0.2))
+        expect_near("the ray to a new body [m]", towards(engine, 1.0, 0.0), 1.0 - EDGE / 2 - MOUNT.x, EXACT)
+        engine.set_body_state("body", at(2.0, 0.0, 0.2))
+        expect_near("the ray to a moved body [m]", towards(engine, 2.0, 0.0), 2.0 - EDGE / 2 - MOUNT.x, EXACT)
+        engine.set_body_state("body", at(-5.0, 3.0, 0.2))
+        expect(math.isinf(towards(engine, 2.0, 0.0)), "a ray ends where a body was before it was moved")
+        engine.remove_body("body")
+        expect(math.isinf(towards(engine, -5.0, 3.0)), "a ray ends at a body that was removed")

@@ -1,0 +1,151 @@
+"""Rules about time, resets, and runs that are the same again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim_nodes.check.bench import (
+    CUBE,
+    EDGE,
+    ORIGIN,
+    OTHER,
+    ROBOT,
+    Make,
+    at,
+    body,
+    built,
+    drive,
+    expect,
+    expect_near,
+    expect_state,
+    run,
+    scene,
+)
+from sim_nodes.check.bodies import LOPSIDED, MOVING
+from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
+from sim_nodes.geometry import Pose2
+from sim_nodes.physics import BodyState, Engine, UnstablePhysics
+from sim_nodes.robots.robot import TICK
+
+SECOND = Pose2(1.0, 0.2, 3.0)
+HUGE = (1e300, 1e300, 1e300)
+
+
+def steps_fit_into_ticks(make: Make) -> None:
+    """An engine has a name, a version, and a whole number of steps in the 20 ms of a tick."""
+    engine = make()
+    for what, found in (("name", engine.name), ("version", engine.version)):
+        expect(isinstance(found, str) and bool(found), f"the {what} is {found!r} instead of a text")
+    steps = engine.steps_per_second * TICK
+    expect_near("the number of steps in a tick", steps, max(1.0, round(steps)), 1e-9)
+
+
+def eventful(engine: Engine) -> list[object]:
+    """Everything that can be seen of a run in which much happens; the scene has two robots in a room."""
+    seen: list[object] = []
+
+    def look(*names: str) -> None:
+        for _ in range(5):
+            run(engine, 0.1)
+            seen.extend(engine.body_state(name) for name in (ROBOT, OTHER, *names))
+            seen.append((engine.wheel_angles(ROBOT), sorted(engine.touching())))
+            seen.append(engine.cast_rays(ROBOT, DIRECTIONS, LIMIT).tobytes())
+
+    drive(engine, 0.3, 0.4)
+    drive(engine, 0.2, -0.3, OTHER)
+    look()
+    engine.add_body("box", body(CUBE), at(0.5, 0.1, EDGE / 2))
+    engine.add_body("thing", LOPSIDED, MOVING)
+    look("box", "thing")
+    engine.remove_body("thing")
+    engine.set_body_state(OTHER, BodyState((-0.5, 0.0, 0.0)))
+    engine.add_body("thing", body(CUBE, static=True), at(0.8, -0.5, EDGE / 2))
+    look("box", "thing")
+    return seen
+
+
+def equal_runs_are_equal_to_the_bit(make: Make) -> None:
+    """Two engines that are built and commanded the same give the same, bit for bit."""
+    first, second = (eventful(built(make, ORIGIN, SECOND, walls=ROOM)) for _ in range(2))
+    _expect_same("a second engine", first, second)
+
+
+def building_forgets_everything(make: Make) -> None:
+    """A scene that is built in a used engine is as in a new one."""
+    engine = built(make, ORIGIN, SECOND, walls=ROOM)
+    first = eventful(engine)
+    engine.build(scene(ORIGIN))
+    drive(engine, 0.3, 0.0)
+    run(engine, 0.5)
+    engine.build(scene(ORIGIN, SECOND, walls=ROOM))
+    _expect_same("an engine that was used before", first, eventful(engine))
+
+
+def a_reset_puts_everything_back(make: Make) -> None:
+    """A reset puts robots and bodies back to where they were built or added, at rest, without commands."""
+    engine = built(make, SECOND)
+    start = engine.body_state(ROBOT)
+    engine.add_body("box", body(CUBE), at(3.0, 1.0, 1.0))
+    engine.add_body("table", body(CUBE, static=True), at(3.0, 3.0, 1.0))
+    engine.add_body("gone", body(CUBE), at(-3.0, 3.0, 1.0))
+    drive(engine, 0.3, 0.2)
+    run(engine, 1.0)
+    engine.set_body_state("table", at(-3.0, -3.0, 1.0))
+    engine.remove_body("gone")
+    engine.reset()
+    expect_state("a robot", engine.body_state(ROBOT), start, 1e-12)
+    expect_near("the angles of its wheels [rad]", engine.wheel_angles(ROBOT), (0.0, 0.0), 0.0)
+    expect_state("a box", engine.body_state("box"), at(3.0, 1.0, 1.0), 1e-12)
+    expect_state("a static body", engine.body_state("table"), at(3.0, 3.0, 1.0), 1e-12)
+    expect(not engine.touching(), f"after a reset there are the contacts {set(engine.touching())}")
+    run(engine, 0.5)
+    expect_near("the way of a robot after a reset", engine.body_state(ROBOT).position, (1.0, 0.2, 0.0), 2e-3)
+
+
+def resets_do_not_drift(make: Make) -> None:
+    """What follows a hundredth reset is what follows the first, bit for bit."""
+    engine = built(make, ORIGIN)
+    engine.add_body("box", body(CUBE), at(0.4, 0.0, EDGE / 2))
+
+    def follows() -> tuple[BodyState, ...]:
+        engine.reset()
+        before = engine.body_state(ROBOT), engine.body_state("box")
+        drive(engine, 0.3, 0.2)
+        run(engine, 0.1)
+        return *before, engine.body_state(ROBOT), engine.body_state("box")
+
+    first = follows()
+    for index in range(2, 101):
+        again = follows()
+        expect(again == first, f"after reset {index} it is {again} instead of {first}")
+
+
+def no_state_is_not_a_number(make: Make) -> None:
+    """When states are lost, a step says so; after that, a scene can be built again."""
+    engine = built(make, ORIGIN)
+    for _ in range(2):
+        engine.add_body("box", body(CUBE), at(1.0, 1.0, 1.0))
+        engine.set_body_state("box", BodyState((1.0, 1.0, 1.0), linear=HUGE, angular=HUGE))
+        try:
+            run(engine, 0.1)
+        except UnstablePhysics as error:
+            expect("reset" in str(error), f"the message {error} does not tell to reset the simulation")
+        else:
+            for name in (ROBOT, "box"):
+                position = engine.body_state(name).position
+                expect(all(map(math.isfinite, position)), f"{name} is at {position}, and no step said so")
+            moved = math.dist(engine.body_state("box").position, (1.0, 1.0, 1.0))
+            expect(
+                moved > 1.0, f"a box with {HUGE[0]:g} m/s moved {moved:.3f} m, and no step said that it was lost"
+            )
+        engine.build(scene(ORIGIN))
+        run(engine, 0.1)
+        found = engine.body_state(ROBOT).position
+        expect(bool(np.isfinite(found).all()), f"a new scene after lost states has its robot at {found}")
+
+
+def _expect_same(what: str, first: list[object], second: list[object]) -> None:
+    for index, (one, other) in enumerate(zip(first, second, strict=True)):
+        expect(one == other, f"{what} differs from the first at observation {index}: {other!r} and {one!r}")
