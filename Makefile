@@ -24,7 +24,7 @@ $(VENV)/.user: pyproject.toml constraints.txt | $(BIN)/python
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "installing seoro with what its tests need into $(VENV)"
-	@$(INSTALL) --editable '.[mujoco,lsp,dev]'
+	@$(INSTALL) --editable '.[mujoco,pybullet,lsp,dev]'
 	@touch $@ $(VENV)/.user
 
 install: $(VENV)/.user  ## set up .venv with seoro, the MuJoCo simulator and the language server

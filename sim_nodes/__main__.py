@@ -25,8 +25,14 @@ def _mujoco() -> Engine:
     return MujocoEngine()
 
 
+def _pybullet() -> Engine:
+    from sim_nodes.pybullet.engine import PybulletEngine  # noqa: PLC0415
+
+    return PybulletEngine()
+
+
 # Engines are imported when they are asked for: each is an optional dependency.
-ENGINES: dict[str, Callable[[], Engine]] = {"mujoco": _mujoco}
+ENGINES: dict[str, Callable[[], Engine]] = {"mujoco": _mujoco, "pybullet": _pybullet}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -30,7 +30,8 @@ from seoro.bridges.sim import NodeAddress, SimulatorNode, ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 
 NAMESPACE = "default"
-SIMULATORS = {"mujoco": "mujoco"}  # name, and the module its engine needs
+SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # name, and the module its engine needs
+PYBULLET_SOURCE = (3, 12)  # the first version of Python for which PyBullet has to be compiled
 START_TIMEOUT = 30.0  # [s]
 FIND_TIMEOUT = 3.0  # [s]
 MAX_FOLDER = 60  # [characters]; of 107 that the name of a socket has at most
@@ -117,7 +118,17 @@ def check_installed(name: str) -> None:
     if name not in SIMULATORS:
         raise InvalidUse(f"there is no simulator '{name}'", help=f"simulators: {', '.join(SIMULATORS)}")
     if find_spec(SIMULATORS[name]) is None:
-        raise InvalidUse(f"the simulator '{name}' is not installed", help=f"pip install 'seoro[{name}]'")
+        raise InvalidUse(f"the simulator '{name}' is not installed", help=_how_to_install(name))
+
+
+def _how_to_install(name: str) -> str:
+    if name == "pybullet" and sys.version_info >= PYBULLET_SOURCE:
+        wanted = ".".join(map(str, PYBULLET_SOURCE))
+        return (
+            f"use a Python older than {wanted} and pip install 'seoro[pybullet]': PyBullet has no packages for "
+            "newer ones; where there is a C++ compiler, pip install 'seoro[node]' pybullet builds it in minutes"
+        )
+    return f"pip install 'seoro[{name}]'"
 
 
 async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNode:

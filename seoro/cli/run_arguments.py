@@ -44,7 +44,9 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
-    place.add_argument("--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco")
+    place.add_argument(
+        "--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco or pybullet"
+    )
     place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
     parser.add_argument(
         "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"

@@ -26,7 +26,7 @@ _WAS_BARE = "osc_was_bare"  # what xdist tells its workers
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the options."""
     group = parser.getgroup("seoro", "scenario files (OpenSCENARIO DSL)")
-    group.addoption("--osc-sim", metavar="NAME", help="start this simulator for each scenario: mujoco")
+    group.addoption("--osc-sim", metavar="NAME", help="start this simulator for each scenario: mujoco or pybullet")
     group.addoption("--osc-connect", metavar="ENDPOINT", help="use the simulator that runs at this endpoint")
     group.addoption("--osc-world", metavar="WORLD", help="name or file of the simulator's world")
     group.addoption(

@@ -1,4 +1,4 @@
-"""The published navigation scenarios in MuJoCo."""
+"""The published navigation scenarios, in MuJoCo unless another engine is named."""
 
 from pathlib import Path
 from typing import Any
@@ -10,9 +10,11 @@ from seoro.cli.main import main
 from tests.integration.conftest import GO_TO_POSE, OBSTACLE, read_trace
 
 
-def run(scenario: str, folder: Path, seed: int, *arguments: str) -> list[dict[str, Any]]:
+def run(
+    scenario: str, folder: Path, seed: int, *arguments: str, simulator: str = "mujoco"
+) -> list[dict[str, Any]]:
     status = main([
-        "exec", scenario, "--sim", "mujoco", "--rate", "max", "--seed", str(seed), "-o", str(folder), *arguments
+        "exec", scenario, "--sim", simulator, "--rate", "max", "--seed", str(seed), "-o", str(folder), *arguments
     ])  # fmt: skip
     records = read_trace(folder / "trace.jsonl")
     assert status == 0, records[-1]
@@ -31,6 +33,15 @@ def test_the_robot_goes_around_the_box(tmp_path: Path, capsys: pytest.CaptureFix
     out = capsys.readouterr().out
     for name in ("trace.jsonl", "test.xml", "top_down.png"):
         assert str(tmp_path / name) in out
+
+
+def test_the_robot_goes_around_the_box_in_pybullet(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
+    first, second = (run(OBSTACLE, tmp_path / name, 0, simulator="pybullet") for name in ("first", "second"))
+    assert first[-1]["duration"] < 60.0
+    assert [r for r in first if r["kind"] == "event" and r["name"] == "contact"] == []
+    assert [{**r, "wall": 0} for r in first] == [{**r, "wall": 0} for r in second]
+    assert (tmp_path / "first" / "top_down.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_its_simpler_sister(tmp_path: Path) -> None:

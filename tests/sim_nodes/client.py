@@ -9,8 +9,8 @@ from seoro.bridges import wire
 from seoro.bridges.wire import Orientation, Pose, Vector3, Verb
 from sim_nodes import verbs
 from sim_nodes.geometry import Pose2
-from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.simulator import Simulator
+from tests.sim_nodes.engines import make_engine
 
 Q = TypeVar("Q", bound=wire.Message)
 A = TypeVar("A", bound=wire.Message)
@@ -25,10 +25,10 @@ def pose(x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Pose:
 
 
 class Client:
-    """Asks a simulator with MuJoCo in it."""
+    """Asks a simulator."""
 
-    def __init__(self, world: str = "maze", seed: int = 0) -> None:
-        self.simulator = Simulator(MujocoEngine(), world, seed)
+    def __init__(self, world: str = "maze", seed: int = 0, engine: str = "mujoco") -> None:
+        self.simulator = Simulator(make_engine(engine), world, seed)
 
     def ask(self, verb: Verb[Q, A], request: Q) -> A:
         return wire.decode(verb.answer, verbs.handle(self.simulator, verb.name, wire.encode(request)))
@@ -77,9 +77,9 @@ class Client:
             assert advanced.time < limit, f"{occurrence} has not happened after {limit} s"
 
 
-def obstacle_run(seed: int) -> tuple[Client, wire.Occurrence, list[wire.Contact]]:
+def obstacle_run(seed: int, engine: str) -> tuple[Client, wire.Occurrence, list[wire.Contact]]:
     """Through the maze to (3, -3), with a box put in the way when the robot is near (1.5, -1.5)."""
-    client = Client(seed=seed)
+    client = Client(seed=seed, engine=engine)
     client.localise()
     client.navigate(pose(3.0, -3.0))
     client.watch(1.5, -1.5, 0.4)

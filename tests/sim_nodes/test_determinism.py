@@ -4,15 +4,22 @@ import hashlib
 import subprocess
 import sys
 
+import pytest
+
 from seoro.bridges import wire
+from sim_nodes.__main__ import ENGINES
 from tests.sim_nodes.client import ROBOT, Client, pose
 
-SCRIPT = "from tests.sim_nodes.test_determinism import fingerprint; import sys; sys.stdout.write(fingerprint(5))"
+SCRIPT = """
+from tests.sim_nodes.test_determinism import fingerprint
+import sys
+sys.stdout.write(fingerprint(5, {engine!r}))
+"""
 
 
-def fingerprint(seed: int) -> str:
+def fingerprint(seed: int, engine: str) -> str:
     """Hash of all answers and of the full state at every half second of a short run with everything in it."""
-    client = Client("maze", seed)
+    client = Client("maze", seed, engine)
     digest = hashlib.sha256()
     client.localise()
     client.navigate(pose(1.5, 0.0))
@@ -28,17 +35,21 @@ def fingerprint(seed: int) -> str:
     return digest.hexdigest()
 
 
-def test_the_same_run_in_another_process_is_the_same_to_the_bit() -> None:
-    other = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True, timeout=60)
-    assert other.stdout == fingerprint(5)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_same_run_in_another_process_is_the_same_to_the_bit(engine: str) -> None:
+    expected = fingerprint(5, engine)
+    command = [sys.executable, "-c", SCRIPT.format(engine=engine)]
+    other = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert other.stdout == expected
 
 
 def test_another_seed_makes_another_run() -> None:
-    assert fingerprint(5) != fingerprint(6)
+    assert fingerprint(5, "mujoco") != fingerprint(6, "mujoco")
 
 
-def test_a_reset_repeats_the_run() -> None:
-    client = Client("maze", 2)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_reset_repeats_the_run(engine: str) -> None:
+    client = Client("maze", 2, engine)
     states = []
     for _ in range(2):
         client.localise()
@@ -49,10 +60,11 @@ def test_a_reset_repeats_the_run() -> None:
     assert states[0] == states[1]
 
 
-def test_how_time_is_granted_does_not_matter() -> None:
+@pytest.mark.parametrize("engine", ENGINES)
+def test_how_time_is_granted_does_not_matter(engine: str) -> None:
     ends = []
     for grant in (0.004, 0.03, 3.0):
-        client = Client("maze", 2)
+        client = Client("maze", 2, engine)
         client.localise()
         client.navigate(pose(1.5, 1.5))
         time = 0.0
@@ -62,8 +74,9 @@ def test_how_time_is_granted_does_not_matter() -> None:
     assert ends[0] == ends[1] == ends[2]
 
 
-def test_watching_does_not_change_the_run() -> None:
-    watched, unwatched = Client("maze", 2), Client("maze", 2)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_watching_does_not_change_the_run(engine: str) -> None:
+    watched, unwatched = Client("maze", 2, engine), Client("maze", 2, engine)
     watched.watch(4.5, 4.5, 0.1, frame="base_link")
     for client in (watched, unwatched):
         client.localise()

@@ -26,9 +26,10 @@ from seoro.bridges.wire import (
     node_tokens,
     token_node,
 )
-from sim_nodes.__main__ import INVALID, main
+from sim_nodes.__main__ import ENGINES, INVALID, main
 from sim_nodes.node import answer, keep_pace
 from tests.sim_nodes.client import A, Client, Q, pose
+from tests.sim_nodes.engines import make_engine
 
 STARTED_WITHIN = 20.0  # [s]
 
@@ -47,8 +48,8 @@ class Node:
         return await self._session.query(node_command("default", "sim", verb), payload, 20.0)
 
 
-def start(*arguments: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "sim_nodes", "mujoco", "--node", "sim", *arguments]
+def start(*arguments: str, engine: str = "mujoco") -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "sim_nodes", engine, "--node", "sim", *arguments]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
@@ -111,9 +112,11 @@ async def test_sigterm_ends_a_node_cleanly(tmp_path: Path) -> None:
         assert await asyncio.to_thread(node.process.wait, 5.0) == 0
 
 
-def test_by_hand_a_node_says_where_it_is_and_ends_on_ctrl_c(tmp_path: Path) -> None:
+@pytest.mark.parametrize("engine", ENGINES)
+def test_by_hand_a_node_says_where_it_is_and_ends_on_ctrl_c(tmp_path: Path, engine: str) -> None:
+    make_engine(engine)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
-    process = start("--listen", endpoint, "--world", "maze")
+    process = start("--listen", endpoint, "--world", "maze", engine=engine)
     try:
         assert process.stdout is not None
         line = process.stdout.readline().decode()

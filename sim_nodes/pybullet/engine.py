@@ -1,0 +1,234 @@
+"""The `Engine` of `sim_nodes.physics` by PyBullet.
+
+Bullet keeps a body by its centre of mass, whose frame is turned to the principal axes of inertia; everything
+here is by the origin of the body's own frame, and `_Body` has what lies between the two.
+
+Bullet carries impulses of contacts over from step to step, which no call puts back. So a reset loads everything
+anew, in the same order: a world that is reset goes on as one that was built.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotation_matrix
+from sim_nodes.physics import (
+    FLOOR,
+    OVERLAP,
+    BodyModel,
+    BodyState,
+    PlacedRobot,
+    Scene,
+    UnstablePhysics,
+)
+from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
+from sim_nodes.pybullet.output import caught
+
+with caught():  # it prints when it was built
+    import pybullet
+    from pybullet_utils.bullet_client import BulletClient
+
+GRAVITY = 9.81  # [m/s^2]
+STEPS_PER_SECOND = 200
+FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
+ALL_GROUPS = -1
+# Fields of what getContactPoints and getClosestPoints tell of a point.
+BODY_A, BODY_B, DISTANCE, FORCE = 1, 2, 8, 9
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A body: its number, and the frame of its mass in its own frame."""
+
+    number: int
+    static: bool
+    centre: Vector
+    axes: Quaternion
+
+
+@dataclass(frozen=True)
+class _Robot:
+    """What a robot is in Bullet."""
+
+    body: int
+    wheels: tuple[int, int]
+    lidar: int
+    torque: float  # limit of the motors [N m]
+    group: int  # collision group, which is the robot's alone
+
+
+class PybulletEngine:
+    """PyBullet with one scene; see `sim_nodes.physics.Engine` for what the methods do."""
+
+    name = "pybullet"
+    version = metadata.version("pybullet")
+    steps_per_second = STEPS_PER_SECOND
+
+    def __init__(self) -> None:
+        with caught():
+            self._bullet: Any = BulletClient(pybullet.DIRECT)
+
+    def build(self, scene: Scene) -> None:
+        """See `Engine.build`."""
+        self._scene = scene
+        self._added: dict[str, tuple[BodyModel, BodyState]] = {}
+        self._load()
+
+    def reset(self) -> None:
+        """See `Engine.reset`."""
+        self._load()
+
+    def _load(self) -> None:
+        bullet = self._bullet
+        bullet.resetSimulation()
+        bullet.setGravity(0.0, 0.0, -GRAVITY)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / STEPS_PER_SECOND, deterministicOverlappingPairs=1, enableFileCaching=0
+        )
+        self._bodies: dict[str, _Body] = {}
+        self._owners: dict[int, str] = {}
+        floor = bullet.createMultiBody(0.0, bullet.createCollisionShape(pybullet.GEOM_PLANE))
+        bullet.changeDynamics(floor, BASE, lateralFriction=1.0)
+        self._owners[floor] = FLOOR
+        walls = self._scene.walls
+        for name in dict.fromkeys(wall.name for wall in walls):
+            model = walls_body(wall for wall in walls if wall.name == name)
+            self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0))), static=True)
+        self._robots = {
+            robot.name: self._load_robot(index, robot) for index, robot in enumerate(self._scene.robots)
+        }
+        for name, (model, state) in self._added.items():
+            self._load_body(name, model, state)
+
+    def _note(self, name: str, number: int, *, static: bool) -> None:
+        centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
+        self._bodies[name] = _Body(number, static, centre, wxyz(axes))
+        self._owners[number] = name
+
+    def _load_robot(self, index: int, robot: PlacedRobot) -> _Robot:
+        number, links = load_robot(self._bullet, robot)
+        self._note(robot.name, number, static=False)
+        group = 1 << (FIRST_ROBOT_GROUP + index)
+        for link in links.links.values():
+            self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
+        declaration = robot.declaration
+        loaded = _Robot(
+            number,
+            wheels(links, declaration.drive),
+            links.links[declaration.lidar.link],
+            declaration.drive.motor_torque,
+            group,
+        )
+        self._command(loaded, 0.0, 0.0)
+        return loaded
+
+    def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        self._note(name, load_body(self._bullet, model, state), static=model.static)
+        self._place(self._bodies[name], state)
+
+    def step(self) -> None:
+        """See `Engine.step`."""
+        bullet = self._bullet
+        bullet.stepSimulation()
+        for body in self._bodies.values():
+            if not (body.static or math.isfinite(sum(bullet.getBasePositionAndOrientation(body.number)[0]))):
+                raise UnstablePhysics("Bullet found no positions: reset the simulation")
+
+    def touching(self) -> frozenset[tuple[str, str]]:
+        """See `Engine.touching`."""
+        pairs = set()
+        for point in self._bullet.getContactPoints():
+            # Points are kept from 2 cm on, before anything touches.
+            if point[DISTANCE] <= 0.0 or point[FORCE] > 0.0:
+                a, b = self._owners[point[BODY_A]], self._owners[point[BODY_B]]
+                if a != b and FLOOR not in (a, b):
+                    pairs.add((min(a, b), max(a, b)))
+        return frozenset(pairs)
+
+    def overlaps(self, name: str) -> tuple[str, ...]:
+        """See `Engine.overlaps`."""
+        number = self._bodies[name].number
+        others = ((other, body.number) for other, body in self._bodies.items() if other != name)
+        return tuple(sorted(other for other, body in others if self._overlap(number, body)))
+
+    def _overlap(self, first: int, second: int) -> bool:
+        points = self._bullet.getClosestPoints(first, second, 0.0)
+        return any(point[DISTANCE] < -OVERLAP for point in points)
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        """See `Engine.add_body`."""
+        self._load_body(name, model, state)
+        self._added[name] = (model, state)
+
+    def remove_body(self, name: str) -> None:
+        """See `Engine.remove_body`."""
+        number = self._bodies.pop(name).number
+        self._bullet.removeBody(number)
+        del self._owners[number]
+        del self._added[name]
+
+    def body_state(self, name: str) -> BodyState:
+        """See `Engine.body_state`."""
+        body, bullet = self._bodies[name], self._bullet
+        centre, turn = bullet.getBasePositionAndOrientation(body.number)
+        linear, angular = bullet.getBaseVelocity(body.number)
+        orientation = multiply(wxyz(turn), conjugate(body.axes))
+        arm = rotation_matrix(orientation) @ body.centre
+        return BodyState(_sum(centre, -arm), orientation, _sum(linear, -np.cross(angular, arm)), angular)
+
+    def set_body_state(self, name: str, state: BodyState) -> None:
+        """See `Engine.set_body_state`."""
+        self._place(self._bodies[name], state)
+        if name in self._robots:
+            robot = self._robots[name]
+            for wheel, angle in zip(robot.wheels, self.wheel_angles(name), strict=True):
+                self._bullet.resetJointState(robot.body, wheel, angle, 0.0)
+
+    def _place(self, body: _Body, state: BodyState) -> None:
+        bullet = self._bullet
+        arm = rotation_matrix(state.orientation) @ body.centre
+        turn = multiply(state.orientation, body.axes)
+        bullet.resetBasePositionAndOrientation(body.number, _sum(state.position, arm), xyzw(turn))
+        if not body.static:
+            linear = _sum(state.linear, np.cross(state.angular, arm))
+            bullet.resetBaseVelocity(body.number, linear, state.angular)
+
+    def wheel_angles(self, robot: str) -> tuple[float, float]:
+        """See `Engine.wheel_angles`."""
+        found = self._robots[robot]
+        left, right = self._bullet.getJointStates(found.body, found.wheels)
+        return left[0], right[0]
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        """See `Engine.command_wheels`."""
+        self._command(self._robots[robot], left, right)
+
+    def _command(self, robot: _Robot, left: float, right: float) -> None:
+        self._bullet.setJointMotorControlArray(
+            robot.body,
+            robot.wheels,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=[left, right],
+            forces=[robot.torque, robot.torque],
+        )
+
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        """See `Engine.cast_rays`."""
+        found, bullet = self._robots[robot], self._bullet
+        link = bullet.getLinkState(found.body, found.lidar, computeForwardKinematics=True)
+        origin, orientation = link[4:6]
+        ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
+        hits = bullet.rayTestBatch(
+            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~found.group
+        )
+        return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
+
+
+def _sum(first: Vector, second: Array) -> Vector:
+    x, y, z = np.add(first, second).tolist()
+    return (x, y, z)

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import gc
+import logging
+import os
+import sys
+from functools import partial
+
+import pytest
+
+from sim_nodes.check.bench import CUBE, ORIGIN, ROBOT, at, body, built, drive, run
+from sim_nodes.geometry import quaternion
+from sim_nodes.physics import BodyModel, BodyState, Box, Part, Scene
+from tests.sim_nodes.engines import make_engine
+
+pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
+
+from sim_nodes.pybullet.output import caught
+
+make = partial(make_engine, "pybullet")
+
+
+def test_what_c_code_prints_is_logged_for_debugging_only(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG, "sim_nodes")
+    sys.stdout.write("before\n")
+    with caught():
+        os.write(1, b"from C\n")
+        os.write(2, b"complaint from C\n")
+    sys.stdout.write("after\n")
+    assert capfd.readouterr() == ("before\nafter\n", "")
+    assert [record.message for record in caplog.records] == ["from C", "complaint from C"]
+
+
+def test_engines_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    engine = built(make, ORIGIN)
+    engine.add_body("box", body(CUBE), at(0.0, 2.0, 1.0))
+    run(engine, 0.1)
+    engine.reset()
+    del engine
+    gc.collect()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_engines_do_not_disturb_each_other() -> None:
+    first, second = built(make, ORIGIN), built(make, ORIGIN)
+    drive(first, 0.3, 0.0)
+    run(first, 1.0)
+    run(second, 1.0)
+    assert first.body_state(ROBOT).position[0] > 0.25
+    assert abs(second.body_state(ROBOT).position[0]) < 1e-3
+
+
+def test_engines_that_are_gone_leave_nothing_behind() -> None:
+    """Bullet has room for 1024 worlds in a process."""
+    for _ in range(1100):
+        make().build(Scene((), (), (-1.0, -1.0, 1.0, 1.0)))
+
+
+def test_parts_that_look_straight_up_are_turned_right() -> None:
+    """URDF has roll, pitch and yaw, which at a pitch of 90 degrees are not what they seem."""
+    engine = built(make)
+    upright = quaternion(0.7, 1.5707963267948966, 0.2)
+    plank = BodyModel((Part(Box((0.1, 0.2, 1.0)), orientation=upright),))
+    engine.add_body("by part", plank, at(0.0, 0.0, 1.0))
+    engine.add_body("by pose", BodyModel((Part(Box((0.1, 0.2, 1.0))),)), BodyState((0.0, 0.0, 1.0), upright))
+    for probe in ((0.3, 0.2), (-0.3, -0.2), (0.2, -0.3), (-0.2, 0.3), (0.4, 0.0), (0.0, 0.4)):
+        engine.add_body("probe", body(Box((0.05, 0.05, 0.05))), at(*probe, 1.0))
+        assert len(engine.overlaps("probe")) in (0, 2), probe
+        engine.remove_body("probe")
