@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,15 @@ OBSTACLE = str(SCENARIOS / "navigation" / "obstacle.osc")
 GO_TO_POSE = str(SCENARIOS / "navigation" / "go_to_pose.osc")
 
 StartSeoro = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture(autouse=True)
+def _temporary_files_of_its_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What else runs on the machine does not make or remove temporary files where a test looks for its own."""
+    with tempfile.TemporaryDirectory(prefix="own-") as folder:  # short, since addresses of sockets are
+        monkeypatch.setenv("TMPDIR", folder)
+        monkeypatch.setattr(tempfile, "tempdir", folder)
+        yield
 
 
 @pytest.fixture
