@@ -1,6 +1,6 @@
 """The obstacle scenario with seeds 0 to 19: does it pass, how long does it take, what is touched?
 
-    python benchmarks/obstacle.py [--seeds N] [--repeat]
+    python benchmarks/obstacle.py [--sim NAME] [--seeds N] [--repeat]
 
 Each run is a process of its own, as a user starts it. With `--repeat`, each seed is run twice,
 and the traces are compared.
@@ -21,10 +21,10 @@ from typing import Any
 SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "navigation" / "obstacle.osc"
 
 
-def run(seed: int, folder: Path) -> tuple[int, float, list[dict[str, Any]]]:
+def run(simulator: str, seed: int, folder: Path) -> tuple[int, float, list[dict[str, Any]]]:
     """Exit status, wall time [s] and trace of one run."""
     trace = folder / f"{seed}.jsonl"
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(SCENARIO), "--sim", "mujoco", "--rate", "max"]
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(SCENARIO), "--sim", simulator, "--rate", "max"]
     start = time.monotonic()
     finished = subprocess.run(
         [*command, "--seed", str(seed), "--trace", str(trace)], check=False, capture_output=True, timeout=120
@@ -42,6 +42,7 @@ def without_wall(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def main() -> int:
     """Run all seeds; exit with 1 if one does not pass, touches something, or is not the same again."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
+    parser.add_argument("--sim", default="mujoco", metavar="NAME", help="mujoco or pybullet (default: mujoco)")
     parser.add_argument("--seeds", type=int, default=20, metavar="N")
     parser.add_argument("--repeat", action="store_true", help="run each seed twice and compare the traces")
     options = parser.parse_args()
@@ -50,10 +51,12 @@ def main() -> int:
     print("seed  status  simulated  wall    contacts")
     with tempfile.TemporaryDirectory() as name:
         for seed in range(options.seeds):
-            status, wall, records = run(seed, Path(name))
+            status, wall, records = run(options.sim, seed, Path(name))
             contacts = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
             duration = records[-1]["duration"]
-            same = not options.repeat or without_wall(run(seed, Path(name))[2]) == without_wall(records)
+            same = not options.repeat or without_wall(run(options.sim, seed, Path(name))[2]) == without_wall(
+                records
+            )
             good = good and status == 0 and not contacts and same
             simulated.append(duration)
             walls.append(wall)

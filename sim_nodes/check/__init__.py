@@ -24,6 +24,7 @@ RULES: tuple[Rule, ...] = (
     repeating.steps_fit_into_ticks,
     bodies.what_is_set_is_what_is_found,
     bodies.bodies_fall_with_gravity,
+    bodies.bodies_may_be_fast,
     bodies.bodies_turn_about_their_centre_of_mass,
     bodies.bodies_on_the_floor_stay_at_rest,
     bodies.friction_stops_what_slides,

@@ -75,6 +75,17 @@ def bodies_fall_with_gravity(make: Make) -> None:
             expect_near(f"the way across of {name} in {time} s [m]", state.position[0], time, 1e-6)
 
 
+def bodies_may_be_fast(make: Make) -> None:
+    """A body at 300 m/s that turns at 200 rad/s goes on so."""
+    engine = built(make)
+    engine.add_body("shot", body(Sphere(0.1)), at(0.0, 0.0, 5.0))
+    engine.set_body_state("shot", BodyState((0.0, 0.0, 5.0), linear=(300.0, 0.0, 0.0), angular=(0.0, 0.0, 200.0)))
+    run(engine, 0.5)
+    found = engine.body_state("shot")
+    expect_near("the way of a shot in 0.5 s [m]", found.position[0], 150.0, 1e-3)
+    expect_near("the rate of turning of a shot [rad/s]", found.angular[2], 200.0, 1e-3)
+
+
 def bodies_turn_about_their_centre_of_mass(make: Make) -> None:
     """A body in the air turns about its centre of mass, and its velocity is that of its origin."""
     model = BodyModel((Part(CUBE, (0.3, 0.0, 0.0)), Part(CUBE, (0.1, 0.0, 0.0))), mass=2.0)

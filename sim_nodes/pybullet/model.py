@@ -29,6 +29,7 @@ from sim_nodes.physics import (
 from sim_nodes.pybullet.output import caught
 from sim_nodes.robots.declaration import DriveDeclaration
 
+FASTEST = 1e5  # [m/s], [rad/s]; Bullet's own limit of a body's velocity is 100, also for those without joints
 BASE = -1  # Bullet's index of the link that is no joint's child
 XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
 
@@ -80,7 +81,14 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
 def load_body(bullet: Any, model: BodyModel, state: BodyState) -> int:
     """Load a body; returns its number."""
     body = _load(bullet, _urdf(model), state, static=model.static)
-    bullet.changeDynamics(body, BASE, lateralFriction=model.friction, linearDamping=0.0, angularDamping=0.0)
+    bullet.changeDynamics(
+        body,
+        BASE,
+        lateralFriction=model.friction,
+        linearDamping=0.0,
+        angularDamping=0.0,
+        maxJointVelocity=FASTEST,
+    )
     return body
 
 

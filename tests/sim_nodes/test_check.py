@@ -1,0 +1,207 @@
+"""The rules for engines find engines that break them: each of these has one thing wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from sim_nodes.check import RULES, bodies, check_physics, check_rule, contacts, rays, repeating, robots
+from sim_nodes.geometry import Array
+from sim_nodes.mujoco.engine import MujocoEngine
+from sim_nodes.physics import BodyModel, BodyState, Scene
+
+
+class Deaf(MujocoEngine):
+    def touching(self) -> frozenset[tuple[str, str]]:
+        return frozenset()
+
+
+class Unsorted(MujocoEngine):
+    def touching(self) -> frozenset[tuple[str, str]]:
+        return frozenset((b, a) for a, b in super().touching())
+
+
+class Careless(MujocoEngine):
+    def overlaps(self, name: str) -> tuple[str, ...]:
+        return ()
+
+
+class Fast(MujocoEngine):
+    """Its wheels are 3 % too large, as those made of hulls are."""
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        super().command_wheels(robot, 1.04 * left, 1.04 * right)
+
+
+class Swapped(MujocoEngine):
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        super().command_wheels(robot, right, left)
+
+
+class Shared(MujocoEngine):
+    """Commands are for all robots."""
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        for name in self._robots:
+            super().command_wheels(name, left, right)
+
+
+class ShortSighted(MujocoEngine):
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        return super().cast_rays(robot, directions, limit) - 0.02
+
+
+class Boundless(MujocoEngine):
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        return super().cast_rays(robot, directions, 100.0)
+
+
+class Vain(MujocoEngine):
+    """It sees itself."""
+
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        return np.minimum(super().cast_rays(robot, directions, limit), 0.1)
+
+
+class Stubborn(MujocoEngine):
+    """It does not forget."""
+
+    def reset(self) -> None:
+        pass
+
+
+class Drifting(MujocoEngine):
+    def reset(self) -> None:
+        super().reset()
+        name = next(iter(self._robots))
+        x, y, z = self.body_state(name).position
+        self._resets = getattr(self, "_resets", 0) + 1
+        self.set_body_state(name, BodyState((x + 1e-15 * self._resets, y, z)))
+
+
+class Random(MujocoEngine):
+    def step(self) -> None:
+        super().step()
+        self._data.qvel[0] += np.random.default_rng().normal(0.0, 1e-12)
+
+
+class Hoarding(MujocoEngine):
+    """A new scene starts with what the old one was commanded."""
+
+    def build(self, scene: Scene) -> None:
+        kept = self._data.ctrl.copy() if hasattr(self, "_data") else None
+        super().build(scene)
+        if kept is not None:
+            self._data.ctrl[: len(kept)] = kept[: len(self._data.ctrl)]
+
+
+class Meddling(MujocoEngine):
+    """Adding something disturbs the rest."""
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        super().add_body(name, model, state)
+        self._data.qpos[0] += 1e-16 + abs(self._data.qpos[0]) * 1e-15
+
+
+class Light(MujocoEngine):
+    def build(self, scene: Scene) -> None:
+        super().build(scene)
+        self._model.opt.gravity[2] = self._spec.option.gravity[2] = -9.5
+
+
+class Slippery(MujocoEngine):
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        super().add_body(name, model, state)
+        self._model.geom_friction[:, 0] *= 0.5
+
+
+class Loose(MujocoEngine):
+    """Static bodies are not."""
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        super().add_body(name, BodyModel(model.parts, model.mass, model.friction), state)
+
+
+class Off(MujocoEngine):
+    """It tells the centre of mass for the origin."""
+
+    def body_state(self, name: str) -> BodyState:
+        state = super().body_state(name)
+        x, y, z = self._data.xipos[self._bases[name]].tolist()
+        return BodyState((x, y, z), state.orientation, state.linear, state.angular)
+
+
+class Rolling(MujocoEngine):
+    """Wheels of robots that are put somewhere turn on."""
+
+    def set_body_state(self, name: str, state: BodyState) -> None:
+        speeds = self._data.qvel.copy()
+        super().set_body_state(name, state)
+        if name in self._robots:
+            wheels = self._robots[name].wheel_speeds
+            self._data.qvel[wheels] = speeds[wheels]
+
+
+class Silent(MujocoEngine):
+    """It does not say that it has lost its states."""
+
+    def step(self) -> None:
+        self._time = -1.0
+        super().step()
+
+
+class Odd(MujocoEngine):
+    steps_per_second = 240
+
+
+@pytest.mark.parametrize(
+    ("make", "rule", "words"),
+    [
+        (Deaf, contacts.contacts_name_both, "gives the contacts none"),
+        (Deaf, contacts.robots_touch_walls_and_each_other, "at a wall"),
+        (Unsorted, contacts.contacts_name_both, "lower"),
+        (Careless, contacts.overlaps_are_found_for_every_shape, "a box in a robot"),
+        (Fast, robots.robots_drive_straight, "instead of 3: off by"),
+        (Swapped, robots.robots_turn_in_place, "heading"),
+        (Shared, robots.robots_obey_their_own_commands_only, "without commands"),
+        (ShortSighted, rays.rays_end_at_walls, "instead of"),
+        (ShortSighted, rays.rays_end_at_every_shape, "the ray to a box"),
+        (Boundless, rays.rays_end_at_walls, "limit of 1 m"),
+        (Vain, rays.robots_do_not_see_themselves, "the nearest at 0.100 m"),
+        (Stubborn, repeating.a_reset_puts_everything_back, "the position of a robot"),
+        (Drifting, repeating.resets_do_not_drift, "after reset 2"),
+        (Random, repeating.equal_runs_are_equal_to_the_bit, "a second engine"),
+        (Hoarding, repeating.building_forgets_everything, "whose commands are of an earlier scene"),
+        (Meddling, bodies.adding_and_removing_leaves_the_rest_alone, "adding another body changed robot"),
+        (Light, bodies.bodies_fall_with_gravity, "the velocity of"),
+        (Slippery, bodies.friction_stops_what_slides, "slid"),
+        (Loose, bodies.static_bodies_bear_loads_and_do_not_move, "static body"),
+        (Off, bodies.what_is_set_is_what_is_found, "lopsided"),
+        (Off, bodies.bodies_turn_about_their_centre_of_mass, "club"),
+        (Rolling, robots.a_robot_that_is_put_somewhere_rests_there, ""),
+        (Silent, repeating.no_state_is_not_a_number, "no step said"),
+        (Odd, repeating.steps_fit_into_ticks, "4.8 instead of 5"),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_engines_with_a_fault_break_a_rule(
+    make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
+) -> None:
+    with pytest.raises(AssertionError) as broken:
+        check_rule(rule, make)
+    message = str(broken.value)
+    assert message.startswith((rule.__doc__ or "").partition("\n")[0])
+    assert words in message
+
+
+def test_the_check_of_all_rules_raises_what_the_first_broken_one_says() -> None:
+    with pytest.raises(AssertionError, match=r"^An engine has a name, .* But the number of steps"):
+        check_physics(Odd)
+
+
+def test_each_rule_says_what_has_to_hold() -> None:
+    for rule in RULES:
+        demand = (rule.__doc__ or "").partition("\n")[0]
+        assert demand.endswith("."), rule.__name__
