@@ -1,7 +1,7 @@
 """What an engine must offer, and the data that it is given and gives back.
 
-The core in `simulation.py` knows an engine by the `Engine` protocol only. Poses and velocities are in the world's
-frame `map`, SI units, orientations as quaternions (w, x, y, z).
+The core in `simulation.py` knows an engine by the `Engine` protocol only; `check` measures whether one keeps it.
+Poses and velocities are in the world's frame `map`, SI units, orientations as quaternions (w, x, y, z).
 """
 
 from __future__ import annotations
@@ -54,7 +54,10 @@ class Part:
 
 @dataclass(frozen=True)
 class BodyModel:
-    """A rigid body: its parts, its mass [kg] and the sliding friction of its surface."""
+    """A rigid body: its parts, its mass [kg] and the sliding friction of its surface.
+
+    What friction two surfaces have with one another is the engine's.
+    """
 
     parts: tuple[Part, ...]
     mass: float = 1.0
