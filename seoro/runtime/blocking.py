@@ -74,13 +74,14 @@ class Meter:
         blocked: Called after a step that was too long, with its length [s] and where in Python it was.
     """
 
-    __slots__ = ("_began", "_blocked", "_coroutine", "_excused", "_handed_over", "_line", "_share")
+    __slots__ = ("_began", "_blocked", "_coroutine", "_excused", "_handed_over", "_has_begun", "_line", "_share")
 
     def __init__(self, share: Share, blocked: Callable[[float, str], None]) -> None:
         self._share = share
         self._blocked = blocked
         self._coroutine: Any = None
         self._line = 0
+        self._has_begun = False
         self._began = 0.0
         self._handed_over = 0.0
         self._excused = 0.0
@@ -88,10 +89,13 @@ class Meter:
     def attach(self, coroutine: Coroutine[Any, Any, None]) -> None:
         """This is the coroutine of the action."""
         self._coroutine = coroutine
+        self._line = self._coroutine.cr_code.co_firstlineno
 
     def begin(self) -> None:
         """A step begins."""
-        self._line = self._coroutine.cr_frame.f_lineno
+        if self._has_begun:  # else it is at its first line; to ask for a frame makes one
+            self._line = self._coroutine.cr_frame.f_lineno
+        self._has_begun = True
         self._handed_over = self._excused = 0.0
         self._began = time.monotonic()
         self._share.renew(self._began)

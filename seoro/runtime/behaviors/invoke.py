@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from seoro.lang.plan import InvokeAction, InvokeScenario, OneOf, Parallel, Phase, Serial
+from seoro.lang.plan import InvokeAction, InvokeScenario, Literal, OneOf, Parallel, Phase, Serial
 from seoro.runtime.applied import Applied, Modifying, apply, with_nested
 from seoro.runtime.behaviors.duration import times_of
 from seoro.runtime.behaviors.members import Carry
@@ -205,13 +205,21 @@ def _fill(
     instance: Instance, plan: InvokeScenario | InvokeAction, place: Place, applied: tuple[Applied, ...]
 ) -> None:
     """Give an instance its values, and modifiers that have none yet theirs."""
-    services, environment = place.services, place.environment()
-    given: dict[str, Value] = {name: evaluate(value, environment) for name, value in plan.arguments}
+    services = place.services
+    environment: Environment | None = None  # nearly all arguments are constants, which need none
+    given: dict[str, Value] = {}
+    for name, argument in plan.arguments:
+        if isinstance(argument, Literal):
+            given[name] = argument.value
+        else:
+            environment = environment or place.environment()
+            given[name] = evaluate(argument, environment)
     structure, of_globals = instance.declaration.structure, services.plan.globals.fields
     shared = {name: place.instance.fields[name] for name in of_globals} if of_globals else {}
     if not (applied or plan.constraints or plan.duration) and is_given(structure, given):
         take_given(instance.fields, given, shared)  # so it is with nearly all; the rest is for the others
     else:
+        environment = environment or place.environment()
         seed, run = environment.seed, environment.run
         times = times_of(plan, environment) if DURATION not in structure.fields else None
         invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
