@@ -1,6 +1,7 @@
 """Several runs in one process: each is what it is alone."""
 
 import asyncio
+import math
 import subprocess
 import sys
 import threading
@@ -12,9 +13,16 @@ import pytest
 import uvloop
 
 import seoro
+from seoro.runtime import blocking
 from tests.embedding.conftest import Records, without_stamps
 
 SEEDS = range(50)
+
+
+@pytest.fixture(autouse=True)
+def _no_word_of_blocking(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine that holds a process up for a tenth of a second has it say so in the trace, which is compared."""
+    monkeypatch.setattr(blocking, "LIMIT", math.inf)
 
 
 async def trace_of(scenario: seoro.Scenario, seed: int) -> Records:
