@@ -9,10 +9,9 @@ import shutil
 import signal
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import anyio
 
@@ -26,13 +25,11 @@ from seoro.errors import InvalidUse
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
 from seoro.parameters import read_parameters
+from seoro.runtime.verdict import RunStatus
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted
 from seoro.sweep.results import TABLE, write_results
-from seoro.sweep.running import STATUSES, Planned, Ran, run_all
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from seoro.sweep.running import Planned, Ran, run_all
 
 EXAMPLES = """examples:
   seoro sweep noise.osc --list
@@ -97,6 +94,7 @@ class _Sweep:
         """Find what there is to run, and do what is asked for."""
         options = self._options
         simulator_of(options)  # which says what does not go together
+        jobs = self._jobs()
         axes = self._axes()
         possible, ruled_out = await self._possible(list(combinations(axes)))
         self._announce(axes, possible, ruled_out)
@@ -106,8 +104,7 @@ class _Sweep:
         if options.emit is not None:
             self._emit(axes, possible)
             return Exit.PASSED
-        planned = self._plan(possible)
-        return await self._run(planned)
+        return await self._run(self._plan(possible), jobs)
 
     # -------------------------------------------------------- what there is to run
 
@@ -176,10 +173,8 @@ class _Sweep:
         runs = [(values, seed + repetition) for values in possible for repetition in range(options.repeat)]
         width = len(str(len(runs)))
         folder = options.output_dir / _RUNS
-        print(
-            f"{count(len(runs), 'run')}, seed {seed}" + (f" to {seed + options.repeat - 1}" * (options.repeat > 1))
-        )
-        sys.stdout.flush()
+        last = f" to {seed + options.repeat - 1}" if options.repeat > 1 else ""
+        print(f"{count(len(runs), 'run')}, seed {seed}{last}", flush=True)
         return [
             Planned(number, values, chosen, folder / f"{number:0{width}}")
             for number, (values, chosen) in enumerate(runs, start=1)
@@ -187,7 +182,7 @@ class _Sweep:
 
     # -------------------------------------------------------- running
 
-    async def _run(self, planned: Sequence[Planned]) -> int:
+    async def _run(self, planned: Sequence[Planned], jobs: int) -> int:
         options = self._options
         self._clear(options.output_dir)
         ran: list[Ran] = []
@@ -201,16 +196,16 @@ class _Sweep:
             async with background() as group:
                 group.start_soon(_stop_on_signals, stop, group.cancel_scope)
                 try:
-                    await run_all(planned, self._arguments(), self._jobs(), stop, told)
+                    await run_all(planned, self._arguments(), jobs, stop, told)
                 finally:
                     files = write_results(ran, options.output_dir, options.file)
         _print_end(ran, len(planned), files)
         if stop.is_set():
             return Exit.INTERRUPTED
         statuses = {each.status for each in ran}
-        if statuses <= {"passed"}:
+        if statuses <= {RunStatus.PASSED}:
             return Exit.PASSED
-        return Exit.FAILED if statuses <= {"passed", "failed"} else Exit.ERROR
+        return Exit.FAILED if statuses <= {RunStatus.PASSED, RunStatus.FAILED} else Exit.ERROR
 
     def _clear(self, folder: Path) -> None:
         """Make the folder, without results of another sweep."""
@@ -273,11 +268,11 @@ def _progress(number: int) -> Iterator[Callable[[Ran], None]]:
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.fields[last]}"))
     with Progress(*columns) as progress:
         task = progress.add_task("", total=number, last="")
-        found: Counter[str] = Counter()
+        found: Counter[RunStatus] = Counter()
 
         def show(ran: Ran) -> None:
             found[ran.status] += 1
-            if ran.status != "passed":
+            if ran.status is not RunStatus.PASSED:
                 progress.print(_line(ran, number), markup=False, highlight=False)
             progress.update(task, advance=1, last=_counts(found))
 
@@ -287,11 +282,11 @@ def _progress(number: int) -> Iterator[Callable[[Ran], None]]:
 def _line(ran: Ran, number: int) -> str:
     reason = f"  {ran.reason}" if ran.reason else ""
     place = f"{ran.planned.number:>{len(str(number))}}"
-    return f"{place}  {ran.status:9}  {ran.wall_duration:7.2f} s  {ran.planned.title}{reason}"
+    return f"{place}  {ran.status.value:9}  {ran.wall_duration:7.2f} s  {ran.planned.title}{reason}"
 
 
-def _counts(found: Mapping[str, int]) -> str:
-    return ", ".join(f"{found[status]} {status}" for status in STATUSES if status in found)
+def _counts(found: Mapping[RunStatus, int]) -> str:
+    return ", ".join(f"{found[status]} {status.value}" for status in RunStatus if status in found)
 
 
 def _print_end(ran: Sequence[Ran], planned: int, files: Sequence[Path]) -> None:

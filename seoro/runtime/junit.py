@@ -47,7 +47,7 @@ class Case(Value):
     logs: Sequence[str] = ()
 
 
-_TAGS = {RunStatus.FAILED: "failure", RunStatus.ERROR: "error", RunStatus.CANCELLED: "skipped"}
+TAGS = {RunStatus.FAILED: "failure", RunStatus.ERROR: "error", RunStatus.CANCELLED: "skipped"}
 
 
 def case_of(verdict: Verdict, parameters: Mapping[str, object], text: str = "") -> Case:
@@ -62,7 +62,7 @@ def case_of(verdict: Verdict, parameters: Mapping[str, object], text: str = "") 
     return Case(
         name=verdict.scenario,
         file=verdict.file,
-        tag=_TAGS.get(verdict.status),
+        tag=TAGS.get(verdict.status),
         kind=verdict.status.value,
         message=verdict.reason,
         text=text or place + verdict.reason,

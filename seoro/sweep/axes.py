@@ -45,10 +45,10 @@ def find_axes(plan: Plan, given: Collection[str]) -> tuple[Axis, ...]:
     found: dict[str, Axis] = {}
     scenario = plan.scenarios[plan.entry]
     for condition in _conditions(scenario.structure.members):
-        _add(condition, _path(condition.item), given, found)
+        _add(condition, _path(condition.item, of_it=False), given, found)
     for name, invocation in named_invocations(scenario.body).items():
         for condition in _conditions(invocation.constraints):
-            path = _path_of_it(condition.item)
+            path = _path(condition.item, of_it=True)
             _add(condition, f"{name}.{path}" if path is not None else None, given, found)
     return tuple(found.values())
 
@@ -87,25 +87,15 @@ def combinations(axes: Sequence[Axis]) -> Iterator[Mapping[str, str]]:
         yield {axis.path: value for axis, value in zip(axes, values, strict=True)}
 
 
-def _path(item: Expression) -> str | None:
-    """The path of a parameter of the scenario; None if it is anything else."""
+def _path(item: Expression, *, of_it: bool) -> str | None:
+    """The path of a parameter of the scenario, or of `it` in a `with` block; None if it is anything else."""
     match item:
-        case Field(name):
+        case Member(Binding("it"), name) if of_it:
+            return name
+        case Field(name) if not of_it:
             return name
         case Member(base, name):
-            around = _path(base)
-            return None if around is None else f"{around}.{name}"
-        case _:
-            return None
-
-
-def _path_of_it(item: Expression) -> str | None:
-    """The path of a parameter of what is invoked, in its `with` block; None if it is anything else."""
-    match item:
-        case Member(Binding("it"), name):
-            return name
-        case Member(base, name):
-            around = _path_of_it(base)
+            around = _path(base, of_it=of_it)
             return None if around is None else f"{around}.{name}"
         case _:
             return None

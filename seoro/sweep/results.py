@@ -6,12 +6,11 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from seoro.runtime.junit import Case, junit
+from seoro.runtime.junit import TAGS, Case, junit
 from seoro.sweep.running import Ran
 
 TABLE = "results.csv"
 JUNIT = "test.xml"
-_TAGS = {"failed": "failure", "error": "error", "cancelled": "skipped"}
 
 
 def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Path]:
@@ -34,7 +33,7 @@ def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Pa
         for each in in_order:
             planned = each.planned
             values = [_value(each, path) for path in axes]
-            measured = [each.status, each.duration, round(each.wall_duration, 3), each.reason]
+            measured = [each.status.value, each.duration, round(each.wall_duration, 3), each.reason]
             writer.writerow([planned.number, *values, planned.seed, *measured, planned.folder.relative_to(folder)])
     report = folder / JUNIT
     report.write_text(junit([_case(each, file) for each in in_order]), encoding="utf-8")
@@ -62,8 +61,8 @@ def _case(ran: Ran, file: str) -> Case:
     return Case(
         name=f"{ran.planned.number}: {ran.planned.title}",
         file=file,
-        tag=_TAGS.get(ran.status),
-        kind=ran.status,
+        tag=TAGS.get(ran.status),
+        kind=ran.status.value,
         message=ran.reason,
         text=ran.reason,
         duration=ran.wall_duration,

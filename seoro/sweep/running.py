@@ -22,10 +22,11 @@ from anyio.abc import ByteReceiveStream, Process
 
 from seoro.actions.processes import KEEPER
 from seoro.lang.frozen import Value
+from seoro.runtime.verdict import RunStatus
 
 ENDING_TIME = 15.0  # [s] that a run has for its clean-up when the sweep is ended
 MAX_OUTPUT = 10_000_000  # [bytes] of what a run says that are read
-STATUSES = ("passed", "failed", "error", "cancelled")
+_STATUSES = {status.value: status for status in RunStatus}
 SEORO = (sys.executable, "-m", "seoro.cli.main")
 
 
@@ -55,7 +56,7 @@ class Ran(Value):
 
     Args:
         planned: The run.
-        status: `passed`, `failed`, `error` or `cancelled`.
+        status: Its verdict; an error if there is none.
         reason: Why.
         duration: On the run's clock [s].
         wall_duration: On the machine's clock [s].
@@ -63,7 +64,7 @@ class Ran(Value):
     """
 
     planned: Planned
-    status: str
+    status: RunStatus
     reason: str = ""
     duration: float = 0.0
     wall_duration: float = 0.0
@@ -146,13 +147,13 @@ def _ran(planned: Planned, stdout: str, stderr: str) -> Ran:
     """What a run said of itself."""
     try:
         result = json.loads(stdout)
-        status = result["status"]
+        word = result["status"]
     except (ValueError, KeyError, TypeError):
         lines = stderr.strip().splitlines()
-        return Ran(planned, "error", lines[0] if lines else "it ended without a result")
+        return Ran(planned, RunStatus.ERROR, lines[0] if lines else "it ended without a result")
     return Ran(
         planned,
-        status if status in STATUSES else "error",
+        _STATUSES.get(word, RunStatus.ERROR),
         result.get("reason", ""),
         result.get("duration", 0.0),
         result.get("wall_duration", 0.0),

@@ -123,6 +123,8 @@ def test_results_of_another_sweep_are_kept_unless_they_are_to_be_replaced(
     assert main(command) == 2
     assert "has the results of another sweep" in capsys.readouterr().err
     (Path("out") / "runs" / "stale").mkdir()
+    assert main([*command, "--overwrite", "--connect", "tcp/127.0.0.1:1", "--jobs", "2"]) == 2
+    assert (Path("out") / "runs" / "stale").exists()
     assert main([*command, "--overwrite"]) == 0
     assert not (Path("out") / "runs" / "stale").exists()
 
