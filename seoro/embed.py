@@ -44,7 +44,7 @@ from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
-    from seoro.bridges.sim import SimulatorNode
+    from seoro.bridges.sim.node import SimulatorNode
     from seoro.bridges.wire import Artifact
     from seoro.runtime.accept import Acceptance
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
+from seoro.runtime.capabilities import Simulation
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Simulation
+from seoro.runtime.contracts import Pose3D
 from seoro.runtime.values import Actor
 
 DEFAULT_WORLD = "default"

@@ -13,8 +13,9 @@ from seoro.actions.reports import finish
 from seoro.actions.ros_only import refuse_unless
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
+from seoro.runtime.capabilities import MobileRobots
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import MobileRobots, Pose3D, Reporter
+from seoro.runtime.contracts import Pose3D, Reporter
 from seoro.runtime.values import Actor
 
 BASE = "base"  # a robot drives to one place at a time

@@ -7,8 +7,9 @@ from functools import partial
 from seoro.actions.reports import finish
 from seoro.actions.ros_only import refuse_unless
 from seoro.runtime.actions import action
+from seoro.runtime.capabilities import MobileRobots
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import MobileRobots, Position3D
+from seoro.runtime.contracts import Position3D
 from seoro.runtime.values import Actor
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
+from seoro.runtime.capabilities import Simulation
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Simulation, Velocity6D
+from seoro.runtime.contracts import Pose3D, Velocity6D
 from seoro.runtime.values import Struct
 
 

@@ -26,7 +26,8 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.session import AsyncSession, SessionError, open_session
-from seoro.bridges.sim import NodeAddress, SimulatorNode, ask
+from seoro.bridges.sim.node import SimulatorNode
+from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 
 NAMESPACE = "default"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
-from typing import Any, NoReturn, Protocol, runtime_checkable
+from typing import Any, NoReturn, Protocol
 
 import anyio
 
@@ -206,7 +206,8 @@ Lost = Callable[[str], None]
 class Backend(Protocol):
     """Where actors live: a simulator node, or a bridge to robots. Opened and closed by who starts the run.
 
-    A backend also implements those of the protocols below that it can serve. Their requests take no time of the
+    A backend also implements those of the protocols in `capabilities.py` that it can serve.
+    Their requests take no time of the
     run's clock; what lasts is reported later. Each raises `BackendRefused` when the backend says no, with its
     reason, and `BackendLost` when it is gone.
     """
@@ -231,68 +232,4 @@ class Backend(Protocol):
 
     async def end_run(self) -> None:
         """Called once, after the last instant and on every path: leave every robot standing still."""
-        ...
-
-
-@runtime_checkable
-class MobileRobots(Protocol):
-    """Robots that drive. `robot` is what `home_of` returned."""
-
-    async def set_initial_pose(self, robot: str, pose: Pose3D) -> None:
-        """Tell the robot's localisation where it is."""
-        ...
-
-    async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
-        """Drive through poses; returns the goal's id when the robot has accepted it."""
-        ...
-
-    async def cancel_goal(self, goal: str) -> None:
-        """Cancel a goal and stop; a goal that has ended by itself is left alone."""
-        ...
-
-    async def watch_proximity(
-        self, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
-    ) -> str:
-        """Report when a frame is within `threshold` [m] of a point, in the plane; returns the watch's id."""
-        ...
-
-    async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
-        """Report when the robot's odometry has counted `distance` [m] from now on; returns the watch's id."""
-        ...
-
-    async def cancel_watch(self, watch: str) -> None:
-        """Forget a watch; one that has fired is left alone."""
-        ...
-
-
-@runtime_checkable
-class Simulation(Protocol):
-    """A simulated world; terms of ROS `simulation_interfaces`."""
-
-    async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
-        """Spawn a model, found along the model path; returns the name it got."""
-        ...
-
-    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
-        """The pose `distance` [m] ahead of a frame, in the parent frame."""
-        ...
-
-    async def delete_entity(self, name: str) -> None:
-        """Delete an entity."""
-        ...
-
-    async def entities(self) -> tuple[str, ...]:
-        """Names of all entities."""
-        ...
-
-    async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
-        """Put an entity somewhere, with a velocity."""
-        ...
-
-    async def step_simulation(self, steps: int) -> None:
-        """Make physics steps while paused."""
-        ...
-
-    async def reset_simulation(self) -> None:
-        """Put every entity back to its initial state, and delete what was spawned; time goes on."""
         ...

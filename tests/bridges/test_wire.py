@@ -42,7 +42,7 @@ def test_anything_else_is_a_wire_error(payload: bytes) -> None:
 
 
 def test_too_large_a_payload_is_refused_unread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wire, "MAX_MESSAGE", 10)
+    monkeypatch.setattr("seoro.bridges.wire.message.MAX_MESSAGE", 10)
     with pytest.raises(wire.WireError, match="exceeds the limit"):
         wire.decode(wire.Advance, b"\x00" * 11)
 

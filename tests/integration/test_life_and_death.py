@@ -10,7 +10,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.session import open_session
-from seoro.bridges.sim import NodeAddress, ask
+from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.cli.main import main
 from tests.integration.conftest import (
     OBSTACLE,

@@ -14,7 +14,7 @@ import pytest
 import seoro
 from seoro.bridges import wire
 from seoro.bridges.session import open_session
-from seoro.bridges.sim import NodeAddress, ask
+from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendRefused
 from tests.embedding.conftest import holdings
 from tests.integration.conftest import StartSeoro, children, is_alive, marked, wait_until

@@ -1,0 +1,20 @@
+"""Values of the runtime as they are said on the wire."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.runtime.contracts import Pose3D, Position3D
+
+
+def vector_message(position: Position3D) -> wire.Vector3:
+    """A position [m]."""
+    return wire.Vector3(x=position.x, y=position.y, z=position.z)
+
+
+def pose_message(pose: Pose3D) -> wire.Pose:
+    """A pose [m, rad]."""
+    turned = pose.orientation
+    return wire.Pose(
+        position=vector_message(pose.position),
+        orientation=wire.Orientation(roll=turned.roll, pitch=turned.pitch, yaw=turned.yaw),
+    )

@@ -1,0 +1,123 @@
+"""Asking a node, and keeping who is to be told what comes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
+from seoro.errors import BackendLost, BackendRefused
+from seoro.runtime.contracts import Lost, Reporter
+
+REQUEST_TIMEOUT = 10.0  # [s] of the machine's clock
+LOSS_NOTICE = 0.5  # [s] after a request has failed
+
+
+@dataclass(frozen=True)
+class NodeAddress:
+    """How a node is reached: a session that is connected to it, its namespace and its name."""
+
+    session: AsyncSession
+    namespace: str
+    node: str
+
+
+class Requests:
+    """Requests to a node; what a node can do is in mixins upon this.
+
+    Args:
+        address: How it is reached.
+    """
+
+    def __init__(self, address: NodeAddress) -> None:
+        self._address = address
+        self._reporters: dict[str, Reporter] = {}
+        self._ids = count(1)
+        self._lost: Lost = _ignore_loss
+        self._lost_reason: str | None = None
+        self._gone = anyio.Event()
+
+    @property
+    def name(self) -> str:
+        """How messages call it."""
+        return f"simulator '{self._address.node}'"
+
+    def report_loss(self, reason: str) -> None:
+        """Say that the node is gone; for whoever watches it."""
+        if self._lost_reason is None:
+            self._lost_reason = reason
+            self._gone.set()
+            self._address.session.abandon()
+            self._lost(reason)
+
+    async def ask(
+        self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
+    ) -> wire.A:
+        """Ask the node to carry out a verb; see `ask` for what this raises."""
+        if self._lost_reason is not None:
+            raise BackendLost(self._lost_reason)
+        try:
+            return await ask(self._address, verb, request, timeout)
+        except BackendLost as error:
+            # Whoever watches the node knows better why, and is about to say so.
+            with anyio.move_on_after(LOSS_NOTICE):
+                await self._gone.wait()
+            raise BackendLost(self._lost_reason or str(error)) from error
+
+    async def ask_reported(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> str:
+        """Ask for something that is reported later, to the reporter of that number; returns the number."""
+        try:
+            await self.ask(verb, request)
+        except BaseException:
+            self._reporters.pop(number, None)
+            raise
+        return number
+
+    async def forget(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> None:
+        """Cancel what would have been reported; what has ended in the meantime is left alone."""
+        self._reporters.pop(number, None)
+        try:
+            await self.ask(verb, request)
+        except BackendRefused as error:
+            if error.code != wire.Result.NOT_FOUND:  # it has ended by itself in the meantime
+                raise
+
+
+async def ask(
+    address: NodeAddress, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
+) -> wire.A:
+    """Ask a node to carry out a verb.
+
+    Raises:
+        BackendRefused: It said no.
+        BackendLost: It is gone, does not answer, or what it answers is no valid message.
+    """
+    key = wire.node_command(address.namespace, address.node, verb.name)
+    called = f"the simulator node '{address.node}'"
+    try:
+        return wire.decode(verb.answer, await address.session.query(key, wire.encode(request), timeout))
+    except Refused as refused:
+        refusal = _refusal(refused.payload)
+        raise BackendRefused(refusal.message, refusal.code) from None
+    except NoServer:
+        raise BackendLost(f"{called} is gone") from None
+    except NoAnswer:
+        raise BackendLost(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
+    except SessionError as error:
+        raise BackendLost(f"{called} cannot be asked: {error}") from error
+    except wire.WireError as error:
+        raise BackendLost(f"{called} sent an answer that is none: {error}") from error
+
+
+def _refusal(payload: bytes) -> wire.Refusal:
+    try:
+        return wire.decode(wire.Refusal, payload)
+    except wire.WireError:
+        return wire.Refusal(code=wire.Result.OPERATION_FAILED, message=payload[:200].decode(errors="replace"))
+
+
+def _ignore_loss(reason: str) -> None:
+    """Before a run has started nobody listens; the reason is kept."""

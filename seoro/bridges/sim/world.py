@@ -1,0 +1,73 @@
+"""The simulated world; see `Simulation` for what the methods do."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.models import ModelNotFound, ModelPath
+from seoro.bridges.sim.messages import pose_message
+from seoro.bridges.sim.requests import NodeAddress, Requests
+from seoro.errors import BackendRefused
+from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D, Velocity6D
+
+
+class WorldRequests(Requests):
+    """The capability `Simulation` of a node.
+
+    Args:
+        address: How it is reached.
+        models: Where models to spawn are looked up.
+    """
+
+    def __init__(self, address: NodeAddress, models: ModelPath) -> None:
+        super().__init__(address)
+        self._models = models
+
+    async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
+        """See `Simulation`."""
+        try:
+            text = self._models.read(model)
+        except ModelNotFound as error:
+            raise BackendRefused(str(error), wire.SpawnResult.NO_RESOURCE) from error
+        request = wire.SpawnEntity(
+            name=name,
+            uri=model,
+            resource_string=text,
+            initial_pose=pose_message(pose),
+            allow_renaming=allow_renaming,
+        )
+        return (await self.ask(wire.SPAWN_ENTITY, request)).name
+
+    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
+        """See `Simulation`."""
+        request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
+        pose = await self.ask(wire.GET_RELATIVE_POSE, request)
+        return Pose3D(
+            Position3D(pose.position.x, pose.position.y, pose.position.z),
+            Orientation3D(pose.orientation.roll, pose.orientation.pitch, pose.orientation.yaw),
+        )
+
+    async def delete_entity(self, name: str) -> None:
+        """See `Simulation`."""
+        await self.ask(wire.DELETE_ENTITY, wire.EntityName(name=name))
+
+    async def entities(self) -> tuple[str, ...]:
+        """See `Simulation`."""
+        return (await self.ask(wire.GET_ENTITIES, wire.EntityFilter())).names
+
+    async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
+        """See `Simulation`."""
+        linear, angular = velocity.translational, velocity.angular
+        twist = wire.Twist(
+            linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
+            angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
+        )
+        await self.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=pose_message(pose), twist=twist))
+
+    async def step_simulation(self, steps: int) -> None:
+        """See `Simulation`."""
+        await self.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
+
+    async def reset_simulation(self) -> None:
+        """See `Simulation`. The simulator's clock is that of the run, and is left alone."""
+        scope = wire.ResetScope.STATE | wire.ResetScope.SPAWNED
+        await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=scope))

@@ -1,0 +1,28 @@
+"""What simulator nodes and their clients say to each other: messages, verbs and key expressions. No I/O.
+
+A request is a Zenoh query on `node_command(...)`, its payload the msgpack map of the verb's request model, its
+answer that of the verb's reply model, or, as an error reply, a `Refusal`. Verbs, fields and result codes are
+those of ROS `simulation_interfaces` 2.1 where it has them; what it lacks (time grants, robots, watches)
+is named after the ROS messages and actions for the same purpose.
+
+Units are SI, angles radians, the frame is the world's `map` unless a field says otherwise. Orientations are
+roll, pitch, yaw after ISO 8855 (yaw first). Times are seconds of the simulator's clock.
+
+The major version stands in every key. Within a major version fields are only added, with defaults, and
+readers ignore what they do not know.
+"""
+
+from typing import Any
+
+from seoro.bridges.wire.artifacts import *
+from seoro.bridges.wire.entities import *
+from seoro.bridges.wire.geometry import *
+from seoro.bridges.wire.keys import *
+from seoro.bridges.wire.message import *
+from seoro.bridges.wire.message import Verb
+from seoro.bridges.wire.mobile import *
+from seoro.bridges.wire.passing import *
+from seoro.bridges.wire.results import *
+from seoro.bridges.wire.simulator import *
+
+VERBS: tuple[Verb[Any, Any], ...] = tuple(value for value in tuple(globals().values()) if isinstance(value, Verb))

@@ -1,0 +1,49 @@
+"""What is in the world: spawned, found, moved, deleted."""
+
+from __future__ import annotations
+
+from seoro.bridges.wire.geometry import EntityState, Pose, Twist
+from seoro.bridges.wire.message import Empty, Message, Verb
+
+
+class SpawnEntity(Message):
+    """Spawn an entity from the text of its model (`resource_string`); `uri` names it for people."""
+
+    name: str
+    uri: str
+    resource_string: str
+    initial_pose: Pose
+    allow_renaming: bool = False
+
+
+class EntityName(Message):
+    """An entity by name."""
+
+    name: str
+
+
+class EntityFilter(Message):
+    """Which entities: those whose whole name matches the regular expression."""
+
+    filter: str = ".*"
+
+
+class Entities(Message):
+    """Names of entities, sorted."""
+
+    names: tuple[str, ...]
+
+
+class SetEntityState(Message):
+    """Put an entity somewhere; None leaves that part as it is."""
+
+    name: str
+    pose: Pose | None = None
+    twist: Twist | None = None
+
+
+SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName)
+DELETE_ENTITY = Verb("delete_entity", EntityName, Empty)
+GET_ENTITIES = Verb("get_entities", EntityFilter, Entities)
+GET_ENTITY_STATE = Verb("get_entity_state", EntityName, EntityState)
+SET_ENTITY_STATE = Verb("set_entity_state", SetEntityState, Empty)

@@ -1,0 +1,37 @@
+"""Key expressions: on which a node is asked, and which tell that it lives."""
+
+from __future__ import annotations
+
+import re
+
+MAJOR = 1
+
+_CHUNK = re.compile(r"[a-z0-9_-]+")
+
+
+def _chunk(text: str) -> str:
+    """A chunk of a key expression; only names that need no escaping are allowed."""
+    if not _CHUNK.fullmatch(text):
+        raise ValueError(f"{text!r} cannot name a node: use lower-case letters, digits, '_' and '-'")
+    return text
+
+
+def node_command(namespace: str, node: str, verb: str) -> str:
+    """Key on which a node is asked to carry out a verb; `verb` may be `*` for all."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/node/{_chunk(node)}/cmd/{verb if verb == '*' else _chunk(verb)}"
+
+
+def node_token(namespace: str, node: str, boot: str) -> str:
+    """Liveliness token of a node; `boot` tells one start of it from the next."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/{_chunk(node)}/{_chunk(boot)}"
+
+
+def node_tokens(namespace: str) -> str:
+    """Key expression of the tokens of all nodes."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/*/*"
+
+
+def token_node(key: str) -> tuple[str, str]:
+    """Node and boot of a liveliness token's key."""
+    *_, node, boot = key.split("/")
+    return node, boot

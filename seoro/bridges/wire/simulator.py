@@ -1,0 +1,90 @@
+"""The simulator as a whole: what it is, its world, its state, what is reset."""
+
+from __future__ import annotations
+
+from enum import IntFlag, StrEnum
+
+from seoro.bridges.wire.message import Empty, Message, Verb
+
+
+class SimulationState(StrEnum):
+    """States of `simulation_interfaces`; stopped is paused at the initial state."""
+
+    STOPPED = "stopped"
+    PLAYING = "playing"
+    PAUSED = "paused"
+
+
+class RobotInfo(Message):
+    """A robot of the world.
+
+    `kinds` are the actor types it can stand for, most specific first; `frames` the transform frames it has.
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+    frames: tuple[str, ...]
+
+
+class SimulatorFeatures(Message):
+    """What a node is and has; answered at any time."""
+
+    engine: str
+    engine_version: str
+    version: str  # of seoro
+    features: tuple[str, ...]  # names of the verbs it serves
+    spawn_formats: tuple[str, ...]  # such as "sdf"
+    world: str
+    available_worlds: tuple[str, ...]
+    robots: tuple[RobotInfo, ...]
+    time: float
+    step: float  # length of one physics step [s]
+    state: SimulationState
+
+
+class LoadWorld(Message):
+    """Load a world by name or path, and start over at time zero; an empty name is the world that is loaded."""
+
+    world: str
+    seed: int = 0
+
+
+class SetSimulationState(Message):
+    """Go to a simulation state."""
+
+    state: SimulationState
+
+
+class StepSimulation(Message):
+    """Make physics steps; only while paused."""
+
+    steps: int = 1
+
+
+class ResetScope(IntFlag):
+    """What a reset covers; `DEFAULT` is everything."""
+
+    DEFAULT = 0
+    TIME = 1
+    STATE = 2
+    SPAWNED = 4
+    ALL = 255
+
+
+class ResetSimulation(Message):
+    """Reset; `scope` is a bit field of `ResetScope`."""
+
+    scope: int = ResetScope.DEFAULT
+
+
+class SimulationTime(Message):
+    """The simulator's clock [s]."""
+
+    time: float
+
+
+GET_SIMULATOR_FEATURES = Verb("get_simulator_features", Empty, SimulatorFeatures)
+LOAD_WORLD = Verb("load_world", LoadWorld, SimulatorFeatures)
+SET_SIMULATION_STATE = Verb("set_simulation_state", SetSimulationState, Empty)
+STEP_SIMULATION = Verb("step_simulation", StepSimulation, SimulationTime)
+RESET_SIMULATION = Verb("reset_simulation", ResetSimulation, Empty)

@@ -1,0 +1,48 @@
+"""The verbs of `seoro.bridges.wire`, each as a function of a simulator and a request.
+
+A module has those of one part; `PARTS` lists them.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Result
+from sim_nodes.physics import UnstablePhysics
+from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.simulator import Simulator
+from sim_nodes.verbs import artifacts, entities, mobile, whole
+from sim_nodes.verbs.handling import Handler
+
+PARTS = (whole, entities, mobile, artifacts)
+VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyType(
+    {verb.name: (verb.request, handler) for part in PARTS for verb, handler in part.HANDLERS}
+)
+
+
+def handle(simulator: Simulator, verb: str, payload: bytes) -> bytes:
+    """Carry out a request.
+
+    Args:
+        simulator: Who carries it out.
+        verb: Name of the verb.
+        payload: The encoded request.
+
+    Returns:
+        The encoded answer.
+
+    Raises:
+        RequestRefused: It cannot be carried out.
+    """
+    if verb not in VERBS:
+        raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"there is no verb {verb!r}: known are {listed(VERBS)}")
+    model, handler = VERBS[verb]
+    try:
+        request = wire.decode(model, payload)
+    except wire.WireError as error:
+        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+    try:
+        return wire.encode(handler(simulator, request))
+    except UnstablePhysics as error:
+        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error

@@ -1,0 +1,28 @@
+"""Checks of what requests hold that several verbs make."""
+
+from __future__ import annotations
+
+import math
+
+from seoro.bridges.wire import Result
+from sim_nodes.refusal import RequestRefused
+
+MAX_ID = 200  # [characters]
+
+
+def check_id(identifier: str) -> None:
+    """Refuse ids that are empty or too long."""
+    if not 1 <= len(identifier) <= MAX_ID:
+        raise RequestRefused(Result.OPERATION_FAILED, f"an id has 1 to {MAX_ID} characters, not {len(identifier)}")
+
+
+def check_finite(what: str, *values: float) -> None:
+    """Refuse values that are no finite numbers; `what` names them."""
+    if not all(math.isfinite(value) for value in values):
+        raise RequestRefused(Result.OPERATION_FAILED, f"the {what} {values} has a part that is no finite number")
+
+
+def check_length(what: str, value: float) -> None:
+    """Refuse lengths [m] that are not above zero; `what` names it."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise RequestRefused(Result.OPERATION_FAILED, f"the {what} is {value}: it has to be more than 0 m")

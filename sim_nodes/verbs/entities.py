@@ -1,0 +1,64 @@
+"""Verbs about what is in the world."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Empty, Result
+from sim_nodes.messages import body_state, check_pose, entity_state
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.sdf import parse_model
+from sim_nodes.simulator import Simulator
+from sim_nodes.verbs.handling import Handling
+
+MAX_SPEED = 100.0  # [m/s], [rad/s]
+
+
+def _spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.EntityName:
+    check_pose(request.initial_pose, wire.SpawnResult.INVALID_POSE)
+    if not request.resource_string.strip():
+        raise RequestRefused(wire.SpawnResult.NO_RESOURCE, f"the model {request.uri!r} is empty")
+    try:
+        model = parse_model(request.resource_string)
+    except RequestRefused as error:
+        raise RequestRefused(error.code, f"{request.uri}: {error.message}") from error
+    simulation = simulator.simulation
+    state = body_state(request.initial_pose)
+    name = simulation.entities.spawn(request.name, model, state, simulation.time, rename=request.allow_renaming)
+    return wire.EntityName(name=name)
+
+
+def _delete_entity(simulator: Simulator, request: wire.EntityName) -> Empty:
+    simulator.simulation.entities.delete(request.name)
+    return Empty()
+
+
+def _get_entities(simulator: Simulator, request: wire.EntityFilter) -> wire.Entities:
+    return wire.Entities(names=simulator.simulation.entities.matching(request.filter))
+
+
+def _get_entity_state(simulator: Simulator, request: wire.EntityName) -> wire.EntityState:
+    return entity_state(simulator.simulation.entities.state(request.name))
+
+
+def _set_entity_state(simulator: Simulator, request: wire.SetEntityState) -> Empty:
+    entities = simulator.simulation.entities
+    present = entity_state(entities.state(request.name))
+    pose = request.pose or present.pose
+    check_pose(pose, Result.OPERATION_FAILED)
+    twist = request.twist or present.twist
+    speeds = (*twist.linear.model_dump().values(), *twist.angular.model_dump().values())
+    if not all(abs(speed) <= MAX_SPEED for speed in speeds):
+        raise RequestRefused(
+            Result.OPERATION_FAILED, f"the twist {speeds} has a part that is no number up to {MAX_SPEED:g}"
+        )
+    entities.move(request.name, body_state(pose, twist))
+    return Empty()
+
+
+HANDLERS: tuple[Handling, ...] = (
+    (wire.SPAWN_ENTITY, _spawn_entity),
+    (wire.DELETE_ENTITY, _delete_entity),
+    (wire.GET_ENTITIES, _get_entities),
+    (wire.GET_ENTITY_STATE, _get_entity_state),
+    (wire.SET_ENTITY_STATE, _set_entity_state),
+)

@@ -1,0 +1,76 @@
+"""Verbs about robots that drive, and about frames."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Empty, Result
+from sim_nodes.geometry import Pose2
+from sim_nodes.messages import flat_pose, planar
+from sim_nodes.navigation.navigator import Goal
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulator import Simulator
+from sim_nodes.verbs.checks import check_finite, check_id, check_length
+from sim_nodes.verbs.handling import Handling
+
+MAX_POSES = 100
+
+
+def _set_initial_pose(simulator: Simulator, request: wire.SetInitialPose) -> Empty:
+    simulator.simulation.set_initial_pose(request.robot, planar(request.pose))
+    return Empty()
+
+
+def _navigate_through_poses(simulator: Simulator, request: wire.NavigateThroughPoses) -> Empty:
+    check_id(request.id)
+    if not 1 <= len(request.poses) <= MAX_POSES:
+        raise RequestRefused(
+            Result.OPERATION_FAILED, f"{len(request.poses)} poses were given: give 1 to {MAX_POSES}"
+        )
+    poses = tuple(planar(pose) for pose in request.poses)
+    simulator.simulation.navigate(request.robot, Goal(request.id, poses, request.stop_at_each))
+    return Empty()
+
+
+def _stop_robot(simulator: Simulator, request: wire.StopRobot) -> Empty:
+    simulator.simulation.stop_robot(request.robot)
+    return Empty()
+
+
+def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empty:
+    check_id(request.id)
+    point = (request.point.x, request.point.y)
+    check_finite("point", *point)
+    check_length("threshold", request.threshold)
+    simulator.simulation.watch_proximity(request.id, request.frame, request.parent_frame, point, request.threshold)
+    return Empty()
+
+
+def _watch_distance(simulator: Simulator, request: wire.WatchDistance) -> Empty:
+    check_id(request.id)
+    check_length("distance", request.distance)
+    simulator.simulation.watch_distance(request.id, request.robot, request.distance)
+    return Empty()
+
+
+def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire.Pose:
+    check_finite("distance", request.distance)
+    poses = []
+    for name in (request.frame, request.parent_frame):
+        pose = simulator.simulation.frame(name)()
+        if pose is None:
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"the frame {name!r} has no pose yet: set the robot's initial pose first"
+            )
+        poses.append(pose)
+    frame, parent = poses
+    return flat_pose(parent.inverse().compose(frame).compose(Pose2(request.distance, 0.0, 0.0)))
+
+
+HANDLERS: tuple[Handling, ...] = (
+    (wire.SET_INITIAL_POSE, _set_initial_pose),
+    (wire.NAVIGATE_THROUGH_POSES, _navigate_through_poses),
+    (wire.STOP_ROBOT, _stop_robot),
+    (wire.WATCH_PROXIMITY, _watch_proximity),
+    (wire.WATCH_DISTANCE, _watch_distance),
+    (wire.GET_RELATIVE_POSE, _get_relative_pose),
+)
