@@ -46,20 +46,21 @@ def top_down(simulation: Simulation) -> bytes:
     axes = figure.add_axes((0.085, 0.95 / height, axes_width, (height - 1.55) / height))
     _draw_floor(axes, simulation)
     entries: list[Line2D | Patch] = []
-    for index, robot in enumerate(simulation.robots.values()):
+    mobile = [robot for robot in simulation.robots.values() if robot.drives]
+    for index, robot in enumerate(mobile):
         colour = ROBOTS[index % len(ROBOTS)]
         entries += _draw_record(axes, simulation.records[robot.name], robot, colour)
     for name, spawned in simulation.entities.spawned.items():
         state = simulation.engine.body_state(name)
         _draw_spawned(axes, spawned, state)
-        for robot in simulation.robots.values():
+        for robot in mobile:
             _draw_moment(axes, simulation.records[robot.name], robot, spawned, state)
         _label(axes, f"{name}\nspawned at\n{spawned.time:.2f} s", spawned, state, _taken(simulation))
     if simulation.entities.spawned:
         entries.append(
             Patch(facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, label="spawned, and where the robot was then")
         )
-    for index, robot in enumerate(simulation.robots.values()):
+    for index, robot in enumerate(mobile):
         _draw_robot(axes, robot, simulation.engine.body_state(robot.name).planar, ROBOTS[index % len(ROBOTS)])
     _draw_titles(axes, simulation)
     if entries:
@@ -176,7 +177,7 @@ def _draw_moment(axes: Axes, record: RobotRecord, robot: Robot, spawned: Spawned
         return
     x, y = record.path[index]
     style = {"edgecolor": SPAWNED_EDGE, "linewidth": 1.3, "linestyle": (0, (3, 2))}
-    axes.add_patch(Circle((x, y), robot.declaration.radius, facecolor="none", zorder=5, **style))
+    axes.add_patch(Circle((x, y), robot.mobile.declaration.radius, facecolor="none", zorder=5, **style))
     axes.plot(
         [x, state.position[0]], [y, state.position[1]], color=SPAWNED_EDGE, linewidth=1.0, linestyle=":", zorder=3
     )
@@ -227,7 +228,7 @@ def _label(axes: Axes, text: str, spawned: Spawned, state: BodyState, taken: Arr
 
 def _draw_robot(axes: Axes, robot: Robot, pose: Pose2, colour: str) -> None:
     """The robot to scale, with a wedge that shows where it looks."""
-    radius = robot.declaration.radius
+    radius = robot.mobile.declaration.radius
     axes.add_patch(Circle((pose.x, pose.y), radius, facecolor=colour, edgecolor="white", linewidth=1.2, zorder=8))
     nose = [pose.compose(Pose2(x * radius, y * radius, 0.0)) for x, y in ((0.8, 0.0), (-0.45, 0.5), (-0.45, -0.5))]
     axes.add_patch(Polygon([(p.x, p.y) for p in nose], facecolor="white", linewidth=0, zorder=8))

@@ -6,19 +6,21 @@ watches are checked. Contacts are looked at after every step. What happens is he
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 from seoro.bridges.wire import Contact, Occurrence, Outcome, ResetScope, Result
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
+from sim_nodes.goals import Ended
 from sim_nodes.navigation.grid import build_map
-from sim_nodes.navigation.navigator import Ended, Goal
+from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
 from sim_nodes.record import RobotRecord
 from sim_nodes.refusal import RequestRefused, listed
-from sim_nodes.robots.robot import TICK, Robot
+from sim_nodes.robots.robot import Robot
+from sim_nodes.ticks import TICK
 from sim_nodes.watches import DistanceWatch, FramePose, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
@@ -69,18 +71,25 @@ class Simulation:
         self._frames = dict(self._frame_poses())
 
     def _frame_poses(self) -> Iterator[tuple[str, FramePose]]:
-        """All frames; those without a robot's name are the first robot's."""
+        """All frames; those without a robot's name are the first robot's that drives."""
         yield "map", lambda: Pose2(0.0, 0.0, 0.0)
-        for index, robot in enumerate(self.robots.values()):
-            for prefix in ("", f"{robot.name}/") if index == 0 else (f"{robot.name}/",):
-                yield f"{prefix}base_link", robot.localised_pose
-                yield f"{prefix}odom", robot.map_to_odom
+        for robot in self.robots.values():
             yield robot.truth_frame, partial(self.true_pose, robot.name)
+            if robot.drives:
+                for prefix in ("", f"{robot.name}/") if self._is_first(robot) else (f"{robot.name}/",):
+                    yield f"{prefix}base_link", robot.mobile.localised_pose
+                    yield f"{prefix}odom", robot.mobile.map_to_odom
 
-    def frames_of(self, robot: str) -> tuple[str, ...]:
-        """Names of the frames that a robot has: its own, `map`, and the unprefixed ones if it is the first."""
-        common = ("map", "odom", "base_link") if robot == next(iter(self.robots)) else ("map",)
-        return (*common, *self.robot(robot).frames)
+    def _is_first(self, robot: Robot) -> bool:
+        """Whether it is the first robot that drives."""
+        return robot is next((other for other in self.robots.values() if other.drives), None)
+
+    def frames_of(self, name: str) -> tuple[str, ...]:
+        """Names of the frames of a robot: `map`, its own, and those without a name for the first that drives."""
+        found = self.robot(name)
+        common = ("map", "odom", "base_link") if self._is_first(found) else ("map",)
+        own = (f"{name}/odom", f"{name}/base_link") if found.drives else ()
+        return (*common, *own, found.truth_frame)
 
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot really is."""
@@ -114,9 +123,7 @@ class Simulation:
 
     def _tick(self, tick: int) -> None:
         for robot in self.robots.values():
-            ended = robot.tick(tick)
-            if ended is not None:
-                self._report(ended)
+            self._report(robot.tick(tick))
             self.records[robot.name].passed(self.true_pose(robot.name), self.time)
         self._check_watches()
 
@@ -145,41 +152,40 @@ class Simulation:
 
     def set_initial_pose(self, robot: str, pose: Pose2) -> None:
         """Tell the localisation of a robot where it is."""
-        self.robot(robot).set_initial_pose(pose, self._steps // self._tick_steps)
+        self.robot(robot).mobile.set_initial_pose(pose, self._steps // self._tick_steps)
 
     def navigate(self, robot: str, goal: Goal) -> None:
         """Send a robot to a goal; its end is reported."""
         self._claim(goal.id)
-        self.robot(robot).navigate(goal)
+        self.robot(robot).mobile.navigate(goal)
         self.records[robot].goals.extend(goal.poses)
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
-        for robot in self.robots.values():
-            if robot.goal is not None and robot.goal.id == goal_id:
-                self.stop_robot(robot.name)
-                return
-        active = [robot.goal.id for robot in self.robots.values() if robot.goal is not None]
-        raise RequestRefused(Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}")
+        active = {goal: robot for robot in self.robots.values() for goal in robot.goals}
+        if goal_id not in active:
+            raise RequestRefused(
+                Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}"
+            )
+        self._report(active[goal_id].cancel(goal_id))
 
     def stop_robot(self, robot: str) -> None:
-        """Stop a robot; a goal that it had ends as canceled."""
-        goal = self.robot(robot).stop()
-        if goal is not None:
-            self._report(Ended(goal, Outcome.CANCELED, ""))
+        """Stop a robot; the goals that it had end as canceled."""
+        self._report(self.robot(robot).stop())
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""
-        active = {robot.goal.id for robot in self.robots.values() if robot.goal is not None}
+        active = {goal for robot in self.robots.values() for goal in robot.goals}
         if identifier in active | self._watches.keys():
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
             )
 
-    def _report(self, ended: Ended) -> None:
-        self._occurrences.append(
-            Occurrence(id=ended.goal.id, time=self.time, outcome=ended.outcome, message=ended.message)
-        )
+    def _report(self, ended: Iterable[Ended]) -> None:
+        for end in ended:
+            self._occurrences.append(
+                Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
+            )
 
     # ------------------------------------------------------------ watches
 
@@ -201,7 +207,7 @@ class Simulation:
 
     def watch_distance(self, identifier: str, robot: str, distance: float) -> None:
         """Report when a robot's odometry has counted a distance more."""
-        odometry = self.robot(robot).odometry
+        odometry = self.robot(robot).mobile.odometry
         self._watch(identifier, DistanceWatch(lambda: odometry.travelled, odometry.travelled + distance))
 
     def cancel_watch(self, identifier: str) -> None:

@@ -28,6 +28,8 @@ Make = Callable[[], Engine]
 GRAVITY = 9.81  # [m/s^2]
 ROBOT, OTHER = "robot", "second"
 TURTLEBOT = load_robot("turtlebot4")
+assert TURTLEBOT.mobile is not None
+BASE = TURTLEBOT.mobile
 EXTENT = (-10.0, -10.0, 10.0, 10.0)
 ORIGIN = Pose2(0.0, 0.0, 0.0)
 EDGE = 0.2  # [m] of the shapes below
@@ -67,7 +69,7 @@ def run(engine: Engine, seconds: float) -> None:
 
 def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT) -> None:
     """Command a velocity ahead [m/s] and turning left [rad/s]."""
-    radius, half = TURTLEBOT.drive.wheel_radius, TURTLEBOT.drive.wheel_separation / 2.0
+    radius, half = BASE.drive.wheel_radius, BASE.drive.wheel_separation / 2.0
     engine.command_wheels(robot, (linear - half * angular) / radius, (linear + half * angular) / radius)
 
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from sim_nodes.check.bench import (
+    BASE,
     CUBE,
     EDGE,
     ORIGIN,
     OTHER,
     ROBOT,
     SHAPES,
-    TURTLEBOT,
     Make,
     at,
     body,
@@ -27,10 +27,10 @@ from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import BodyState, Engine, Wall
 
 EXACT = 0.01  # [m]
-LIMIT = TURTLEBOT.lidar.max_range
+LIMIT = BASE.lidar.max_range
 ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # about the lidar [rad]
 DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)])
-MOUNT = Pose2(TURTLEBOT.lidar.x, TURTLEBOT.lidar.y, TURTLEBOT.lidar.yaw)
+MOUNT = Pose2(BASE.lidar.x, BASE.lidar.y, BASE.lidar.yaw)
 HALF_LENGTH, HALF_WIDTH = 2.0, 1.0  # of the room [m]
 ROOM = (
     Wall("walls", HALF_LENGTH + 0.05, 0.0, 0.0, 0.1, 2.4, 0.5),

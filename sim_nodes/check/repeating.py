@@ -27,7 +27,7 @@ from sim_nodes.check.bodies import LOPSIDED, MOVING
 from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import BodyState, Engine, UnstablePhysics
-from sim_nodes.robots.robot import TICK
+from sim_nodes.ticks import TICK
 
 SECOND = Pose2(1.0, 0.2, 3.0)
 HUGE = (1e300, 1e300, 1e300)

@@ -15,7 +15,8 @@ import numpy as np
 
 from sim_nodes.geometry import Array, Vector, rotation_matrix
 from sim_nodes.mujoco.model import SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
-from sim_nodes.physics import FLOOR, OVERLAP, BodyModel, BodyState, PlacedRobot, Scene, UnstablePhysics
+from sim_nodes.physics import FLOOR, OVERLAP, BodyModel, BodyState, Scene, UnstablePhysics
+from sim_nodes.robots.declaration import MobileDeclaration
 
 LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 NOTHING: frozenset[tuple[str, str]] = frozenset()
@@ -23,15 +24,14 @@ NOTHING: frozenset[tuple[str, str]] = frozenset()
 log = logging.getLogger(__name__)
 
 
-class _Robot:
-    """Addresses of a robot in the arrays of a model."""
+class _Drive:
+    """Addresses in the arrays of a model of what a robot drives with, and sees by."""
 
-    def __init__(self, model: Any, robot: PlacedRobot) -> None:
-        prefix, declaration = f"{robot.name}/", robot.declaration
-        drive = declaration.drive
+    def __init__(self, model: Any, robot: str, base: int, mobile: MobileDeclaration) -> None:
+        prefix, drive = f"{robot}/", mobile.drive
         joints = [model.joint(prefix + name) for name in (drive.left_joint, drive.right_joint)]
-        self.base: int = model.body(prefix + declaration.base_link).id
-        self.lidar: int = model.body(prefix + declaration.lidar.link).id
+        self.base = base
+        self.lidar: int = model.body(prefix + mobile.lidar.link).id
         self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
         self.wheel_speeds = [int(joint.dofadr[0]) for joint in joints]
         self.motors = [model.actuator(joint.name).id for joint in joints]
@@ -62,8 +62,15 @@ class MujocoEngine:
     def _bind(self) -> None:
         model = self._model
         mujoco.mj_forward(model, self._data)
-        self._robots = {robot.name: _Robot(model, robot) for robot in self._scene.robots}
-        self._bases = {name: robot.base for name, robot in self._robots.items()}
+        self._bases = {
+            robot.name: model.body(f"{robot.name}/{robot.declaration.base_link}").id
+            for robot in self._scene.robots
+        }
+        self._drives = {
+            robot.name: _Drive(model, robot.name, self._bases[robot.name], robot.declaration.mobile)
+            for robot in self._scene.robots
+            if robot.declaration.mobile is not None
+        }
         self._bases |= {name: model.body(name).id for name in self._added}
         names = {base: name for name, base in self._bases.items()}
         roots = model.body_rootid[model.geom_bodyid]
@@ -163,22 +170,22 @@ class MujocoEngine:
             data.qpos[position : position + 7] = [*state.position, *state.orientation]
             data.qvel[speed : speed + 3] = state.linear
             data.qvel[speed + 3 : speed + 6] = rotation_matrix(state.orientation).T @ state.angular
-        if name in self._robots:
-            data.qvel[self._robots[name].wheel_speeds] = 0.0
+        if name in self._drives:
+            data.qvel[self._drives[name].wheel_speeds] = 0.0
         mujoco.mj_forward(self._model, data)
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
         """See `Engine.wheel_angles`."""
-        left, right = self._robots[robot].wheel_positions
+        left, right = self._drives[robot].wheel_positions
         return float(self._data.qpos[left]), float(self._data.qpos[right])
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
-        self._data.ctrl[self._robots[robot].motors] = left, right
+        self._data.ctrl[self._drives[robot].motors] = left, right
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
-        addresses, data = self._robots[robot], self._data
+        addresses, data = self._drives[robot], self._data
         mujoco.mj_kinematics(self._model, data)  # after a step, places are still those of before it
         count = len(directions)
         vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()

@@ -25,7 +25,7 @@ from sim_nodes.physics import (
     Sphere,
     Wall,
 )
-from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 
 TIMESTEP = 0.004  # [s]; wheels with the motor gain of our robots are stable up to 5 ms
 WALL_PREFIX = "wall/"
@@ -70,7 +70,7 @@ def _add_robot(spec: Any, robot: PlacedRobot) -> None:
 
 
 def robot_spec(declaration: RobotDeclaration) -> Any:
-    """The specification of a robot: its URDF, free to move, with motors at its wheels."""
+    """The specification of a robot: its URDF, free to move, with its motors."""
     spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf_text()))
     base = spec.body(declaration.base_link)
     base.add_freejoint()
@@ -80,7 +80,13 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
         for geom in _solids(spec.body(link)):
             # Without priority the friction of a contact is the larger of the two, and the floor would win.
             geom.condim, geom.priority = 1, 1
-    drive = declaration.drive
+    if declaration.mobile is not None:
+        _add_drive(spec, declaration.mobile.drive)
+    return spec
+
+
+def _add_drive(spec: Any, drive: DriveDeclaration) -> None:
+    """Motors at the wheels of a robot."""
     for name in (drive.left_joint, drive.right_joint):
         joint = spec.joint(name)
         joint.armature = drive.armature
@@ -90,7 +96,6 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
         motor.set_to_velocity(kv=drive.motor_gain)
         motor.forcelimited = True
         motor.forcerange = [-drive.motor_torque, drive.motor_torque]
-    return spec
 
 
 def _with_compiler(urdf: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.grid import Grid
 from sim_nodes.navigation.planner import Plan
-from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 
@@ -41,7 +41,7 @@ class LocalController:
         velocity: The last one, from which the next can differ by the accelerations only.
     """
 
-    def __init__(self, grid: Grid, declaration: RobotDeclaration, interval: float) -> None:
+    def __init__(self, grid: Grid, declaration: MobileDeclaration, interval: float) -> None:
         self._grid = grid
         self._drive = declaration.drive
         self._radius = declaration.radius

@@ -16,12 +16,13 @@ from scipy.ndimage import label
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.geometry import Pose2, wrap
+from sim_nodes.goals import Ended
 from sim_nodes.navigation.controller import LocalController
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.planner import ESCAPE_RADIUS, Plan, plan_to
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 
@@ -45,15 +46,6 @@ class Goal:
     id: str
     poses: tuple[Pose2, ...]
     stop_at_each: bool
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a goal ended."""
-
-    goal: Goal
-    outcome: Outcome
-    message: str
 
 
 @dataclass(frozen=True)
@@ -83,7 +75,7 @@ class Navigator:
     """
 
     def __init__(
-        self, known: NavigationMap, obstacles: ObstacleLayer, declaration: RobotDeclaration, interval: float
+        self, known: NavigationMap, obstacles: ObstacleLayer, declaration: MobileDeclaration, interval: float
     ) -> None:
         self._map = known
         self._obstacles = obstacles
@@ -297,7 +289,7 @@ class Navigator:
 
     def _end(self, outcome: Outcome, message: str) -> tuple[Velocity, Ended]:
         assert self.goal is not None
-        ended = Ended(self.goal, outcome, message)
+        ended = Ended(self.goal.id, outcome, message)
         self.goal = None
         self._controller.stop()
         return AT_REST, ended

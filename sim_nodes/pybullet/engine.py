@@ -52,8 +52,8 @@ class _Body:
 
 
 @dataclass(frozen=True)
-class _Robot:
-    """What a robot is in Bullet."""
+class _Drive:
+    """What a robot drives with, and sees by, in Bullet."""
 
     body: int
     wheels: tuple[int, int]
@@ -99,9 +99,9 @@ class PybulletEngine:
         for name in dict.fromkeys(wall.name for wall in walls):
             model = walls_body(wall for wall in walls if wall.name == name)
             self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0))), static=True)
-        self._robots = {
-            robot.name: self._load_robot(index, robot) for index, robot in enumerate(self._scene.robots)
-        }
+        self._drives: dict[str, _Drive] = {}
+        for index, robot in enumerate(self._scene.robots):
+            self._load_robot(index, robot)
         for name, (model, state) in self._added.items():
             self._load_body(name, model, state)
 
@@ -110,22 +110,18 @@ class PybulletEngine:
         self._bodies[name] = _Body(number, static, centre, wxyz(axes))
         self._owners[number] = name
 
-    def _load_robot(self, index: int, robot: PlacedRobot) -> _Robot:
+    def _load_robot(self, index: int, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot)
         self._note(robot.name, number, static=False)
         group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.links.values():
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
-        declaration = robot.declaration
-        loaded = _Robot(
-            number,
-            wheels(links, declaration.drive),
-            links.links[declaration.lidar.link],
-            declaration.drive.motor_torque,
-            group,
-        )
-        self._command(loaded, 0.0, 0.0)
-        return loaded
+        mobile = robot.declaration.mobile
+        if mobile is not None:
+            lidar = links.links[mobile.lidar.link]
+            drive = _Drive(number, wheels(links, mobile.drive), lidar, mobile.drive.motor_torque, group)
+            self._drives[robot.name] = drive
+            self._command(drive, 0.0, 0.0)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         self._note(name, load_body(self._bullet, model, state), static=model.static)
@@ -184,10 +180,10 @@ class PybulletEngine:
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""
         self._place(self._bodies[name], state)
-        if name in self._robots:
-            robot = self._robots[name]
-            for wheel, angle in zip(robot.wheels, self.wheel_angles(name), strict=True):
-                self._bullet.resetJointState(robot.body, wheel, angle, 0.0)
+        if name in self._drives:
+            drive = self._drives[name]
+            for wheel, angle in zip(drive.wheels, self.wheel_angles(name), strict=True):
+                self._bullet.resetJointState(drive.body, wheel, angle, 0.0)
 
     def _place(self, body: _Body, state: BodyState) -> None:
         bullet = self._bullet
@@ -200,26 +196,26 @@ class PybulletEngine:
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
         """See `Engine.wheel_angles`."""
-        found = self._robots[robot]
+        found = self._drives[robot]
         left, right = self._bullet.getJointStates(found.body, found.wheels)
         return left[0], right[0]
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
-        self._command(self._robots[robot], left, right)
+        self._command(self._drives[robot], left, right)
 
-    def _command(self, robot: _Robot, left: float, right: float) -> None:
+    def _command(self, drive: _Drive, left: float, right: float) -> None:
         self._bullet.setJointMotorControlArray(
-            robot.body,
-            robot.wheels,
+            drive.body,
+            drive.wheels,
             pybullet.VELOCITY_CONTROL,
             targetVelocities=[left, right],
-            forces=[robot.torque, robot.torque],
+            forces=[drive.torque, drive.torque],
         )
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
-        found, bullet = self._robots[robot], self._bullet
+        found, bullet = self._drives[robot], self._bullet
         link = bullet.getLinkState(found.body, found.lidar, computeForwardKinematics=True)
         origin, orientation = link[4:6]
         ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T

@@ -68,8 +68,10 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
         )
     for name in declaration.low_friction_links:
         bullet.changeDynamics(body, links.links[name], lateralFriction=0.0)
-    for wheel in wheels(links, declaration.drive):
-        bullet.changeDynamics(body, wheel, lateralFriction=declaration.drive.wheel_friction)
+    if declaration.mobile is not None:
+        drive = declaration.mobile.drive
+        for wheel in wheels(links, drive):
+            bullet.changeDynamics(body, wheel, lateralFriction=drive.wheel_friction)
     return body, links
 
 

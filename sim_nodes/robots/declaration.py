@@ -52,8 +52,18 @@ class LidarDeclaration(_Declared):
     noise: float  # standard deviation of a range [m]
 
 
+class MobileDeclaration(_Declared):
+    """A base that drives, finds its way and sees what is about it."""
+
+    radius: PositiveFloat  # of the smallest circle about the base's origin that holds the robot [m]
+    clearance: PositiveFloat  # from the base's origin to walls that plans keep [m]
+    drive: DriveDeclaration
+    odometry: OdometryDeclaration
+    lidar: LidarDeclaration
+
+
 class RobotDeclaration(_Declared):
-    """A kind of robot.
+    """A kind of robot, made of the parts that it has.
 
     `kinds` are the actor types it can stand for, most specific first; `low_friction_links` slide, such as casters.
     """
@@ -62,13 +72,10 @@ class RobotDeclaration(_Declared):
     urdf: str
     kinds: tuple[str, ...]
     base_link: str
-    radius: PositiveFloat  # of the smallest circle about the base's origin that holds the robot [m]
-    clearance: PositiveFloat  # from the base's origin to walls that plans keep [m]
+    fixed: bool = False  # to the world, where it is placed
     body_friction: PositiveFloat
-    low_friction_links: tuple[str, ...]
-    drive: DriveDeclaration
-    odometry: OdometryDeclaration
-    lidar: LidarDeclaration
+    low_friction_links: tuple[str, ...] = ()
+    mobile: MobileDeclaration | None = None
 
     def urdf_text(self) -> str:
         """The URDF."""

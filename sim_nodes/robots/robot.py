@@ -1,26 +1,15 @@
-"""A robot in a simulation: what it senses, where it believes to be, what drives it.
-
-A robot does something in ticks of simulated time only: odometry every tick, scan, localisation and obstacle
-layer at the rate of its lidar, control every `CONTROL_TICKS`.
-"""
+"""A robot in a simulation: the parts that it has, of which each does what is due in a tick."""
 
 from __future__ import annotations
 
-from seoro.bridges.wire import Result
-from sim_nodes.geometry import Pose2
+from collections.abc import Iterator
+
+from seoro.bridges.wire import Outcome, Result
+from sim_nodes.goals import Ended
 from sim_nodes.navigation.grid import NavigationMap
-from sim_nodes.navigation.localisation import Localisation
-from sim_nodes.navigation.navigator import Ended, Goal, Navigator, Situation
-from sim_nodes.navigation.obstacles import ObstacleLayer
-from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds
-from sim_nodes.sensors.lidar import Lidar, Scan
-from sim_nodes.sensors.odometry import Odometry
-
-TICK = 0.02  # [s]
-CONTROL_TICKS = 2  # 25 Hz
+from sim_nodes.robots.mobile import MobileBase
 
 
 class Robot:
@@ -36,21 +25,24 @@ class Robot:
     def __init__(self, placed: PlacedRobot, engine: Engine, known: NavigationMap, seed: int) -> None:
         self.name = placed.name
         self.declaration = declaration = placed.declaration
-        self._engine = engine
-        self._scan_ticks = round(1.0 / declaration.lidar.rate / TICK)
-        self._lidar = Lidar(declaration.lidar, Noise(seed, f"{self.name}/lidar"))
-        self.odometry = Odometry(declaration.drive, declaration.odometry, Noise(seed, f"{self.name}/odometry"))
-        self.localisation = Localisation(
-            known, declaration.lidar.max_range, Noise(seed, f"{self.name}/localisation")
-        )
-        self._obstacles = ObstacleLayer(known)
-        self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
-        self._scan: Scan | None = None
+        mobile = declaration.mobile
+        self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Names of the transform frames that are the robot's own."""
-        return (f"{self.name}/odom", f"{self.name}/base_link", self.truth_frame)
+    def drives(self) -> bool:
+        """Whether it has a base that drives."""
+        return self._mobile is not None
+
+    @property
+    def mobile(self) -> MobileBase:
+        """The base that it drives on.
+
+        Raises:
+            RequestRefused: It has none.
+        """
+        if self._mobile is None:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{self.name} is a robot that does not drive")
+        return self._mobile
 
     @property
     def truth_frame(self) -> str:
@@ -58,68 +50,25 @@ class Robot:
         return f"{self.name}_base_link_gt"
 
     @property
-    def goal(self) -> Goal | None:
-        """The goal that the robot is driving to."""
-        return self._navigator.goal
+    def goals(self) -> tuple[str, ...]:
+        """The ids of the goals that it is working on."""
+        goal = self._mobile.goal if self._mobile is not None else None
+        return () if goal is None else (goal.id,)
 
-    def localised_pose(self) -> Pose2 | None:
-        """The pose in the map as the robot believes it, None until it has an initial pose."""
-        return self.localisation.pose(self.odometry.pose)
+    def tick(self, tick: int) -> Iterator[Ended]:
+        """Do what is due in a tick; gives the goals that ended."""
+        if self._mobile is not None:
+            ended = self._mobile.tick(tick)
+            if ended is not None:
+                yield ended
 
-    def map_to_odom(self) -> Pose2 | None:
-        """The pose of the robot's `odom` in the map, None until it has an initial pose."""
-        return self.localisation.map_to_odom()
+    def cancel(self, goal: str) -> Iterator[Ended]:
+        """Stop what works on a goal, by its id; gives the goals that ended with that."""
+        if goal in self.goals:
+            yield from self.stop()
 
-    def tick(self, tick: int) -> Ended | None:
-        """Do what is due in a tick; returns the goal that ended."""
-        self.odometry.update(self._engine.wheel_angles(self.name), TICK, tick)
-        pose = self.localised_pose()
-        if pose is None:
-            return None
-        if tick % self._scan_ticks == 0:
-            pose = self._sense(tick)
-        if self._navigator.goal is None or self._scan is None or tick % CONTROL_TICKS:
-            return None
-        velocity, ended = self._navigator.control(Situation(pose, self.odometry.velocity, self._scan))
-        self._command(velocity)
-        return ended
-
-    def _sense(self, tick: int) -> Pose2:
-        """Take a scan and all that follows from it; returns the pose that it leads to."""
-        self._scan = self._lidar.scan(self._engine, self.name, tick)
-        pose = self.localisation.update(self.odometry.pose, self._scan, tick)
-        self._obstacles.update(pose, self._scan)
-        return pose
-
-    def set_initial_pose(self, pose: Pose2, tick: int) -> None:
-        """Tell the localisation where the robot is in the map."""
-        self.localisation.set_initial_pose(pose, self.odometry.pose, tick)
-        self._obstacles.clear()
-        self._scan = None
-
-    def navigate(self, goal: Goal) -> None:
-        """Take up a goal.
-
-        Raises:
-            RequestRefused: Not localised, busy, or the goal is impossible on the map.
-        """
-        pose = self.localised_pose()
-        if pose is None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"{self.name} is not localised yet: set its initial pose first"
-            )
-        if self._navigator.goal is not None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{self.name} is driving to goal {self._navigator.goal.id!r}: cancel it, or wait for its end",
-            )
-        self._navigator.check(goal.poses, pose)
-        self._navigator.start(goal, pose)
-
-    def stop(self) -> Goal | None:
-        """Drop the goal and stop the wheels; returns the goal there was."""
-        self._command(AT_REST)
-        return self._navigator.cancel()
-
-    def _command(self, velocity: Velocity) -> None:
-        self._engine.command_wheels(self.name, *wheel_speeds(self.declaration.drive, velocity))
+    def stop(self) -> Iterator[Ended]:
+        """Make every part stand still; gives the goals that ended with that."""
+        goal = self._mobile.stop() if self._mobile is not None else None
+        if goal is not None:
+            yield Ended(goal.id, Outcome.CANCELED)

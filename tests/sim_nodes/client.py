@@ -39,7 +39,7 @@ class Client:
 
     @property
     def estimate(self) -> Pose2:
-        estimate = self.simulator.simulation.robot(ROBOT).localised_pose()
+        estimate = self.simulator.simulation.robot(ROBOT).mobile.localised_pose()
         assert estimate is not None
         return estimate
 

@@ -44,7 +44,7 @@ class Shared(MujocoEngine):
     """Commands are for all robots."""
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
-        for name in self._robots:
+        for name in self._drives:
             super().command_wheels(name, left, right)
 
 
@@ -75,7 +75,7 @@ class Stubborn(MujocoEngine):
 class Drifting(MujocoEngine):
     def reset(self) -> None:
         super().reset()
-        name = next(iter(self._robots))
+        name = next(iter(self._drives))
         x, y, z = self.body_state(name).position
         self._resets = getattr(self, "_resets", 0) + 1
         self.set_body_state(name, BodyState((x + 1e-15 * self._resets, y, z)))
@@ -139,8 +139,8 @@ class Rolling(MujocoEngine):
     def set_body_state(self, name: str, state: BodyState) -> None:
         speeds = self._data.qvel.copy()
         super().set_body_state(name, state)
-        if name in self._robots:
-            wheels = self._robots[name].wheel_speeds
+        if name in self._drives:
+            wheels = self._drives[name].wheel_speeds
             self._data.qvel[wheels] = speeds[wheels]
 
 

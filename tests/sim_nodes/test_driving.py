@@ -5,17 +5,17 @@ from __future__ import annotations
 import pytest
 
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.noise import Noise
-from sim_nodes.robots.declaration import load_robot
 from sim_nodes.robots.diff_drive import Velocity, wheel_speeds
-from sim_nodes.robots.robot import TICK
 from sim_nodes.sensors.odometry import Odometry
+from sim_nodes.ticks import TICK
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine
 
 ROBOT = "turtlebot4"
-DECLARATION = load_robot("turtlebot4")
+DECLARATION = BASE
 
 
 def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple[Pose2, Odometry]:

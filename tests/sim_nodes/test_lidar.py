@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from sim_nodes.check.bench import BASE
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyModel, BodyState, Box, Engine, Part
-from sim_nodes.robots.declaration import load_robot
 from sim_nodes.sensors.lidar import Lidar, Scan
 from sim_nodes.worlds.loader import load_world, parse_world
 from tests.sim_nodes.engines import make_engine
 
 ROBOT = "turtlebot4"
-LIDAR = load_robot("turtlebot4").lidar
+LIDAR = BASE.lidar
 EXACT = LIDAR.model_copy(update={"noise": 0.0})
 ROOM = """
 name: room

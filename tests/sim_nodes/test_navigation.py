@@ -5,18 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.controller import LocalController
 from sim_nodes.navigation.grid import NavigationMap, build_map
 from sim_nodes.navigation.obstacles import HITS, ObstacleLayer
 from sim_nodes.navigation.planner import Plan, plan_to
 from sim_nodes.physics import Wall
-from sim_nodes.robots.declaration import load_robot
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.sensors.lidar import Scan
 
 EXTENT = (-3.0, -3.0, 3.0, 3.0)
-TURTLEBOT = load_robot("turtlebot4")
 ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 HERE = Pose2(0.0, 0.0, 0.0)
 
@@ -95,7 +94,7 @@ def test_hits_on_known_walls_are_no_obstacles() -> None:
 
 def follow(known: NavigationMap, plan: Plan, scan: Scan, cycles: int) -> tuple[Pose2, LocalController]:
     """Drive with ideal wheels."""
-    controller = LocalController(known.grid, TURTLEBOT, 0.04)
+    controller = LocalController(known.grid, BASE, 0.04)
     pose = HERE
     for _ in range(cycles):
         velocity = controller.follow(plan, pose, known.distance, scan, np.inf)
@@ -116,20 +115,20 @@ def test_the_controller_drives_to_the_goal() -> None:
 def test_accelerations_and_speed_are_limited() -> None:
     known = open_floor()
     plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
-    controller = LocalController(known.grid, TURTLEBOT, 0.04)
+    controller = LocalController(known.grid, BASE, 0.04)
     speeds = []
     for _ in range(20):
         velocity = controller.follow(plan, HERE, known.distance, NOTHING, np.inf)
         assert velocity is not None
         speeds.append(velocity.linear)
     assert max(np.diff([0.0, *speeds])) <= 0.9 * 0.04 + 1e-9
-    assert speeds[-1] == pytest.approx(TURTLEBOT.drive.max_speed)
+    assert speeds[-1] == pytest.approx(BASE.drive.max_speed)
 
 
 def test_what_only_the_scan_shows_stops_the_robot() -> None:
     known = open_floor()
     plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
-    controller = LocalController(known.grid, TURTLEBOT, 0.04)
+    controller = LocalController(known.grid, BASE, 0.04)
     velocity = controller.follow(plan, HERE, known.distance, thing_ahead(0.2), np.inf)
     assert velocity is None or velocity.linear == pytest.approx(0.0)
 
@@ -141,11 +140,11 @@ def test_a_robot_that_is_walled_in_is_blocked() -> None:
     ]
     known = build_map(EXTENT, ring)
     plan = plan_to(known.grid, known.distance, 0.18, (2.0, 0.0), (0.0, 0.0))
-    assert LocalController(known.grid, TURTLEBOT, 0.04).follow(plan, HERE, known.distance, NOTHING, np.inf) is None
+    assert LocalController(known.grid, BASE, 0.04).follow(plan, HERE, known.distance, NOTHING, np.inf) is None
 
 
 def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
-    slow = TURTLEBOT.model_copy(update={"drive": TURTLEBOT.drive.model_copy(update={"max_turn_rate": 0.4})})
+    slow = BASE.model_copy(update={"drive": BASE.drive.model_copy(update={"max_turn_rate": 0.4})})
     controller = LocalController(open_floor().grid, slow, 0.04)
     for _ in range(100):
         velocity = controller.steer(Velocity(0.0, -1.2))

@@ -5,6 +5,7 @@ import math
 import mujoco
 import pytest
 
+from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import yaw_of
 from sim_nodes.mujoco.model import robot_spec
 from sim_nodes.robots.declaration import available_robots, load_robot
@@ -28,7 +29,7 @@ def test_no_link_and_no_mass_is_lost_in_translation(model: mujoco.MjModel) -> No
 
 
 def test_declaration_and_urdf_agree(model: mujoco.MjModel) -> None:
-    declaration = load_robot("turtlebot4")
+    declaration = BASE
     drive, lidar = declaration.drive, declaration.lidar
     left, right = (model.body(f"{side}_wheel") for side in ("left", "right"))
     assert left.pos[1] - right.pos[1] == pytest.approx(drive.wheel_separation)
@@ -42,7 +43,7 @@ def test_declaration_and_urdf_agree(model: mujoco.MjModel) -> None:
 
 
 def test_wheel_speeds_and_base_motion_are_inverse() -> None:
-    drive = load_robot("turtlebot4").drive
+    drive = BASE.drive
     left, right = wheel_speeds(drive, Velocity(0.2, -0.7))
     assert base_motion(drive, left, right) == pytest.approx((0.2, -0.7))
     assert wheel_speeds(drive, Velocity(0.0, math.pi))[0] < 0.0

@@ -1,0 +1,16 @@
+"""What comes of goals: every goal that a robot has taken up ends once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seoro.bridges.wire import Outcome
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a goal ended, by the id that its client gave it."""
+
+    id: str
+    outcome: Outcome
+    message: str = ""
