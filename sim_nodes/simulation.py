@@ -6,6 +6,7 @@ watches are checked. Contacts are looked at after every step. What happens is he
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +20,7 @@ from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
 from sim_nodes.record import RobotRecord
 from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.ticks import TICK
 from sim_nodes.watches import DistanceWatch, FramePose, ProximityWatch, Watch
@@ -159,6 +161,17 @@ class Simulation:
         self._claim(goal.id)
         self.robot(robot).mobile.navigate(goal)
         self.records[robot].goals.extend(goal.poses)
+
+    def drive(self, robot: str, goal: str, velocity: Velocity, duration: float) -> None:
+        """Drive a robot with a velocity for a duration [s]; its end is reported."""
+        self._claim(goal)
+        end = self._steps + duration * self.engine.steps_per_second
+        self.robot(robot).mobile.drive(goal, velocity, math.ceil(round(end) / self._tick_steps))
+
+    def command_velocity(self, robot: str, velocity: Velocity) -> None:
+        """Command a robot's velocity; no name is the first robot that drives."""
+        name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
+        self.robot(name).mobile.command(velocity, self._steps // self._tick_steps)
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""

@@ -1,4 +1,4 @@
-"""The methods of the struct `msg_conversion` in `osc.ros`: parts of ROS messages.
+"""ROS messages as text: the methods of the struct `msg_conversion` in `osc.ros`, and what actions read.
 
 A message is text here: YAML, as `ros2 topic echo` prints it and `ros2 topic pub` reads it, or JSON, which is
 YAML too.
@@ -12,7 +12,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from seoro.errors import InvalidUse
-from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D
+from seoro.runtime.contracts import (
+    Orientation3D,
+    OrientationRate3D,
+    Pose3D,
+    Position3D,
+    TranslationalVelocity3D,
+    Velocity6D,
+)
 
 MAX_SIZE = 256 * 1024  # characters; a message that a scenario looks into is far smaller
 
@@ -63,9 +70,31 @@ def to_pose_3d(in_value: str) -> Pose3D:
     return Pose3D(Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
 
 
-def _numbers(value: Any, names: str) -> tuple[float, ...]:
+def to_twist(in_value: str) -> Velocity6D:
+    """The velocity of a `geometry_msgs` message: `Twist`, or `TwistStamped`; what it leaves out is 0.
+
+    Raises:
+        InvalidUse: The text is no such message.
+    """
+    found = _read(in_value)
+    if isinstance(found, dict) and "twist" in found:
+        found = found["twist"]
+    if not isinstance(found, dict) or not found.keys() <= {"linear", "angular"}:
+        raise InvalidUse("this is no twist: it has parts other than `linear` and `angular`, or none")
+    still = {"x": 0.0, "y": 0.0, "z": 0.0}
+    for part in found.values():
+        if not isinstance(part, dict) or not part.keys() <= still.keys():
+            raise InvalidUse("this is no twist: its parts have `x`, `y` and `z`")
+    linear, angular = ({**still, **found.get(part, {})} for part in ("linear", "angular"))
+    return Velocity6D(
+        TranslationalVelocity3D(*_numbers(linear, "xyz", "twist")),
+        OrientationRate3D(*_numbers(angular, "xyz", "twist")),
+    )
+
+
+def _numbers(value: Any, names: str, what: str = "pose") -> tuple[float, ...]:
     if not isinstance(value, Mapping) or not all(isinstance(value.get(name), int | float) for name in names):
-        raise InvalidUse(f"this is no pose: `{', '.join(names)}` are not all numbers")
+        raise InvalidUse(f"this is no {what}: `{', '.join(names)}` are not all numbers")
     return tuple(float(value[name]) for name in names)
 
 

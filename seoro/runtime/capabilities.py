@@ -44,6 +44,23 @@ class MobileRobots(Protocol):
 
 
 @runtime_checkable
+class DrivenRobots(Protocol):
+    """Robots that are driven by velocities, without knowing where they are."""
+
+    async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
+        """Drive ahead [m/s] and turn to the left [rad/s] for a duration [s], and stop; returns the goal's id."""
+        ...
+
+    async def cancel_goal(self, goal: str) -> None:
+        """Cancel a goal and stop; a goal that has ended by itself is left alone."""
+        ...
+
+    async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
+        """Publish a command of velocity on the topic `cmd_vel` of a robot, which obeys it for 0.5 s at most."""
+        ...
+
+
+@runtime_checkable
 class Simulation(Protocol):
     """A simulated world; terms of ROS `simulation_interfaces`."""
 

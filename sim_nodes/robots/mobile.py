@@ -18,6 +18,7 @@ from sim_nodes.physics import Engine
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds
+from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
 from sim_nodes.sensors.lidar import Lidar, Scan
 from sim_nodes.sensors.odometry import Odometry
 from sim_nodes.ticks import TICK
@@ -50,12 +51,13 @@ class MobileBase:
         )
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
+        self._steering = Steering(declaration.drive)
         self._scan: Scan | None = None
 
     @property
-    def goal(self) -> Goal | None:
-        """The goal that the robot is driving to."""
-        return self._navigator.goal
+    def goal(self) -> str | None:
+        """The id of the goal that the robot is driving for."""
+        return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
 
     def localised_pose(self) -> Pose2 | None:
         """The pose in the map as the robot believes it, None until it has an initial pose."""
@@ -68,13 +70,14 @@ class MobileBase:
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
         self.odometry.update(self._engine.wheel_angles(self.name), TICK, tick)
+        ended = self._steer(tick) if self._steering.order is not None else None
         pose = self.localised_pose()
         if pose is None:
-            return None
+            return ended
         if tick % self._scan_ticks == 0:
             pose = self._sense(tick)
         if self._navigator.goal is None or self._scan is None or tick % CONTROL_TICKS:
-            return None
+            return ended
         velocity, ended = self._navigator.control(Situation(pose, self.odometry.velocity, self._scan))
         self._command(velocity)
         return ended
@@ -103,18 +106,49 @@ class MobileBase:
             raise RequestRefused(
                 Result.INCORRECT_STATE, f"{self.name} is not localised yet: set its initial pose first"
             )
-        if self._navigator.goal is not None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{self.name} is driving to goal {self._navigator.goal.id!r}: cancel it, or wait for its end",
-            )
+        self._check_free()
         self._navigator.check(goal.poses, pose)
         self._navigator.start(goal, pose)
 
-    def stop(self) -> Goal | None:
-        """Drop the goal and stop the wheels; returns the goal there was."""
+    def _check_free(self) -> None:
+        if self.goal is not None:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"{self.name} is driving to goal {self.goal!r}: cancel it, or wait for its end",
+            )
+
+    def drive(self, goal: str, velocity: Velocity, last: int) -> None:
+        """Drive with a velocity until a tick, as a goal.
+
+        Raises:
+            RequestRefused: Busy, or the robot cannot be that fast.
+        """
+        self._check_free()
+        self._steering.check(self.name, velocity)
+        self._steering.follow(Order(velocity, last, goal))
+
+    def command(self, velocity: Velocity, tick: int) -> None:
+        """Drive with a velocity until the next command, for `COMMAND_TIMEOUT` at most.
+
+        Raises:
+            RequestRefused: Busy, or the robot cannot be that fast.
+        """
+        self._check_free()
+        self._steering.check(self.name, velocity)
+        self._steering.follow(Order(velocity, tick + round(COMMAND_TIMEOUT / TICK), None))
+
+    def _steer(self, tick: int) -> Ended | None:
+        velocity, ended = self._steering.control(tick)
+        self._command(velocity)
+        return ended
+
+    def stop(self) -> str | None:
+        """Drop the goal and stop the wheels; returns the id of the goal there was."""
+        goal = self.goal
         self._command(AT_REST)
-        return self._navigator.cancel()
+        self._steering.drop()
+        self._navigator.cancel()
+        return goal
 
     def _command(self, velocity: Velocity) -> None:
         self._engine.command_wheels(self.name, *wheel_speeds(self.declaration.drive, velocity))

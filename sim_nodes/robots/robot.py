@@ -53,7 +53,7 @@ class Robot:
     def goals(self) -> tuple[str, ...]:
         """The ids of the goals that it is working on."""
         goal = self._mobile.goal if self._mobile is not None else None
-        return () if goal is None else (goal.id,)
+        return () if goal is None else (goal,)
 
     def tick(self, tick: int) -> Iterator[Ended]:
         """Do what is due in a tick; gives the goals that ended."""
@@ -71,4 +71,4 @@ class Robot:
         """Make every part stand still; gives the goals that ended with that."""
         goal = self._mobile.stop() if self._mobile is not None else None
         if goal is not None:
-            yield Ended(goal.id, Outcome.CANCELED)
+            yield Ended(goal, Outcome.CANCELED)

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from seoro import InvalidUse, Orientation3D, Position3D
-from seoro.actions.ros_messages import MAX_SIZE, get_object_member, to_pose_3d
+from seoro.actions.ros_messages import MAX_SIZE, get_object_member, to_pose_3d, to_twist
+from seoro.runtime.contracts import OrientationRate3D, TranslationalVelocity3D, Velocity6D
 from tests.runtime.conftest import RunText
 
 POSE = "{position: {x: 1.0, y: 2, z: 1.0e-05}, orientation: {x: 0.0, y: 0.0, z: 0.7071, w: 0.7071}}"
@@ -89,3 +90,19 @@ def test_quaternions_become_roll_pitch_and_yaw(angles: tuple[float, float, float
 def test_what_is_no_pose_is_said(text: str, message: str) -> None:
     with pytest.raises(InvalidUse, match=message):
         to_pose_3d(text)
+
+
+def test_a_twist_is_read_with_what_it_leaves_out() -> None:
+    wanted = Velocity6D(TranslationalVelocity3D(0.5), OrientationRate3D(yaw=-1.0))
+    assert to_twist("{linear: {x: 0.5}, angular: {z: -1}}") == wanted
+    assert (
+        to_twist('{"header": {"stamp": 0}, "twist": {"angular": {"z": -1.0}, "linear": {"x": 0.5, "y": 0}}}')
+        == wanted
+    )
+    assert to_twist("{}") == Velocity6D()
+
+
+@pytest.mark.parametrize("text", ["3", "{speed: 1}", "{linear: 1}", "{linear: {u: 1}}", "{linear: {x: fast}}"])
+def test_what_is_no_twist_is_refused(text: str) -> None:
+    with pytest.raises(InvalidUse, match="this is no twist"):
+        to_twist(text)

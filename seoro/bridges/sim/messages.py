@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.runtime.contracts import Pose3D, Position3D
+from seoro.runtime.contracts import Pose3D, Position3D, Velocity6D
 
 
 def vector_message(position: Position3D) -> wire.Vector3:
@@ -17,4 +17,13 @@ def pose_message(pose: Pose3D) -> wire.Pose:
     return wire.Pose(
         position=vector_message(pose.position),
         orientation=wire.Orientation(roll=turned.roll, pitch=turned.pitch, yaw=turned.yaw),
+    )
+
+
+def twist_message(velocity: Velocity6D) -> wire.Twist:
+    """A velocity [m/s, rad/s]."""
+    linear, angular = velocity.translational, velocity.angular
+    return wire.Twist(
+        linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
+        angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
     )

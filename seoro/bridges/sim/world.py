@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
-from seoro.bridges.sim.messages import pose_message
+from seoro.bridges.sim.messages import pose_message, twist_message
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D, Velocity6D
@@ -56,12 +56,8 @@ class WorldRequests(Requests):
 
     async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
         """See `Simulation`."""
-        linear, angular = velocity.translational, velocity.angular
-        twist = wire.Twist(
-            linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
-            angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
-        )
-        await self.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=pose_message(pose), twist=twist))
+        request = wire.SetEntityState(name=name, pose=pose_message(pose), twist=twist_message(velocity))
+        await self.ask(wire.SET_ENTITY_STATE, request)
 
     async def step_simulation(self, steps: int) -> None:
         """See `Simulation`."""

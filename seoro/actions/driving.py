@@ -1,0 +1,19 @@
+"""Actions of `osc.driving`: robots that are driven by velocities."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from seoro.actions.nav2 import BASE
+from seoro.actions.reports import finish
+from seoro.runtime.actions import action
+from seoro.runtime.capabilities import DrivenRobots
+from seoro.runtime.context import ActionContext
+from seoro.runtime.values import Actor
+
+
+@action("differential_drive_robot.drive", home=DrivenRobots, uses=BASE)
+async def drive(ctx: ActionContext, robot: Actor, linear: float, angular: float, duration: float) -> None:
+    """Drive with a velocity for a duration; the robot stops at its end, and when this is cancelled."""
+    robots, name = ctx.home(robot, DrivenRobots)
+    await finish(ctx, partial(robots.drive, name, linear, angular, duration), robots.cancel_goal)

@@ -1,0 +1,60 @@
+"""`osc.driving` and commands of velocity, on simulator nodes."""
+
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from tests.integration.conftest import read_trace
+
+SCENARIO = """
+import osc.driving
+
+scenario main:
+    robot: differential_drive_robot
+    do serial:
+        robot.drive(linear: 0.3mps, angular: 0.2radps, duration: 1s)
+        one_of:
+            robot.drive(linear: -0.2mps, duration: 100s)
+            wait elapsed(1s)
+        topic_publish("/turtlebot4/cmd_vel", "geometry_msgs.msg.Twist", "{linear: {x: 0.2}}")
+        wait elapsed(1s)
+        MORE
+"""
+
+
+def run(folder: Path, more: str = "wait elapsed(0s)") -> int:
+    file = folder / "drive.osc"
+    file.write_text(SCENARIO.replace("MORE", more))
+    return main(["exec", str(file), "--sim", "mujoco", "--world", "empty", "--rate", "max", "-o", str(folder)])
+
+
+def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(tmp_path) == 0
+    names = {r["id"]: r["name"] for r in read_trace(tmp_path / "trace.jsonl") if r["kind"] == "behavior.start"}
+    ended = [
+        (names[r["id"]], r["t"], r["status"])
+        for r in read_trace(tmp_path / "trace.jsonl")
+        if r["kind"] == "behavior.end" and names[r["id"]].startswith(("robot.", "topic"))
+    ]
+    assert ended == [
+        ("robot.drive", 1.0, "succeeded"),
+        ("robot.drive", 2.0, "cancelled"),
+        ("topic_publish", 2.0, "succeeded"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        ("robot.drive(linear: 2mps, duration: 1s)", "turtlebot4 drives with up to 0.306 m/s"),
+        ('topic_publish("/odom", "geometry_msgs.msg.Twist", "{}")', "/ROBOT/cmd_vel for each"),
+        ('topic_publish("/cmd_vel", "std_msgs.msg.String", "data: hi")', "on a ROS 2 graph only"),
+        ('topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", "data: hi")', "this is no twist"),
+    ],
+)
+def test_what_cannot_be_done_fails_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
+) -> None:
+    assert run(tmp_path, action) == 1
+    assert words in capsys.readouterr().err
