@@ -5,6 +5,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
+# Some tests at a time: one for each processor, up to four.
+PARALLEL := -n auto --maxprocesses 4 --dist worksteal
+
 .DEFAULT_GOAL := help
 .PHONY: help install demo test test-all lint format goldens editors bench clean
 
@@ -33,7 +36,7 @@ demo: $(VENV)/.user  ## run the obstacle scenario in MuJoCo; pictures and result
 	@$(BIN)/seoro exec scenarios/navigation/obstacle.osc --sim mujoco --rate max -o out/
 
 test: lint  ## check the code and run the tests
-	@$(BIN)/pytest
+	@$(BIN)/pytest $(PARALLEL)
 
 test-all: lint  ## the same, with the long tests
 	@$(BIN)/pytest -m ""
