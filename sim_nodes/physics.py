@@ -6,10 +6,11 @@ Poses and velocities are in the world's frame `map`, SI units, orientations as q
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, yaw_of
+from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, quaternion, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -95,11 +96,18 @@ class Wall:
 
 @dataclass(frozen=True)
 class PlacedRobot:
-    """A robot of the world and where it starts."""
+    """A robot of the world and where it starts, or, if it is fixed, stays."""
 
     name: str
     declaration: RobotDeclaration
     pose: Pose2
+    height: float = 0.0  # of the base above the floor [m]
+
+    @property
+    def state(self) -> BodyState:
+        """That of its base at the start."""
+        lift = self.height if self.declaration.fixed else self.height + DROP
+        return BodyState((self.pose.x, self.pose.y, lift), quaternion(0.0, 0.0, self.pose.yaw))
 
 
 @dataclass(frozen=True)
@@ -109,6 +117,32 @@ class Scene:
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
     extent: tuple[float, float, float, float]  # of the floor: lower x, lower y, upper x, upper y [m]
+
+
+@dataclass(frozen=True)
+class JointStates:
+    """Of the joints of an arm, and of the two fingers of its gripper after them, each of shape (n + 2,)."""
+
+    positions: Array  # [rad], [m]
+    velocities: Array  # [rad/s], [m/s]
+    efforts: Array  # of the motors [N m], [N]
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A body that is taken to be somewhere else than it is, because an arm would carry it there."""
+
+    name: str
+    state: BodyState
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """A link of an arm, or the body that it carries, inside something else by a depth [m]."""
+
+    link: str
+    other: str  # an entity, also the floor, or a link of the same arm
+    depth: float
 
 
 class UnstablePhysics(Exception):
@@ -151,7 +185,7 @@ class Engine(Protocol):
         """The state of a robot's base or of an added body."""
 
     def set_body_state(self, name: str, state: BodyState) -> None:
-        """Put a robot or an added body somewhere; a robot's wheels come to rest."""
+        """Put a robot that is not fixed, or an added body, somewhere; a robot's wheels come to rest."""
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
         """Angles that the left and right wheel of a robot have turned [rad]."""
@@ -169,4 +203,41 @@ class Engine(Protocol):
 
         Returns:
             Distances [m], shape (n,), infinite where nothing is hit.
+        """
+
+    def joint_states(self, robot: str) -> JointStates:
+        """The joints of a robot's arm and gripper."""
+
+    def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
+        """Have the motors of an arm pull its joints to positions that move at velocities, until the next command.
+
+        After `build` and `reset` they pull to the home positions.
+
+        Args:
+            robot: Name of the robot.
+            positions: Of the arm's joints, shape (n,) [rad].
+            velocities: Of the same [rad/s].
+        """
+
+    def command_fingers(self, robot: str, position: float, force: float) -> None:
+        """Have both fingers of a gripper pull to a position [m] with a force [N] at most, until the next command.
+
+        After `build` and `reset` the gripper is open.
+        """
+
+    def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
+        """What the links of an arm touched in the last step: pairs of link and entity, also the floor."""
+
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        """What the links of an arm would be inside of if its joints were at positions; nothing changes.
+
+        A base that is fixed is left out, and stands in whatever it stands in.
+
+        Args:
+            robot: Name of the robot.
+            positions: Of the arm's joints, shape (n,) [rad]; the fingers are taken as they are.
+            own: Pairs of links of the robot that are looked at; others may be inside each other.
+            carried: A body that is taken to be elsewhere; what it would be inside of is told, too.
         """

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_nodes.check import bodies, contacts, rays, repeating, robots
+from sim_nodes.check import arms, bodies, contacts, rays, repeating, robots
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import Engine
 
@@ -44,6 +44,16 @@ RULES: tuple[Rule, ...] = (
     rays.robots_do_not_see_themselves,
     rays.robots_see_each_other,
     rays.rays_see_changes_before_the_next_step,
+    arms.arms_stay_where_they_are,
+    arms.joints_go_where_they_are_pulled,
+    arms.joints_follow_positions_that_move,
+    arms.motors_bear_the_weight,
+    arms.fingers_press_with_the_force,
+    arms.what_is_gripped_is_carried,
+    arms.arms_overlap_where_their_joints_put_them,
+    arms.arms_overlap_the_floor_and_themselves,
+    arms.thinking_changes_nothing,
+    arms.a_reset_puts_arms_home,
     contacts.contacts_name_both,
     contacts.robots_touch_walls_and_each_other,
     contacts.what_is_near_does_not_touch,

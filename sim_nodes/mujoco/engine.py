@@ -8,14 +8,26 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from sim_nodes.geometry import Array, Vector, rotation_matrix
+from sim_nodes.mujoco.arm import MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.model import SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
-from sim_nodes.physics import FLOOR, OVERLAP, BodyModel, BodyState, Scene, UnstablePhysics
+from sim_nodes.physics import (
+    FLOOR,
+    OVERLAP,
+    BodyModel,
+    BodyState,
+    Carried,
+    JointStates,
+    Overlap,
+    Scene,
+    UnstablePhysics,
+)
 from sim_nodes.robots.declaration import MobileDeclaration
 
 LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -57,7 +69,16 @@ class MujocoEngine:
         self._spec = scene_spec(scene)
         self._model = self._spec.compile()
         self._data = mujoco.MjData(self._model)
+        self._start()
+
+    def _start(self) -> None:
+        """Find everything in a new state, and put arms to where they start."""
+        self._arms: dict[str, MujocoArm] = {}
         self._bind()
+        for arm in self._arms.values():
+            arm.go_home(self._data)
+        if self._arms:
+            mujoco.mj_forward(self._model, self._data)
 
     def _bind(self) -> None:
         model = self._model
@@ -71,6 +92,12 @@ class MujocoEngine:
             for robot in self._scene.robots
             if robot.declaration.mobile is not None
         }
+        commands = {name: arm.command for name, arm in self._arms.items()}
+        self._arms = {
+            robot.name: MujocoArm(model, robot.name, robot.declaration.arm, commands.get(robot.name))
+            for robot in self._scene.robots
+            if robot.declaration.arm is not None
+        }
         self._bases |= {name: model.body(name).id for name in self._added}
         names = {base: name for name, base in self._bases.items()}
         roots = model.body_rootid[model.geom_bodyid]
@@ -79,16 +106,19 @@ class MujocoEngine:
         ]
         self._time: float = self._data.time
         self._contact_key = b""
+        self._thought: Any = None  # a second state, to try where an arm would collide
         self._touching = NOTHING
 
     def reset(self) -> None:
         """See `Engine.reset`."""
         mujoco.mj_resetData(self._model, self._data)
-        self._bind()
+        self._start()
 
     def step(self) -> None:
         """See `Engine.step`."""
         mujoco.mj_step(self._model, self._data)
+        for arm in self._arms.values():
+            arm.follow(self._data, TIMESTEP)
         time: float = self._data.time
         # MuJoCo starts over, silently, when states are no numbers. In the first step its time does not tell.
         if time <= self._time or (self._time == 0.0 and self._has_warned()):
@@ -147,7 +177,7 @@ class MujocoEngine:
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
         body, data = self._bases[name], self._data
-        if self._model.body_mocapid[body] >= 0:
+        if not self._model.body_dofnum[body]:
             return BodyState(_vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
         joint = self._model.body_jntadr[body]
         position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
@@ -207,6 +237,44 @@ class MujocoEngine:
         )
         distance[(hit < 0) | (distance > limit)] = np.inf
         return distance
+
+    def joint_states(self, robot: str) -> JointStates:
+        """See `Engine.joint_states`."""
+        return self._arms[robot].states(self._data)
+
+    def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
+        """See `Engine.command_joints`."""
+        self._arms[robot].command_joints(self._data, positions, velocities)
+
+    def command_fingers(self, robot: str, position: float, force: float) -> None:
+        """See `Engine.command_fingers`."""
+        self._arms[robot].command_fingers(self._model, self._data, position, force)
+
+    def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
+        """See `Engine.link_contacts`."""
+        touched = outside_overlaps(self._data, self._arms[robot], self._owners, None)
+        return frozenset((overlap.link, overlap.other) for overlap in touched)
+
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        """See `Engine.arm_overlaps`."""
+        model, arm = self._model, self._arms[robot]
+        if self._thought is None:
+            self._thought = mujoco.MjData(model)
+        thought = self._thought
+        for values, present in ((thought.qpos, self._data.qpos), (thought.mocap_pos, self._data.mocap_pos)):
+            values[:] = present
+        thought.mocap_quat[:] = self._data.mocap_quat
+        arm.put(thought, positions)
+        if carried is not None:
+            joint = model.body_jntadr[self._bases[carried.name]]
+            place = model.jnt_qposadr[joint]
+            thought.qpos[place : place + 7] = [*carried.state.position, *carried.state.orientation]
+        mujoco.mj_kinematics(model, thought)
+        mujoco.mj_collision(model, thought)
+        name = None if carried is None else carried.name
+        return (*outside_overlaps(thought, arm, self._owners, name), *own_overlaps(model, thought, arm, own))
 
 
 def _static_owner(geom: str) -> str:

@@ -12,8 +12,8 @@ from defusedxml import ElementTree
 
 from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
+from sim_nodes.mujoco.arm import add_arm, hold_firmly
 from sim_nodes.physics import (
-    DROP,
     FLOOR,
     BodyModel,
     BodyState,
@@ -50,6 +50,8 @@ def scene_spec(scene: Scene) -> Any:
         _add_wall(spec, index, wall)
     for robot in scene.robots:
         _add_robot(spec, robot)
+    if any(robot.declaration.arm is not None for robot in scene.robots):
+        hold_firmly(spec)
     return spec
 
 
@@ -64,8 +66,7 @@ def _add_wall(spec: Any, index: int, wall: Wall) -> None:
 
 
 def _add_robot(spec: Any, robot: PlacedRobot) -> None:
-    pose = robot.pose
-    frame = spec.worldbody.add_frame(pos=[pose.x, pose.y, DROP], quat=quaternion(0.0, 0.0, pose.yaw))
+    frame = spec.worldbody.add_frame(pos=robot.state.position, quat=robot.state.orientation)
     spec.attach(robot_spec(robot.declaration), prefix=f"{robot.name}/", frame=frame)
 
 
@@ -73,7 +74,8 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
     """The specification of a robot: its URDF, free to move, with its motors."""
     spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf_text()))
     base = spec.body(declaration.base_link)
-    base.add_freejoint()
+    if not declaration.fixed:
+        base.add_freejoint()
     for geom in _solids(base):
         geom.friction = [declaration.body_friction, TORSIONAL, ROLLING]
     for link in declaration.low_friction_links:
@@ -82,6 +84,8 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
             geom.condim, geom.priority = 1, 1
     if declaration.mobile is not None:
         _add_drive(spec, declaration.mobile.drive)
+    if declaration.arm is not None:
+        add_arm(spec, declaration.arm)
     return spec
 
 

@@ -10,6 +10,7 @@ anew, in the same order: a world that is reset goes on as one that was built.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
@@ -22,9 +23,23 @@ from sim_nodes.physics import (
     OVERLAP,
     BodyModel,
     BodyState,
+    Carried,
+    JointStates,
+    Overlap,
     PlacedRobot,
     Scene,
     UnstablePhysics,
+)
+from sim_nodes.pybullet.arm import (
+    BODY_A,
+    BODY_B,
+    DISTANCE,
+    LINK_A,
+    LINK_B,
+    Ghost,
+    Ghosts,
+    PybulletArm,
+    is_touching,
 )
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
 from sim_nodes.pybullet.output import caught
@@ -37,8 +52,6 @@ GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
 ALL_GROUPS = -1
-# Fields of what getContactPoints and getClosestPoints tell of a point.
-BODY_A, BODY_B, DISTANCE, FORCE = 1, 2, 8, 9
 
 
 @dataclass(frozen=True)
@@ -100,6 +113,8 @@ class PybulletEngine:
             model = walls_body(wall for wall in walls if wall.name == name)
             self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0))), static=True)
         self._drives: dict[str, _Drive] = {}
+        self._arms: dict[str, PybulletArm] = {}
+        self._ghosts = Ghosts(bullet)
         for index, robot in enumerate(self._scene.robots):
             self._load_robot(index, robot)
         for name, (model, state) in self._added.items():
@@ -112,7 +127,7 @@ class PybulletEngine:
 
     def _load_robot(self, index: int, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot)
-        self._note(robot.name, number, static=False)
+        self._note(robot.name, number, static=robot.declaration.fixed)
         group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.links.values():
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
@@ -122,6 +137,8 @@ class PybulletEngine:
             drive = _Drive(number, wheels(links, mobile.drive), lidar, mobile.drive.motor_torque, group)
             self._drives[robot.name] = drive
             self._command(drive, 0.0, 0.0)
+        if robot.declaration.arm is not None:
+            self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         self._note(name, load_body(self._bullet, model, state), static=model.static)
@@ -131,20 +148,29 @@ class PybulletEngine:
         """See `Engine.step`."""
         bullet = self._bullet
         bullet.stepSimulation()
+        for arm in self._arms.values():
+            arm.follow(1.0 / STEPS_PER_SECOND)
         for body in self._bodies.values():
             if not (body.static or math.isfinite(sum(bullet.getBasePositionAndOrientation(body.number)[0]))):
                 raise UnstablePhysics("Bullet found no positions: reset the simulation")
+        for arm in self._arms.values():
+            if not arm.is_finite():
+                raise UnstablePhysics("Bullet found no positions of joints: reset the simulation")
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         pairs = set()
         for point in self._bullet.getContactPoints():
-            # Points are kept from 2 cm on, before anything touches.
-            if point[DISTANCE] <= 0.0 or point[FORCE] > 0.0:
+            if is_touching(point):
                 a, b = self._owners[point[BODY_A]], self._owners[point[BODY_B]]
-                if a != b and FLOOR not in (a, b):
+                if a != b and FLOOR not in (a, b) and not self._stand(a, b, point):
                     pairs.add((min(a, b), max(a, b)))
         return frozenset(pairs)
+
+    def _stand(self, first: str, second: str, point: Sequence[Any]) -> bool:
+        """Whether neither of the two that touch can move, such as an arm's base and what it stands on."""
+        is_static = self._bodies[first].static and self._bodies[second].static
+        return is_static and point[LINK_A] == point[LINK_B] == BASE
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""
@@ -223,6 +249,35 @@ class PybulletEngine:
             [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~found.group
         )
         return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
+
+    def joint_states(self, robot: str) -> JointStates:
+        """See `Engine.joint_states`."""
+        return self._arms[robot].states()
+
+    def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
+        """See `Engine.command_joints`."""
+        self._arms[robot].command_joints(positions, velocities)
+
+    def command_fingers(self, robot: str, position: float, force: float) -> None:
+        """See `Engine.command_fingers`."""
+        self._arms[robot].command_fingers(position, force)
+
+    def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
+        """See `Engine.link_contacts`."""
+        return self._arms[robot].contacts(self._owners)
+
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        """See `Engine.arm_overlaps`."""
+        parts: list[Ghost] = []
+        left_out = {robot}
+        if carried is not None:
+            model, _ = self._added[carried.name]
+            parts = self._ghosts.of(carried.name, model, carried.state)
+            left_out.add(carried.name)
+        others = {number: name for number, name in self._owners.items() if name not in left_out}
+        return tuple(self._arms[robot].overlaps(positions, others, own, parts))
 
 
 def _sum(first: Vector, second: Array) -> Vector:

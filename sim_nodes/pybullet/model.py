@@ -14,7 +14,6 @@ from xml.etree import ElementTree
 from sim_nodes.geometry import Quaternion, Vector, quaternion, roll_pitch_yaw
 from sim_nodes.inertia import inertia
 from sim_nodes.physics import (
-    DROP,
     IDENTITY,
     BodyModel,
     BodyState,
@@ -58,9 +57,8 @@ def wxyz(orientation: XYZW) -> Quaternion:
 
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     """Load a robot; returns the number of its body and the indices of its links."""
-    declaration, pose = robot.declaration, robot.pose
-    placed = BodyState((pose.x, pose.y, DROP), quaternion(0.0, 0.0, pose.yaw))
-    body = _load(bullet, declaration.urdf_text(), placed)
+    declaration = robot.declaration
+    body = _load(bullet, declaration.urdf_text(), robot.state, static=declaration.fixed)
     links = Links(bullet, body)
     for index in links.links.values():
         bullet.changeDynamics(

@@ -1,4 +1,4 @@
-"""What is declared of a robot besides its URDF: which joints are wheels, what it senses, how fast it may go."""
+"""What is declared of a robot besides its URDF: what it senses, how its motors move it."""
 
 from __future__ import annotations
 
@@ -62,6 +62,41 @@ class MobileDeclaration(_Declared):
     lidar: LidarDeclaration
 
 
+class JointDeclaration(_Declared):
+    """A joint of an arm; its range, speed and torque are in the URDF."""
+
+    name: str
+    home: float  # position at the start [rad]
+    max_acceleration: PositiveFloat  # [rad/s^2]
+    stiffness: PositiveFloat  # torque of the motor per error of position [N m/rad]
+    damping: PositiveFloat  # torque of the motor per error of speed [N m s/rad]
+    armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2]
+
+
+class GripperDeclaration(_Declared):
+    """A parallel gripper: two fingers on a line, each off from where they meet by half the opening."""
+
+    joints: tuple[str, str]
+    links: tuple[str, str]  # the fingers
+    stroke: PositiveFloat  # the greatest opening [m]
+    max_speed: PositiveFloat  # of the opening [m/s]
+    min_force: PositiveFloat  # of a finger [N]
+    max_force: PositiveFloat
+    stiffness: PositiveFloat  # force of the motor per error of position [N/m]
+    damping: PositiveFloat  # force of the motor per speed [N s/m]
+    armature: PositiveFloat  # inertia of motor and gear at the finger [kg]
+    friction: PositiveFloat
+    torsional_friction: PositiveFloat  # [m]
+
+
+class ArmDeclaration(_Declared):
+    """An arm with a gripper; `joints` are in order from the base, and all that move between that and the tool."""
+
+    tool_link: str
+    joints: tuple[JointDeclaration, ...]
+    gripper: GripperDeclaration
+
+
 class RobotDeclaration(_Declared):
     """A kind of robot, made of the parts that it has.
 
@@ -76,6 +111,7 @@ class RobotDeclaration(_Declared):
     body_friction: PositiveFloat
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None
+    arm: ArmDeclaration | None = None
 
     def urdf_text(self) -> str:
         """The URDF."""

@@ -103,8 +103,10 @@ def _robots(file: WorldFile, source: str) -> tuple[PlacedRobot, ...]:
         if robot.robot not in available_robots():
             known = ", ".join(available_robots())
             raise WorldError(f"{source}: robots.{index}.robot: unknown kind {robot.robot!r}, known are {known}")
-        pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
-        placed.append(PlacedRobot(robot.name, load_robot(robot.robot), pose))
+        pose, declaration = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw), load_robot(robot.robot)
+        if robot.pose.z and not declaration.fixed:
+            raise WorldError(f"{source}: robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
+        placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
 
 

@@ -52,10 +52,11 @@ class WallFile(_Part):
 
 
 class PoseFile(_Part):
-    """Where a robot starts [m, rad]."""
+    """Where a robot starts [m, rad]; `z` is the height of one that is fixed."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
+    z: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     yaw: float = 0.0
 
 

@@ -17,8 +17,8 @@ def model() -> mujoco.MjModel:
     return robot_spec(load_robot("turtlebot4")).compile()
 
 
-def test_the_turtlebot_4_is_available() -> None:
-    assert available_robots() == ("turtlebot4",)
+def test_the_robots_are_available() -> None:
+    assert available_robots() == ("turtlebot4", "ur10e")
     assert load_robot("turtlebot4").kinds == ("differential_drive_robot", "robot", "osc_actor")
 
 

@@ -1,0 +1,121 @@
+"""Inverse kinematics: damped least squares from a start, and several starts where one is not enough.
+
+Own code, because it is the engines' common ground: those that come with engines differ, or need one of them. Steps
+are those of Levenberg and Marquardt; joints are clipped at their limits. A solution depends on where the search
+starts, so that one that starts at the present configuration stays on its branch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from sim_nodes.geometry import Array
+from sim_nodes.manipulation.chain import Chain
+from sim_nodes.noise import Noise
+
+POSITION_TOLERANCE = 1e-6  # [m]
+ANGLE_TOLERANCE = 1e-6  # [rad]
+MAX_ITERATIONS = 100
+MAX_STEP = 0.5  # [rad] of a joint in one iteration
+MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
+STARTS = 30  # drawn at random beside the given ones
+SAME = 1e-3  # [rad]; solutions that are nearer than this are one
+
+
+def solve(chain: Chain, target: Array, start: Array) -> Array | None:
+    """The configuration at which the tool has a pose, found from a start.
+
+    Args:
+        chain: The arm.
+        target: Pose of the tool in the base, shape (4, 4).
+        start: Configuration to begin at, within the limits.
+
+    Returns:
+        The configuration within the limits; None where the search does not lead to one.
+    """
+    configuration, damping = start, 1e-3
+    pose, jacobian = chain.jacobian(configuration)
+    error = _error(pose, target)
+    for _ in range(MAX_ITERATIONS):
+        if _is_small(error):
+            return configuration
+        step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + damping * np.eye(6), error)
+        step *= min(1.0, MAX_STEP / max(float(np.abs(step).max()), 1e-12))
+        tried = np.clip(configuration + step, chain.limits.lower, chain.limits.upper)
+        tried_pose, tried_jacobian = chain.jacobian(tried)
+        tried_error = _error(tried_pose, target)
+        if tried_error @ tried_error < error @ error:
+            configuration, jacobian, error = tried, tried_jacobian, tried_error
+            damping = max(damping / 10.0, MIN_DAMPING)
+        else:
+            damping *= 10.0
+            if damping > MAX_DAMPING:
+                return None
+    return None
+
+
+def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noise) -> Iterator[Array]:
+    """Configurations at which the tool has a pose: that which a start leads to, then others, the nearest first.
+
+    Args:
+        chain: The arm.
+        target: Pose of the tool in the base, shape (4, 4).
+        start: Where the arm is.
+        home: A posture that the arm likes.
+        noise: Gives further starts.
+    """
+    first = solve(chain, target, start)
+    found = [] if first is None else [nearest_turns(chain, first, start)]
+    yield from found
+    lower, upper = np.maximum(chain.limits.lower, -math.pi), np.minimum(chain.limits.upper, math.pi)
+    drawn = noise.at(0).uniform(lower, upper, size=(STARTS, len(start)))
+    others: list[Array] = []
+    for begin in (home, *drawn):
+        solution = solve(chain, target, begin)
+        if solution is not None:
+            near = nearest_turns(chain, solution, start)
+            if all(np.abs(near - other).max() > SAME for other in (*found, *others)):
+                others.append(near)
+    yield from sorted(others, key=lambda configuration: float(np.abs(configuration - start).max()))
+
+
+def nearest_turns(chain: Chain, configuration: Array, start: Array) -> Array:
+    """The same postures of the links with each joint as near to a start as its limits allow whole turns."""
+    turn = 2.0 * math.pi
+    near = configuration + turn * np.round((start - configuration) / turn)
+    return np.where((near >= chain.limits.lower) & (near <= chain.limits.upper), near, configuration)
+
+
+def pose_error(pose: Array, target: Array) -> tuple[float, float]:
+    """How far a pose is from another: distance [m] and angle [rad]."""
+    error = _error(pose, target)
+    return float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+
+
+def _is_small(error: Array) -> bool:
+    return bool(np.linalg.norm(error[:3]) < POSITION_TOLERANCE and np.linalg.norm(error[3:]) < ANGLE_TOLERANCE)
+
+
+def _error(pose: Array, target: Array) -> Array:
+    """The motion that leads from one pose to another: translation [m] and rotation vector [rad], shape (6,)."""
+    return np.concatenate([target[:3, 3] - pose[:3, 3], rotation_vector(target[:3, :3] @ pose[:3, :3].T)])
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """Axis times angle [rad] of a (3, 3) rotation matrix, shape (3,)."""
+    skew = np.array(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
+    sine, cosine = float(np.linalg.norm(skew)) / 2.0, (float(np.trace(rotation)) - 1.0) / 2.0
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-9:
+        return skew * (angle / (2.0 * sine))
+    if cosine > 0.0:
+        return skew / 2.0
+    # Half a turn: the axis is the column of (R + 1) / 2 that is longest.
+    columns = (rotation + np.eye(3)) / 2.0
+    axis = columns[:, int(np.argmax(np.diag(columns)))]
+    return angle * axis / np.linalg.norm(axis)

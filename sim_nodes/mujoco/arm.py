@@ -1,0 +1,160 @@
+"""Arms in MuJoCo: their motors in a specification, and their joints in the arrays of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sim_nodes.geometry import Array
+from sim_nodes.physics import JointStates, Overlap
+from sim_nodes.robots.declaration import ArmDeclaration
+
+IMPRATIO = 10.0  # stiffness of friction against that of contact: with less, what is held creeps out of the fingers
+ROLLING = 0.0001
+TORSIONAL_CONTACT = 4  # dimensions of a contact that resists twisting, too
+
+
+def hold_firmly(spec: Any) -> None:
+    """Set the options that keep what a gripper holds from slipping."""
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPRATIO
+
+
+def add_arm(spec: Any, arm: ArmDeclaration) -> None:
+    """Add motors to an arm and its gripper, and have them bear its weight, as an arm's own controller does.
+
+    Its links do not collide with each other: paths are checked for that before the arm moves.
+    """
+    for declared in arm.joints:
+        joint = spec.joint(declared.name)
+        joint.armature, joint.actgravcomp = declared.armature, True
+        motor = spec.add_actuator(name=declared.name, target=declared.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.set_to_position(kp=declared.stiffness, kv=declared.damping)
+    gripper = arm.gripper
+    for name in gripper.joints:
+        spec.joint(name).armature = gripper.armature
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.set_to_position(kp=gripper.stiffness, kv=gripper.damping)
+        motor.forcelimited = True
+        motor.forcerange = [-gripper.max_force, gripper.max_force]
+    for link in gripper.links:
+        for geom in spec.body(link).geoms:
+            geom.friction = [gripper.friction, gripper.torsional_friction, ROLLING]
+            geom.condim = TORSIONAL_CONTACT
+    bodies = [body for body in spec.bodies if body.name != "world"]
+    for body in bodies:
+        body.gravcomp = 1.0
+    for first, second in combinations(bodies, 2):
+        spec.add_exclude(bodyname1=first.name, bodyname2=second.name)
+
+
+@dataclass
+class ArmCommand:
+    """What an arm was last commanded, beside what is in the state of MuJoCo."""
+
+    rates: Array  # of what the motors pull the joints to [rad/s]
+    force: float  # of the fingers [N]
+
+
+class MujocoArm:
+    """The joints and links of an arm in a model.
+
+    Args:
+        model: The model.
+        robot: Name of the robot that has the arm.
+        arm: What is declared of it.
+        command: What it was last commanded; None at the start.
+    """
+
+    def __init__(self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None) -> None:
+        self._arm = arm
+        prefix = f"{robot}/"
+        names = [joint.name for joint in arm.joints]
+        joints = [model.joint(prefix + name) for name in (*names, *arm.gripper.joints)]
+        motors = [model.actuator(joint.name).id for joint in joints]
+        self._positions = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._speeds = np.array([int(joint.dofadr[0]) for joint in joints])
+        self._motors, self._fingers = np.array(motors[: len(names)]), np.array(motors[len(names) :])
+        self._lead = np.array([joint.damping / joint.stiffness for joint in arm.joints])  # [s]
+        self.command = command or ArmCommand(np.zeros(len(names)), arm.gripper.max_force)
+        self._limit_force(model, self.command.force)
+        bodies = {body: model.body(body).name for body in range(model.nbody)}
+        own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}
+        self.links = {
+            geom: own[int(body)]
+            for geom, body in enumerate(model.geom_bodyid)
+            if int(body) in own and model.geom_contype[geom]
+        }
+
+    def go_home(self, data: Any) -> None:
+        """Put the joints to where they are at the start, and have the motors hold them there."""
+        home = [joint.home for joint in self._arm.joints]
+        finger = self._arm.gripper.stroke / 2.0
+        data.qpos[self._positions] = [*home, finger, finger]
+        data.ctrl[self._motors] = home
+        data.ctrl[self._fingers] = finger
+
+    def put(self, data: Any, positions: Array) -> None:
+        """Put the joints of the arm to positions, the fingers left as they are."""
+        data.qpos[self._positions[: len(positions)]] = positions
+
+    def states(self, data: Any) -> JointStates:
+        """See `Engine.joint_states`."""
+        positions, speeds = data.qpos[self._positions], data.qvel[self._speeds]
+        return JointStates(positions, speeds, data.qfrc_actuator[self._speeds])
+
+    def command_joints(self, data: Any, positions: Array, velocities: Array) -> None:
+        """See `Engine.command_joints`."""
+        # The motors damp speed as such; with this lead they damp what differs from the velocities.
+        data.ctrl[self._motors] = positions + self._lead * velocities
+        self.command.rates = velocities
+
+    def command_fingers(self, model: Any, data: Any, position: float, force: float) -> None:
+        """See `Engine.command_fingers`."""
+        self.command.force = force
+        self._limit_force(model, force)
+        data.ctrl[self._fingers] = position
+
+    def follow(self, data: Any, time: float) -> None:
+        """Move what the motors pull the joints to, by what it moves in a time [s]."""
+        if self.command.rates.any():
+            data.ctrl[self._motors] += time * self.command.rates
+
+    def _limit_force(self, model: Any, force: float) -> None:
+        model.actuator_forcerange[self._fingers] = (-force, force)
+
+
+def outside_overlaps(data: Any, arm: MujocoArm, owners: Sequence[str], carried: str | None) -> list[Overlap]:
+    """What the links of an arm, and what it carries, are inside of by the contacts in `data`, but each other."""
+    found = []
+    # As arrays: to go through the contacts one by one takes as long as with the buffer of all that there could be.
+    for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+        for mine, other in ((first, second), (second, first)):
+            if carried is not None and owners[mine] == carried:
+                found.append(Overlap(carried, arm.links.get(other, owners[other]), -distance))
+            elif mine in arm.links and other not in arm.links and owners[other] != carried:
+                found.append(Overlap(arm.links[mine], owners[other], -distance))
+    return found
+
+
+def own_overlaps(model: Any, data: Any, arm: MujocoArm, pairs: Sequence[tuple[str, str]]) -> list[Overlap]:
+    """Which of some pairs of links of an arm are inside each other."""
+    geoms: dict[str, list[int]] = {}
+    for geom, link in arm.links.items():
+        geoms.setdefault(link, []).append(geom)
+    found = []
+    for first, second in pairs:
+        touching = (
+            mujoco.mj_geomDistance(model, data, mine, other, 0.0, None)
+            for mine in geoms[first]
+            for other in geoms[second]
+        )
+        depth = -min(touching)
+        if depth > 0.0:
+            found.append(Overlap(first, second, depth))
+    return found

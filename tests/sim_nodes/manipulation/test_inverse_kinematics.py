@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sim_nodes.manipulation.inverse_kinematics import nearest_turns, pose_error, rotation_vector, solutions, solve
+from sim_nodes.noise import Noise
+from tests.sim_nodes.manipulation.bench import CHAIN, HOME, configurations, downward
+
+
+def test_every_pose_above_the_table_is_found_from_home() -> None:
+    draw = np.random.default_rng(0)
+    for _ in range(50):
+        x, y, yaw = draw.uniform((0.45, -0.35, -math.pi / 4), (0.85, 0.35, math.pi / 4))
+        target = downward(x, y, 0.1, yaw)
+        found = solve(CHAIN, target, HOME)
+        assert found is not None
+        distance, angle = pose_error(CHAIN.tool_pose(found), target)
+        assert distance < 1e-6
+        assert angle < 1e-6
+
+
+def test_a_solution_is_the_one_near_the_start() -> None:
+    target = CHAIN.tool_pose(HOME + 0.1)
+    found = solve(CHAIN, target, HOME)
+    assert found is not None
+    np.testing.assert_allclose(found, HOME + 0.1, atol=1e-5)
+
+
+def test_a_pose_out_of_reach_has_no_solution() -> None:
+    assert solve(CHAIN, downward(2.0, 0.0, 0.1), HOME) is None
+    assert list(solutions(CHAIN, downward(2.0, 0.0, 0.1), HOME, HOME, Noise(0, "test"))) == []
+
+
+def test_a_pose_has_several_solutions_and_all_of_them_are() -> None:
+    target = downward(0.6, 0.2, 0.2)
+    found = list(solutions(CHAIN, target, HOME, HOME, Noise(0, "test")))
+    assert len(found) >= 4
+    for configuration in found:
+        assert pose_error(CHAIN.tool_pose(configuration), target)[0] < 1e-6
+        assert np.all(configuration >= CHAIN.limits.lower)
+        assert np.all(configuration <= CHAIN.limits.upper)
+    ways = [float(np.abs(configuration - HOME).max()) for configuration in found[1:]]
+    assert ways == sorted(ways)
+    again = list(solutions(CHAIN, target, HOME, HOME, Noise(0, "test")))
+    assert all(np.array_equal(one, other) for one, other in zip(found, again, strict=True))
+
+
+def test_whole_turns_are_taken_off_where_limits_allow() -> None:
+    near = nearest_turns(
+        CHAIN, np.array([6.0, 0.0, 3.0, -6.0, 0.0, 0.0]), np.array([0.0, 6.0, -3.0, 0.0, 0.0, 0.0])
+    )
+    turn = 2 * math.pi
+    np.testing.assert_allclose(near, (6.0 - turn, turn, 3.0, turn - 6.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 0.3, 3.0, math.pi - 1e-10, math.pi])
+def test_rotation_vectors_are_axis_times_angle(angle: float) -> None:
+    for axis in configurations(5, seed=2)[:, :3]:
+        unit = axis / np.linalg.norm(axis)
+        cross = np.array([[0, -unit[2], unit[1]], [unit[2], 0, -unit[0]], [-unit[1], unit[0], 0]])
+        rotation = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+        vector = rotation_vector(rotation)
+        either = min(np.linalg.norm(vector - angle * unit), np.linalg.norm(vector + angle * unit))
+        assert either < 1e-7
+        if angle < 3.1:
+            np.testing.assert_allclose(vector, angle * unit, atol=1e-9)

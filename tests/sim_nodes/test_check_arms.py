@@ -1,0 +1,131 @@
+"""The rules for arms find engines that break them: each of these has one thing wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+from sim_nodes.check import arms, check_rule
+from sim_nodes.geometry import Array
+from sim_nodes.mujoco.engine import MujocoEngine
+from sim_nodes.physics import BodyModel, BodyState, Carried, JointStates, Overlap, Scene
+
+
+class Sagging(MujocoEngine):
+    """Its motors do not bear the weight."""
+
+    def build(self, scene: Scene) -> None:
+        super().build(scene)
+        self._model.body_gravcomp[:] = 0.0
+
+
+class Weightless(MujocoEngine):
+    def build(self, scene: Scene) -> None:
+        super().build(scene)
+        self._model.opt.gravity[2] = 0.0
+
+
+class Mirrored(MujocoEngine):
+    """Its second joint turns the wrong way."""
+
+    def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
+        home = arms.HOME
+        sign = np.array([1, -1, 1, 1, 1, 1])
+        super().command_joints(robot, home + sign * (positions - home), sign * velocities)
+
+
+class Stuttering(MujocoEngine):
+    """It does not move what joints are pulled to between commands."""
+
+    def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
+        super().command_joints(robot, positions, np.zeros_like(velocities))
+
+
+class Strong(MujocoEngine):
+    """It does not limit the force of the fingers."""
+
+    def command_fingers(self, robot: str, position: float, force: float) -> None:
+        super().command_fingers(robot, position, 200.0)
+
+
+class Slippery(MujocoEngine):
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        super().add_body(name, model, state)
+        self._model.geom_friction[:] = 1e-3
+
+
+class Numb(MujocoEngine):
+    def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
+        return frozenset()
+
+
+class Thoughtless(MujocoEngine):
+    """It tells where the arm is, not where it would be."""
+
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        present = self.joint_states(robot).positions[: len(positions)]
+        return super().arm_overlaps(robot, present, own, carried)
+
+
+class Selfless(MujocoEngine):
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        return super().arm_overlaps(robot, positions, (), None)
+
+
+class Restless(MujocoEngine):
+    """To ask it moves it."""
+
+    def arm_overlaps(
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+    ) -> tuple[Overlap, ...]:
+        self._data.qpos[0] += 1e-12
+        return super().arm_overlaps(robot, positions, own, carried)
+
+
+class Retentive(MujocoEngine):
+    """A reset leaves commands as they were."""
+
+    def reset(self) -> None:
+        kept = self._data.ctrl.copy()
+        super().reset()
+        self._data.ctrl[:] = kept
+
+
+class Rounding(MujocoEngine):
+    def joint_states(self, robot: str) -> JointStates:
+        states = super().joint_states(robot)
+        return JointStates(states.positions.round(2), states.velocities, states.efforts)
+
+
+@pytest.mark.parametrize(
+    ("make", "rule", "words"),
+    [
+        (Rounding, arms.arms_stay_where_they_are, "joints and fingers after 0.0 s"),
+        (Sagging, arms.joints_go_where_they_are_pulled, "the positions of the joints"),
+        (Mirrored, arms.joints_go_where_they_are_pulled, "the positions of the joints"),
+        (Stuttering, arms.joints_follow_positions_that_move, "joints that move"),
+        (Weightless, arms.motors_bear_the_weight, "effort of the second joint"),
+        (Strong, arms.fingers_press_with_the_force, "the efforts of the fingers"),
+        (Numb, arms.fingers_press_with_the_force, "touch [] instead of"),
+        (Slippery, arms.what_is_gripped_is_carried, "how far the cube was lifted"),
+        (Thoughtless, arms.arms_overlap_where_their_joints_put_them, "ahead of the tool is in []"),
+        (Selfless, arms.arms_overlap_the_floor_and_themselves, "overlaps itself in []"),
+        (Restless, arms.thinking_changes_nothing, "is another"),
+        (Retentive, arms.a_reset_puts_arms_home, "what follows a reset"),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_engines_with_a_fault_break_a_rule(
+    make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
+) -> None:
+    with pytest.raises(AssertionError) as broken:
+        check_rule(rule, make)
+    message = str(broken.value)
+    assert message.startswith((rule.__doc__ or "").partition("\n")[0])
+    assert words in message
