@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -37,12 +37,14 @@ class Variant:
         overrides: Values of parameters.
         parameters: A parameter file.
         seed: None for the one that pytest was given.
+        simulator: Its name; None for the one that pytest was given, or the folder chooses.
     """
 
     name: str = ""
     overrides: dict[str, str] = field(default_factory=dict)
     parameters: Path | None = None
     seed: int | None = None
+    simulator: str | None = None
 
 
 class OscFile(pytest.Module):
@@ -56,7 +58,7 @@ class OscFile(pytest.Module):
         symbols = _top_scenarios(scenario)
         try:
             found = read_directives(scenario.checked.sources.entry.file, frozenset(s.span.line for s in symbols))
-            tests = [] if scenario.checked.errors else list(_tests(scenario, symbols, found))
+            tests = [] if scenario.checked.errors else list(self._tests(scenario, symbols, found))
         except (InvalidScenario, InvalidUse) as error:
             yield self._check(Directives(), error)
             return
@@ -64,6 +66,20 @@ class OscFile(pytest.Module):
             yield self._check(found.common, InvalidScenario(scenario.checked.errors))
         for name, line, case in tests:
             yield OscItem.from_parent(self, name=name, callobj=_function(case), line=line)
+
+    def _tests(
+        self, scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
+    ) -> Iterator[tuple[str, int, Case]]:
+        """Name, line and content of each test; a simulator that pytest was given goes before those of comments."""
+        given = self.config.getoption("osc_sim") or self.config.getoption("osc_connect")
+        for symbol in _chosen(scenario, symbols, found):
+            directives = found.scenarios.get(symbol.span.line, found.common)
+            if given is not None:
+                directives = replace(directives, simulators=())
+            bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
+            for variant in _variants(directives):
+                name = f"{bare}[{variant.name}]" if variant.name else bare
+                yield name, symbol.span.line, _case(scenario, symbol, directives, variant)
 
     def _check(self, directives: Directives, error: InvalidScenario | InvalidUse) -> OscItem:
         """The item of a file that is not right; it passes if that is expected."""
@@ -108,35 +124,35 @@ def _top_scenarios(scenario: Scenario) -> list[TypeSymbol]:
     return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
 
 
-def _tests(
+def _chosen(
     scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
-) -> Iterator[tuple[str, int, Case]]:
-    """Name, line and content of each test: of scenarios with comments, else of the entry, else of all."""
+) -> Sequence[TypeSymbol]:
+    """The scenarios that are tests: those with comments, else the entry, else all."""
     chosen = [symbol for symbol in symbols if symbol.span.line in found.scenarios]
-    if not chosen and symbols:
-        try:
-            chosen = [find_entry(scenario.checked, None)]
-        except InvalidScenario:
-            chosen = list(symbols)
-    for symbol in chosen:
-        directives = found.scenarios.get(symbol.span.line, found.common)
-        bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
-        for variant in _variants(directives):
-            name = f"{bare}[{variant.name}]" if variant.name else bare
-            options = OptionFields(
-                name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters
-            )
-            if variant.seed is not None:
-                options["seed"] = variant.seed
-            yield name, symbol.span.line, Case(scenario, directives, options)
+    if chosen or not symbols:
+        return chosen
+    try:
+        return [find_entry(scenario.checked, None)]
+    except InvalidScenario:
+        return symbols
+
+
+def _case(scenario: Scenario, symbol: TypeSymbol, directives: Directives, variant: Variant) -> Case:
+    options = OptionFields(name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters)
+    if variant.seed is not None:
+        options["seed"] = variant.seed
+    return Case(scenario, directives, options, variant.simulator)
 
 
 def _variants(directives: Directives) -> Iterator[Variant]:
     """All choices; their names are such that `-k` can select them, and each is another."""
     choices = [[(axis.name, value) for value in axis.values] for axis in directives.axes]
     seen: Counter[str] = Counter()
-    for file, seed, values in product(directives.files or [None], directives.seeds or [None], product(*choices)):
+    for simulator, file, seed, values in product(
+        directives.simulators or [None], directives.files or [None], directives.seeds or [None], product(*choices)
+    ):
         parts = [
+            *([simulator] if simulator else []),
             *([file.stem] if file else []),
             *(f"{name}:{value[:MAX_VALUE]}" for name, value in values),
             *([f"seed:{seed}"] if seed is not None else []),
@@ -144,7 +160,7 @@ def _variants(directives: Directives) -> Iterator[Variant]:
         name = "-".join(parts)
         again = f"-{seen[name]}" if seen[name] else ""
         seen[name] += 1
-        yield Variant(name + again, dict(values), file, seed)
+        yield Variant(name + again, dict(values), file, seed, simulator)
 
 
 def _function(case: Case) -> Callable[..., None]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import math
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from typing import Any
 
 import pytest
 
+from seoro.bridges.launch import SIMULATORS
 from seoro.errors import InvalidUse
 from seoro.lang.diagnostics import near
 from seoro.lang.source import SourceFile, Span
@@ -56,6 +58,8 @@ class Directives:
         axes: Parameters that are varied, each with each.
         files: Parameter files, each of which makes a test.
         seeds: Each makes a test; empty for the one that pytest was given.
+        simulators: Each makes a test; empty for the one that pytest or the folder chooses.
+        world: Name or path of the simulator's world; None for the one that goes with the simulator.
         timeout: Limit of wall time [s].
         marks: Marks of pytest.
     """
@@ -65,6 +69,8 @@ class Directives:
     axes: tuple[Axis, ...] = ()
     files: tuple[Path, ...] = ()
     seeds: tuple[int, ...] = ()
+    simulators: tuple[str, ...] = ()
+    world: str | None = None
     timeout: float | None = None
     marks: tuple[pytest.MarkDecorator, ...] = ()
 
@@ -229,6 +235,26 @@ def _seed(before: Directives, text: str, span: Span) -> Directives:
     return replace(before, seeds=tuple(int(part) for part in parts))
 
 
+def _simulators(before: Directives, text: str, span: Span) -> Directives:
+    names = tuple(part.strip() for part in text.split(","))
+    unknown = next((name for name in names if name not in SIMULATORS), None)
+    if unknown is not None:
+        raise InvalidUse(f"there is no simulator `{unknown}`", span, f"there are {', '.join(SIMULATORS)}")
+    return replace(before, simulators=names)
+
+
+def _world(before: Directives, text: str, span: Span) -> Directives:
+    if not text:
+        raise InvalidUse("no world is named here", span, "such as `world maze`, or `world worlds/hall.yaml`")
+    if not text.endswith(".yaml"):
+        return replace(before, world=text)
+    assert span.file.path is not None
+    file = span.file.path.parent / text
+    if not file.is_file():
+        raise InvalidUse(f"there is no world file `{text}`", span, "files are named from the scenario's folder")
+    return replace(before, world=os.fspath(file))
+
+
 def _timeout(before: Directives, text: str, span: Span) -> Directives:
     try:
         limit = float(text.removesuffix("s"))
@@ -244,8 +270,10 @@ _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
     "parametrize": _parametrize,
     "params": _params,
     "seed": _seed,
+    "simulators": _simulators,
     "test": _test,
     "timeout": _timeout,
+    "world": _world,
 }
 
 

@@ -7,13 +7,15 @@ import math
 import shlex
 import traceback
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Unpack
 
 import pytest
 
 import seoro
+from seoro.bridges.launch import SIMULATORS
 from seoro.cli.output import error_text
 from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
@@ -33,11 +35,13 @@ class Case:
         scenario: Its file.
         directives: What the comments say.
         options: The choice; goes before what the fixture says.
+        simulator: Name of the simulator to start; None for the one that the fixture says.
     """
 
     scenario: Scenario
     directives: Directives
     options: OptionFields
+    simulator: str | None = None
 
 
 @dataclass(frozen=True)
@@ -123,8 +127,11 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
         merged["parameters"] = options["parameters"]
+    if case.simulator is not None and find_spec(SIMULATORS[case.simulator]) is None:
+        pytest.skip(f"the simulator {case.simulator} is not installed")
     outcome: Result | InvalidScenario | InvalidUse | BackendError
     try:
+        merged["simulator"] = _simulator(case, options)
         outcome = _run(case.scenario, merged, limit)
     except (InvalidScenario, InvalidUse, BackendError) as error:
         outcome = error
@@ -135,6 +142,22 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
             pass
         case _:
             pytest.fail(error_text(outcome), pytrace=False)
+
+
+def _simulator(case: Case, options: OptionFields) -> Simulator | None:
+    """The simulator that the comments and the fixture say, with the world of the comments.
+
+    Raises:
+        InvalidUse: There is a world without a simulator.
+    """
+    simulator, world = options.get("simulator"), case.directives.world
+    if case.simulator is not None:
+        simulator = replace(simulator or Simulator(), name=case.simulator, endpoint=None)
+    if world is None or simulator is None:
+        if world is not None:
+            raise InvalidUse(f"the world {world!r} is a simulator's, and there is none", help="add --osc-sim mujoco")
+        return simulator
+    return replace(simulator, world=world)
 
 
 def _judge(

@@ -69,6 +69,12 @@ def test_parameters_seeds_and_files_make_tests(project: Project) -> None:
     pytester.runpytest_inprocess("-q", ".").assert_outcomes(passed=6)
 
 
+def test_each_simulator_makes_a_test_unless_pytest_is_given_one(project: Project) -> None:
+    pytester = project(a=f"# seoro: simulators mujoco, pybullet\n# seoro: seed 1\n{ONE}")
+    assert collected(pytester, ".") == ["a.osc::one[mujoco-seed:1]", "a.osc::one[pybullet-seed:1]"]
+    assert collected(pytester, ".", "--osc-sim=pybullet") == ["a.osc::one[seed:1]"]
+
+
 def test_tests_are_selected_by_name_and_mark(project: Project) -> None:
     pytester = project(
         a="\n# pytest: smoke\n# seoro: seed 1, 2\nscenario one:\n    do log('')\n\n"

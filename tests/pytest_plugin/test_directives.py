@@ -57,6 +57,14 @@ def test_parameter_files_lie_beside_the_scenario(tmp_path: Path) -> None:
     assert [file.name for file in found.scenarios[2].files] == ["a.yaml", "b.yaml", "c.yaml"]
 
 
+def test_simulators_and_a_world_are_named(tmp_path: Path) -> None:
+    (tmp_path / "hall.yaml").write_text("")
+    text = f"# seoro: simulators mujoco, pybullet\n# seoro: world hall.yaml\n{SCENARIO}"
+    found = read(text, 3, path=tmp_path / "test.osc").scenarios[3]
+    assert (found.simulators, found.world) == (("mujoco", "pybullet"), str(tmp_path / "hall.yaml"))
+    assert read(f"# seoro: world maze\n{SCENARIO}", 2).scenarios[2].world == "maze"
+
+
 @pytest.mark.parametrize(
     ("comment", "message"),
     [
@@ -72,6 +80,10 @@ def test_parameter_files_lie_beside_the_scenario(tmp_path: Path) -> None:
         ("seoro: params /etc/hosts", "there is no parameter file `/etc/hosts`"),
         ("seoro: seed one", "seeds are whole numbers from 0"),
         ("seoro: timeout never", "a limit of wall time is a number of seconds above 0"),
+        ("seoro: simulators moon", "there is no simulator `moon`"),
+        ("seoro: simulators", "there is no simulator ``"),
+        ("seoro: world", "no world is named here"),
+        ("seoro: world none.yaml", "there is no world file `none.yaml`"),
         ("seoro: test it", "nothing stands behind `test`"),
         ("pytest: unknown_mark", "not found in `markers`"),
         ("pytest: os.system('true')", "these are no marks"),

@@ -109,6 +109,30 @@ def test_a_simulator_is_in_the_command_that_does_the_same(project: Project) -> N
     result.stdout.fnmatch_lines(["run it alone: * --seed 0 --sim mujoco --world maze --rate max"])
 
 
+def test_a_world_of_comments_is_that_of_the_simulator(project: Project) -> None:
+    pytest.importorskip("mujoco")
+    robot = "# seoro: simulators mujoco\n# seoro: world nowhere\nscenario main:\n    robot: differential_drive_robot\n"
+    robot += "    do robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n"
+    result = project(header="import osc.ros\n", a=robot).runpytest_inprocess(".")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*the world 'nowhere' cannot be loaded*"])
+
+
+def test_a_world_without_a_simulator_fails_in_words(project: Project) -> None:
+    result = project(a=f"# seoro: world maze\n{PASSING}").runpytest_inprocess(".")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*the world 'maze' is a simulator's, and there is none*"])
+
+
+def test_a_simulator_that_is_not_installed_is_a_test_that_is_skipped(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.pytest_plugin.running.find_spec", lambda name: None)
+    result = project(a=f"# seoro: simulators mujoco\n{PASSING}").runpytest_inprocess(".", "-rs")
+    result.assert_outcomes(skipped=1)
+    result.stdout.fnmatch_lines(["*the simulator mujoco is not installed"])
+
+
 def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     pytester = project(a="scenario main:\n    far: length\n    do wait far > 2m\n")
     pytester.makeconftest(
