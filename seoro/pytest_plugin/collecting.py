@@ -124,9 +124,7 @@ def _top_scenarios(scenario: Scenario) -> list[TypeSymbol]:
     return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
 
 
-def _chosen(
-    scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
-) -> Sequence[TypeSymbol]:
+def _chosen(scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives) -> Sequence[TypeSymbol]:
     """The scenarios that are tests: those with comments, else the entry, else all."""
     chosen = [symbol for symbol in symbols if symbol.span.line in found.scenarios]
     if chosen or not symbols:

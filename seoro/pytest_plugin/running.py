@@ -155,7 +155,9 @@ def _simulator(case: Case, options: OptionFields) -> Simulator | None:
         simulator = replace(simulator or Simulator(), name=case.simulator, endpoint=None)
     if world is None or simulator is None:
         if world is not None:
-            raise InvalidUse(f"the world {world!r} is a simulator's, and there is none", help="add --osc-sim mujoco")
+            raise InvalidUse(
+                f"the world {world!r} is a simulator's, and there is none", help="add --osc-sim mujoco"
+            )
         return simulator
     return replace(simulator, world=world)
 

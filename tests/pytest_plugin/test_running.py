@@ -111,7 +111,9 @@ def test_a_simulator_is_in_the_command_that_does_the_same(project: Project) -> N
 
 def test_a_world_of_comments_is_that_of_the_simulator(project: Project) -> None:
     pytest.importorskip("mujoco")
-    robot = "# seoro: simulators mujoco\n# seoro: world nowhere\nscenario main:\n    robot: differential_drive_robot\n"
+    robot = (
+        "# seoro: simulators mujoco\n# seoro: world nowhere\nscenario main:\n    robot: differential_drive_robot\n"
+    )
     robot += "    do robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n"
     result = project(header="import osc.ros\n", a=robot).runpytest_inprocess(".")
     result.assert_outcomes(failed=1)

@@ -17,11 +17,11 @@ CLEARANCE = 0.18
 
 
 def test_the_worlds_that_come_along_are_listed_and_load() -> None:
-    assert available_worlds() == ("empty", "maze")
+    assert available_worlds() == ("corridor", "empty", "hall", "maze", "rooms")
     for name in available_worlds():
         world = load_world(name)
         assert world.name == name
-        assert [robot.name for robot in world.robots] == ["turtlebot4"]
+        assert world.robots[0].name == "turtlebot4"
 
 
 def test_the_way_through_the_maze_crosses_where_the_box_will_be() -> None:
@@ -93,7 +93,7 @@ def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> 
 
 
 def test_unknown_worlds_are_told_from_wrong_ones(tmp_path: Path) -> None:
-    with pytest.raises(WorldError, match="known are empty, maze") as unknown:
+    with pytest.raises(WorldError, match="known are corridor, empty") as unknown:
         load_world("moon")
     assert unknown.value.missing
     with pytest.raises(WorldError, match="cannot read"):
