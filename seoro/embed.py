@@ -39,6 +39,7 @@ from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Clock, Observer
+from seoro.runtime.outputs import OutputFile
 from seoro.runtime.reading import ReadClock, Readers, TraceReader
 from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
@@ -156,6 +157,11 @@ class Run:
     def fault(self) -> Exception | None:
         """The exception of an action's own code that ended the run, if one did."""
         return self._execution.fault
+
+    @property
+    def files(self) -> tuple[OutputFile, ...]:
+        """The files that actions have left in the output folder, such as pictures of cameras."""
+        return self._execution.files
 
     @property
     def simulator(self) -> SimulatorNode | None:

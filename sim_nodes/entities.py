@@ -1,4 +1,4 @@
-"""What is in a world by name: robots and walls of its file, and bodies that are spawned, moved and deleted."""
+"""What is in a world by name: robots, walls and cameras of its file, and what is spawned, moved and deleted."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from typing import assert_never
 import numpy as np
 
 from seoro.bridges.wire import Result, SpawnResult
-from sim_nodes.geometry import Array, rotation_matrix
+from sim_nodes.cameras import Cameras
+from sim_nodes.geometry import Array, Vector, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere
 from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.schema import NAME
 
@@ -32,7 +34,8 @@ class Entities:
     """The entities of a world.
 
     Attributes:
-        spawned: What was spawned, by name, in order.
+        spawned: The bodies that were spawned, by name, in order.
+        cameras: All cameras, of which the free ones are entities.
     """
 
     def __init__(self, engine: Engine, world: World) -> None:
@@ -40,10 +43,11 @@ class Entities:
         self._robots = frozenset(robot.name for robot in world.robots)
         self._walls = frozenset(wall.name for wall in world.walls)
         self.spawned: dict[str, Spawned] = {}
+        self.cameras = Cameras(engine, world)
 
     def names(self) -> tuple[str, ...]:
         """Names of all entities, sorted."""
-        return tuple(sorted(self._robots | self._walls | self.spawned.keys()))
+        return tuple(sorted(self._robots | self._walls | self.cameras.free | self.spawned.keys()))
 
     def matching(self, pattern: str) -> tuple[str, ...]:
         """Names that match a regular expression as a whole, sorted.
@@ -64,6 +68,9 @@ class Entities:
     def state(self, name: str) -> BodyState:
         """The state of an entity; walls are at the origin."""
         self._known(name)
+        if name in self.cameras.free:
+            view = self.cameras.view(name)
+            return BodyState(view.position, view.orientation)
         return BodyState((0.0, 0.0, 0.0)) if name in self._walls else self._engine.body_state(name)
 
     def spawn(self, name: str, model: BodyModel, state: BodyState, time: float, *, rename: bool) -> str:
@@ -87,6 +94,30 @@ class Entities:
             )
         self.spawned[name] = Spawned(model, time)
         return name
+
+    def spawn_camera(self, name: str, lens: Lens, place: BodyState) -> str:
+        """Add a free camera; returns its name.
+
+        Raises:
+            RequestRefused: The name is taken or wrong, or there are too many.
+        """
+        name = self._free_name(name, rename=False)
+        self.cameras.add(name, lens, place)
+        return name
+
+    def follow(self, camera: str, entity: str, offset: Vector) -> None:
+        """Let a free camera go with a robot or a spawned body.
+
+        Raises:
+            RequestRefused: There is no such camera or entity, or it is one that never moves.
+        """
+        self._known(entity)
+        if entity in self._walls | self.cameras.free:
+            raise RequestRefused(
+                Result.FEATURE_UNSUPPORTED,
+                f"cameras follow robots and what is spawned; {entity!r} is neither",
+            )
+        self.cameras.follow(camera, entity, offset)
 
     def _free_name(self, name: str, rename: bool) -> str:
         if not re.fullmatch(NAME, name) or name in RESERVED:
@@ -115,6 +146,9 @@ class Entities:
             raise RequestRefused(
                 Result.FEATURE_UNSUPPORTED, f"{name!r} belongs to the world: walls cannot be moved"
             )
+        if name in self.cameras.free:
+            self.cameras.place(name, state)
+            return
         if name in self.spawned:
             _check_floor(name, self.spawned[name].model, state)
         before = self._engine.body_state(name)
@@ -131,18 +165,23 @@ class Entities:
             RequestRefused: It was not spawned.
         """
         self._known(name)
+        if name in self.cameras.free:
+            self.cameras.remove(name)
+            return
         if name not in self.spawned:
             raise RequestRefused(
                 Result.OPERATION_FAILED,
                 f"{name!r} belongs to the world: what was spawned can be deleted, which is {listed(self.spawned)}",
             )
+        self.cameras.forget(name)
         self._engine.remove_body(name)
         del self.spawned[name]
 
     def delete_all(self) -> None:
-        """Remove all spawned bodies."""
+        """Remove all that was spawned."""
         for name in tuple(self.spawned):
             self.delete(name)
+        self.cameras.remove_spawned()
 
     def _known(self, name: str) -> None:
         if name not in self.names():

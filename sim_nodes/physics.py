@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from sim_nodes.colours import Colour
 from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, quaternion, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.views import Picture, View
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 FLOOR = "floor"
@@ -64,6 +66,7 @@ class BodyModel:
     mass: float = 1.0
     friction: float = 1.0
     static: bool = False  # immovable by forces; it may still be put elsewhere
+    colour: Colour | None = None  # in pictures; None for one that follows from its name
 
 
 @dataclass(frozen=True)
@@ -240,4 +243,14 @@ class Engine(Protocol):
             positions: Of the arm's joints, shape (n,) [rad]; the fingers are taken as they are.
             own: Pairs of links of the robot that are looked at; others may be inside each other.
             carried: A body that is taken to be elsewhere; what it would be inside of is told, too.
+        """
+
+    def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
+        """Where a link of a robot is now: position [m] and orientation of its frame."""
+
+    def render(self, view: View) -> Picture:
+        """What is seen from a view now; the state stays bit for bit as it is.
+
+        Raises:
+            NoRendering: This engine draws nothing here.
         """

@@ -1,9 +1,10 @@
 """Models in SDF (http://sdformat.org): one link made of boxes, cylinders and spheres.
 
 What cannot be simulated here is refused by name rather than left out: joints, nested models, plugins, sensors,
-meshes, friction that differs by direction or shape. Allowed without effect are visuals, as the node draws
-collision shapes; the matrix of inertia, which follows from mass and shapes here; and switches that mean nothing
-for a single link.
+meshes, friction that differs by direction or shape. Pictures show the
+collision shapes, opaque, in the diffuse colour of the first visual that has one; what else visuals have is allowed
+without effect, as are the matrix of inertia, which follows from mass and shapes here, and switches that mean
+nothing for a single link.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any
 from defusedxml import DefusedXmlException, ElementTree
 
 from seoro.bridges.wire import SpawnResult
+from sim_nodes.colours import Colour
 from sim_nodes.geometry import Quaternion, Vector, multiply, quaternion, rotation_matrix
 from sim_nodes.physics import IDENTITY, BodyModel, Box, Cylinder, Part, Shape, Sphere
 from sim_nodes.refusal import RequestRefused
@@ -81,6 +83,7 @@ def _model(model: Any) -> BodyModel:
         mass=_number(link.find("inertial/mass"), MASSES, 1.0),
         friction=frictions.pop(),
         static=_truth(model.find("static")),
+        colour=_colour(link.find("visual/material/diffuse")),
     )
 
 
@@ -104,6 +107,15 @@ def _friction(collision: Any) -> float:
         _only(element, SURFACE_ELEMENTS[element.tag])
         element = next(iter(element), None)
     return _number(element, (0.0, 10.0), 1.0)
+
+
+def _colour(diffuse: Any) -> Colour | None:
+    """Red, green and blue, and, if it is there, opacity, which is not used."""
+    if diffuse is None:
+        return None
+    count = 3 if len((diffuse.text or "").split()) == 3 else 4
+    red, green, blue, *_ = _numbers(diffuse, "diffuse", count, (0.0, 1.0))
+    return red, green, blue, 1.0
 
 
 def _part(collision: Any, frame: Frame) -> Part:

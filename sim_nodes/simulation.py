@@ -261,6 +261,7 @@ class Simulation:
             for robot in self.robots:
                 self.stop_robot(robot)
             self.engine.reset()
+            self.entities.cameras.reset()
             self._latched = {}
             self._make_robots()
         if ResetScope.TIME in scope:

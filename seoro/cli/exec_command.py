@@ -191,9 +191,9 @@ class _Exec:
         """Write what the run leaves, and tell of its end."""
         if (error := await self._files.finish()) is not None:
             verdict = unproved(verdict, unwritten(error))
-        written: list[tuple[Path, str]] = []
+        written: list[tuple[Path, str]] = [(file.path, file.description) for file in run.files]
         try:
-            written = self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
+            written += self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
         except InvalidUse as refused:
             verdict = unproved(verdict, str(refused))
         await self._print_end(verdict, run, written)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
+from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Pose3D, Position3D, Reporter, Velocity6D
 
 
@@ -90,4 +91,54 @@ class Simulation(Protocol):
 
     async def reset_simulation(self) -> None:
         """Put every entity back to its initial state, and delete what was spawned; time goes on."""
+        ...
+
+
+class Image(Value):
+    """A picture: when it was taken [s], its size [pixels], and itself as PNG."""
+
+    time: float
+    width: int
+    height: int
+    png: bytes
+
+
+@runtime_checkable
+class Cameras(Protocol):
+    """Cameras. Free ones can be moved; those that a robot carries are called `robot/camera`."""
+
+    async def spawn_camera(self, name: str, pose: Pose3D, fov: float, width: int, height: int) -> str:
+        """Spawn a free camera, which looks along the x axis of its pose; returns the name it got.
+
+        Args:
+            name: Its name.
+            pose: Where it is.
+            fov: Vertical field of view [rad].
+            width: Of its pictures [pixels].
+            height: Of its pictures [pixels].
+        """
+        ...
+
+    async def cameras(self) -> tuple[str, ...]:
+        """Names of all cameras."""
+        ...
+
+    async def place_camera(self, name: str, pose: Pose3D) -> None:
+        """Put a free camera somewhere; it follows nothing any more."""
+        ...
+
+    async def aim_camera(self, name: str, target: Position3D) -> None:
+        """Turn a free camera where it is, so that a point is in the middle of its pictures."""
+        ...
+
+    async def follow_entity(self, name: str, entity: str, offset: Position3D) -> None:
+        """Let a free camera go with an entity, at an offset along the axes of the map, and look at it."""
+        ...
+
+    async def delete_camera(self, name: str) -> None:
+        """Delete a camera that was spawned."""
+        ...
+
+    async def take_picture(self, name: str) -> Image:
+        """What a camera sees now."""
         ...

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Collection, Sequence
 from contextlib import AbstractAsyncContextManager
+from pathlib import Path
 from threading import Thread
 from typing import TypeVar, cast
 
@@ -15,6 +16,7 @@ from seoro.runtime.blocking import Meter
 from seoro.runtime.contracts import Report
 from seoro.runtime.lasting import Kept
 from seoro.runtime.needs import invocations
+from seoro.runtime.outputs import Outputs
 from seoro.runtime.place import Place
 from seoro.runtime.values import Actor, Value, Variable
 from seoro.runtime.verdict import Cancelled, RunStatus
@@ -105,6 +107,23 @@ class ActionContext:
         """Write messages into the trace that come while the action waits, or after it has ended."""
         common = self._place.services.common
         common.relay(self._place.position, [(level, message, self._invocation.span) for message in messages])
+
+    def leave_file(self, name: str, data: bytes, description: str) -> Path | None:
+        """Write a file into the output folder of the run, where it is listed with the results.
+
+        Args:
+            name: Of the file, without a folder. If the run has left one of that name, the new one gets a number.
+            data: What is in it.
+            description: What it is, in a few words.
+
+        Returns:
+            The file; None if the run has no output folder, and nothing is written.
+
+        Raises:
+            ActionFailed: The name is none for a file, or it cannot be written.
+        """
+        folder = self._place.services.run.output_directory
+        return self.shared(Outputs).write(folder, name, data, description) if folder is not None else None
 
     def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).

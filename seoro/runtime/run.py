@@ -36,6 +36,7 @@ from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
+from seoro.runtime.outputs import OutputFile, Outputs
 from seoro.runtime.place import Place
 from seoro.runtime.services import Decision, Services
 from seoro.runtime.trace import Trace, unwritten
@@ -127,6 +128,11 @@ class Execution:
     def fault(self) -> Exception | None:
         """The exception of an action's own code, or of seoro itself, that ended the run, if one did."""
         return self._services.fault
+
+    @property
+    def files(self) -> tuple[OutputFile, ...]:
+        """The files that actions have left in the output folder, in order."""
+        return tuple(self._services.common.shared(Outputs).files)
 
     def _instantiate(self) -> Instance:
         _check_implementations(self._plan, self._settings)

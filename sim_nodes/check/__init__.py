@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_nodes.check import arms, bodies, contacts, rays, repeating, robots
+from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import Engine
 
@@ -59,6 +59,10 @@ RULES: tuple[Rule, ...] = (
     contacts.what_is_near_does_not_touch,
     contacts.overlaps_are_found_for_every_shape,
     contacts.what_rests_on_something_does_not_overlap_it,
+    pictures.links_are_where_they_are_mounted,
+    pictures.pictures_show_what_is_where,
+    pictures.pictures_show_the_present,
+    pictures.pictures_change_nothing,
     repeating.equal_runs_are_equal_to_the_bit,
     repeating.building_forgets_everything,
     repeating.a_reset_puts_everything_back,

@@ -14,9 +14,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_nodes.geometry import Array, Vector, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, rotation_matrix
 from sim_nodes.mujoco.arm import MujocoArm, outside_overlaps, own_overlaps
-from sim_nodes.mujoco.model import SOLID_GROUP, TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.camera import Renderer
+from sim_nodes.mujoco.look import SEEN_BY_RAYS
+from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
 from sim_nodes.physics import (
     FLOOR,
     OVERLAP,
@@ -29,6 +31,7 @@ from sim_nodes.physics import (
     UnstablePhysics,
 )
 from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.views import Picture, View
 
 LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 NOTHING: frozenset[tuple[str, str]] = frozenset()
@@ -60,7 +63,8 @@ class MujocoEngine:
         # MuJoCo would write its warnings to a file in the working directory.
         mujoco.set_mju_user_warning(log.warning)
         self._ray_groups = np.zeros(6, dtype=np.uint8)
-        self._ray_groups[SOLID_GROUP] = 1
+        self._ray_groups[list(SEEN_BY_RAYS)] = 1
+        self._renderer: Renderer | None = None
 
     def build(self, scene: Scene) -> None:
         """See `Engine.build`."""
@@ -275,6 +279,19 @@ class MujocoEngine:
         mujoco.mj_collision(model, thought)
         name = None if carried is None else carried.name
         return (*outside_overlaps(thought, arm, self._owners, name), *own_overlaps(model, thought, arm, own))
+
+    def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
+        """See `Engine.link_pose`."""
+        mujoco.mj_kinematics(self._model, self._data)  # after a step, places are still those of before it
+        body = self._model.body(f"{robot}/{link}").id
+        w, i, j, k = self._data.xquat[body].tolist()
+        return _vector(self._data.xpos[body]), (w, i, j, k)
+
+    def render(self, view: View) -> Picture:
+        """See `Engine.render`."""
+        if self._renderer is None:
+            self._renderer = Renderer()
+        return self._renderer.draw(self._model, self._data, view)
 
 
 def _static_owner(geom: str) -> str:

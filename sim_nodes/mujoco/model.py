@@ -10,9 +10,11 @@ from typing import Any, assert_never
 import mujoco
 from defusedxml import ElementTree
 
+from sim_nodes.colours import WALL, colour_of
 from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, hold_firmly
+from sim_nodes.mujoco.look import FLOOR_MATERIAL, SOLID_GROUP, add_look, hide_solids
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -29,7 +31,6 @@ from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 
 TIMESTEP = 0.004  # [s]; wheels with the motor gain of our robots are stable up to 5 ms
 WALL_PREFIX = "wall/"
-SOLID_GROUP = 0  # what collides and what lidar sees; shapes to look at are in group 1
 TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
 
 
@@ -38,9 +39,11 @@ def scene_spec(scene: Scene) -> Any:
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    add_look(spec, scene.extent)
     left, bottom, right, top = scene.extent
     spec.worldbody.add_geom(
         name=FLOOR,
+        material=FLOOR_MATERIAL,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         pos=[(left + right) / 2, (bottom + top) / 2, 0.0],
         size=[(right - left) / 2, (top - bottom) / 2, 0.1],
@@ -62,6 +65,7 @@ def _add_wall(spec: Any, index: int, wall: Wall) -> None:
         pos=[wall.x, wall.y, wall.height / 2],
         quat=quaternion(0.0, 0.0, wall.yaw),
         size=[wall.length / 2, wall.thickness / 2, wall.height / 2],
+        rgba=WALL,
     )
 
 
@@ -86,6 +90,7 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
         _add_drive(spec, declaration.mobile.drive)
     if declaration.arm is not None:
         add_arm(spec, declaration.arm)
+    hide_solids(spec)
     return spec
 
 
@@ -131,6 +136,7 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
             mass=mass,
             friction=[model.friction, TORSIONAL, ROLLING],
             group=SOLID_GROUP,
+            rgba=colour_of(name, model.colour),
         )
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from sim_nodes.colours import WALL, colour_of
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotation_matrix
 from sim_nodes.physics import (
     FLOOR,
@@ -43,15 +44,19 @@ from sim_nodes.pybullet.arm import (
 )
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
 from sim_nodes.pybullet.output import caught
+from sim_nodes.views import Picture, View
 
 with caught():  # it prints when it was built
     import pybullet
     from pybullet_utils.bullet_client import BulletClient
 
+from sim_nodes.pybullet.camera import draw, floor_shapes
+
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
 ALL_GROUPS = -1
+NO_SHAPE = -1  # to collide with
 
 
 @dataclass(frozen=True)
@@ -105,16 +110,20 @@ class PybulletEngine:
         )
         self._bodies: dict[str, _Body] = {}
         self._owners: dict[int, str] = {}
-        floor = bullet.createMultiBody(0.0, bullet.createCollisionShape(pybullet.GEOM_PLANE))
+        plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
+        tiles, others = floor_shapes(bullet, self._scene.extent)
+        floor = bullet.createMultiBody(0.0, plane, tiles)
+        bullet.createMultiBody(0.0, NO_SHAPE, others)
         bullet.changeDynamics(floor, BASE, lateralFriction=1.0)
         self._owners[floor] = FLOOR
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
             model = walls_body(wall for wall in walls if wall.name == name)
-            self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0))), static=True)
+            self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0)), WALL), static=True)
         self._drives: dict[str, _Drive] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._ghosts = Ghosts(bullet)
+        self._links: dict[str, dict[str, int]] = {}
         for index, robot in enumerate(self._scene.robots):
             self._load_robot(index, robot)
         for name, (model, state) in self._added.items():
@@ -128,6 +137,7 @@ class PybulletEngine:
     def _load_robot(self, index: int, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot)
         self._note(robot.name, number, static=robot.declaration.fixed)
+        self._links[robot.name] = links.links
         group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.links.values():
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
@@ -141,7 +151,8 @@ class PybulletEngine:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
-        self._note(name, load_body(self._bullet, model, state), static=model.static)
+        number = load_body(self._bullet, model, state, colour_of(name, model.colour))
+        self._note(name, number, static=model.static)
         self._place(self._bodies[name], state)
 
     def step(self) -> None:
@@ -278,6 +289,19 @@ class PybulletEngine:
             left_out.add(carried.name)
         others = {number: name for number, name in self._owners.items() if name not in left_out}
         return tuple(self._arms[robot].overlaps(positions, others, own, parts))
+
+    def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
+        """See `Engine.link_pose`."""
+        index = self._links[robot][link]
+        if index == BASE:
+            state = self.body_state(robot)
+            return state.position, state.orientation
+        found = self._bullet.getLinkState(self._bodies[robot].number, index, computeForwardKinematics=True)
+        return found[4], wxyz(found[5])
+
+    def render(self, view: View) -> Picture:
+        """See `Engine.render`."""
+        return draw(self._bullet, view)
 
 
 def _sum(first: Vector, second: Array) -> Vector:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, assert_never
 from xml.etree import ElementTree
 
+from sim_nodes.colours import Colour
 from sim_nodes.geometry import Quaternion, Vector, quaternion, roll_pitch_yaw
 from sim_nodes.inertia import inertia
 from sim_nodes.physics import (
@@ -78,9 +79,9 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
     return links.joints[drive.left_joint], links.joints[drive.right_joint]
 
 
-def load_body(bullet: Any, model: BodyModel, state: BodyState) -> int:
+def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
-    body = _load(bullet, _urdf(model), state, static=model.static)
+    body = _load(bullet, _urdf(model, colour), state, static=model.static)
     bullet.changeDynamics(
         body,
         BASE,
@@ -117,7 +118,7 @@ def _load(bullet: Any, urdf: str, state: BodyState, *, static: bool = False) -> 
     return body
 
 
-def _urdf(model: BodyModel) -> str:
+def _urdf(model: BodyModel, colour: Colour) -> str:
     root = ElementTree.Element("robot", name="body")
     link = ElementTree.SubElement(root, "link", name="body")
     spread = inertia(model)
@@ -127,9 +128,13 @@ def _urdf(model: BodyModel) -> str:
     ixx, iyy, izz = map(repr, spread.moments)
     ElementTree.SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
     for part in model.parts:
-        collision = ElementTree.SubElement(link, "collision")
-        _origin(collision, part.position, part.orientation)
-        _geometry(ElementTree.SubElement(collision, "geometry"), part.shape)
+        for purpose in ("collision", "visual"):
+            element = ElementTree.SubElement(link, purpose)
+            _origin(element, part.position, part.orientation)
+            _geometry(ElementTree.SubElement(element, "geometry"), part.shape)
+    for visual in link.iter("visual"):
+        material = ElementTree.SubElement(visual, "material", name="colour")
+        ElementTree.SubElement(material, "color", rgba=_numbers(colour))
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -150,5 +155,5 @@ def _geometry(parent: ElementTree.Element, shape: Shape) -> None:
             assert_never(shape)
 
 
-def _numbers(values: Vector) -> str:
+def _numbers(values: Iterable[float]) -> str:
     return " ".join(map(repr, values))

@@ -8,6 +8,9 @@ from importlib import resources
 import yaml
 from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
 
+from sim_nodes.geometry import Quaternion, Vector, quaternion
+from sim_nodes.views import Lens
+
 
 class _Declared(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,6 +53,37 @@ class LidarDeclaration(_Declared):
     min_range: PositiveFloat  # [m]
     max_range: PositiveFloat
     noise: float  # standard deviation of a range [m]
+
+
+class CameraDeclaration(_Declared):
+    """A camera that is fixed to a link, looking along its own x axis with z up."""
+
+    name: str
+    link: str
+    x: float  # mount in the link's frame [m]
+    y: float
+    z: float
+    roll: float = 0.0  # [rad]
+    pitch: float = 0.0
+    yaw: float = 0.0
+    fov: PositiveFloat  # vertical [rad]
+    width: PositiveInt  # [pixels]
+    height: PositiveInt
+
+    @property
+    def lens(self) -> Lens:
+        """How it looks."""
+        return Lens(self.fov, self.width, self.height)
+
+    @property
+    def position(self) -> Vector:
+        """Where it is in the link's frame [m]."""
+        return self.x, self.y, self.z
+
+    @property
+    def orientation(self) -> Quaternion:
+        """How it is turned in the link's frame."""
+        return quaternion(self.roll, self.pitch, self.yaw)
 
 
 class MobileDeclaration(_Declared):
@@ -112,6 +146,7 @@ class RobotDeclaration(_Declared):
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None
     arm: ArmDeclaration | None = None
+    cameras: tuple[CameraDeclaration, ...] = ()
 
     def urdf_text(self) -> str:
         """The URDF."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
@@ -11,10 +12,11 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
-from sim_nodes.geometry import Pose2
+from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import available_robots, load_robot
-from sim_nodes.worlds.schema import WallFile, WorldFile
+from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.schema import CameraFile, WallFile, WorldFile
 
 MAX_FILE = 1_000_000  # [bytes]
 
@@ -35,6 +37,7 @@ class World:
     extent: tuple[float, float, float, float]
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
+    cameras: Mapping[str, View] = field(default_factory=dict)  # free ones, by name
 
     @property
     def scene(self) -> Scene:
@@ -90,7 +93,8 @@ def parse_world(text: str, source: str) -> World:
         problems = "; ".join(f"{_place(item['loc'])}: {item['msg']}" for item in error.errors())
         raise WorldError(f"{source}: {problems}") from error
     walls = tuple(part for wall in file.walls for part in _standing(wall, file))
-    return World(file.name, file.extent, walls, _robots(file, source))
+    cameras = {camera.name: _camera(camera) for camera in file.cameras}
+    return World(file.name, file.extent, walls, _robots(file, source), cameras)
 
 
 def _place(location: tuple[int | str, ...]) -> str:
@@ -108,6 +112,14 @@ def _robots(file: WorldFile, source: str) -> tuple[PlacedRobot, ...]:
             raise WorldError(f"{source}: robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
+
+
+def _camera(camera: CameraFile) -> View:
+    if camera.look_at is not None:
+        orientation = looking_at(camera.position, camera.look_at)
+    else:
+        orientation = quaternion(camera.roll, camera.pitch, camera.yaw)
+    return View(camera.position, orientation, Lens(camera.fov, camera.width, camera.height))
 
 
 def _standing(wall: WallFile, file: WorldFile) -> list[Wall]:

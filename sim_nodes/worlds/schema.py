@@ -8,8 +8,11 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
+
 MAX_WALLS = 500
 MAX_ROBOTS = 16
+MAX_CAMERAS = 16
 NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
 Name = Annotated[str, Field(pattern=NAME)]
@@ -68,6 +71,28 @@ class RobotFile(_Part):
     pose: PoseFile = PoseFile()
 
 
+class CameraFile(_Part):
+    """A free camera: where it is, and what it looks at, a point [m] or its orientation [rad]."""
+
+    name: Name
+    position: tuple[Coordinate, Coordinate, Coordinate]
+    look_at: tuple[Coordinate, Coordinate, Coordinate] | None = None
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+    fov: Annotated[float, Field(ge=MIN_FOV, le=MAX_FOV)] = DEFAULT_LENS.fov  # vertical [rad]
+    width: Annotated[int, Field(ge=MIN_SIZE, le=MAX_SIZE)] = DEFAULT_LENS.width  # [pixels]
+    height: Annotated[int, Field(ge=MIN_SIZE, le=MAX_SIZE)] = DEFAULT_LENS.height
+
+    @model_validator(mode="after")
+    def _one_way_to_look(self) -> Self:
+        if self.look_at is not None and (self.roll or self.pitch or self.yaw):
+            raise ValueError("a camera has either `look_at` or `roll`, `pitch` and `yaw`")
+        if self.look_at == self.position:
+            raise ValueError("a camera cannot look at the point where it is")
+        return self
+
+
 class WorldFile(_Part):
     """A world file."""
 
@@ -78,6 +103,7 @@ class WorldFile(_Part):
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
     robots: Annotated[tuple[RobotFile, ...], Field(max_length=MAX_ROBOTS)] = ()
+    cameras: Annotated[tuple[CameraFile, ...], Field(max_length=MAX_CAMERAS)] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -92,4 +118,8 @@ class WorldFile(_Part):
         taken = {wall.name for wall in self.walls} | {"walls", "floor"}
         if taken & set(names):
             raise ValueError(f"robot and wall have the same name: {', '.join(sorted(taken & set(names)))}")
+        for camera in self.cameras:
+            if camera.name in taken | set(names):
+                raise ValueError(f"the name of camera {camera.name!r} is taken")
+            names.append(camera.name)
         return self

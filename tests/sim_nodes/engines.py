@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.util import find_spec
 
 import pytest
 
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.physics import Engine
+from sim_nodes.physics import IDENTITY, Engine, Scene
+from sim_nodes.views import Lens, NoRendering, View
 
 
 def make_engine(name: str) -> Engine:
@@ -15,3 +17,22 @@ def make_engine(name: str) -> Engine:
     if find_spec(name) is None:
         pytest.skip(f"the engine {name} is not installed")
     return ENGINES[name]()
+
+
+def needs_pictures(name: str) -> None:
+    """Skip a test where an engine is not installed, or cannot draw."""
+    make_engine(name)
+    reason = _why_blind(name)
+    if reason is not None:
+        pytest.skip(f"the engine {name} draws no pictures here: {reason}")
+
+
+@cache
+def _why_blind(name: str) -> str | None:
+    engine = make_engine(name)
+    engine.build(Scene((), (), (-1.0, -1.0, 1.0, 1.0)))
+    try:
+        engine.render(View((0.0, 0.0, 1.0), IDENTITY, Lens(width=16, height=16)))
+    except NoRendering as error:
+        return str(error)
+    return None

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sim_nodes.check import RULES, bodies, check_physics, check_rule, contacts, rays, repeating, robots
-from sim_nodes.geometry import Array
+from sim_nodes.check import RULES, bodies, check_physics, check_rule, contacts, pictures, rays, repeating, robots
+from sim_nodes.check.bench import ROBOT
+from sim_nodes.geometry import Array, Quaternion, Vector
 from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.physics import BodyModel, BodyState, Scene
+from sim_nodes.views import NoRendering, Picture, View
+from tests.sim_nodes.engines import needs_pictures
 
 
 class Deaf(MujocoEngine):
@@ -156,6 +161,54 @@ class Odd(MujocoEngine):
     steps_per_second = 240
 
 
+class Mirrored(MujocoEngine):
+    def render(self, view: View) -> Picture:
+        return super().render(view)[:, ::-1]
+
+
+class Wide(MujocoEngine):
+    """It takes the field of view for that from left to right."""
+
+    def render(self, view: View) -> Picture:
+        lens = view.lens
+        fov = 2 * math.atan(math.tan(lens.fov / 2) / lens.aspect)
+        return super().render(replace(view, lens=replace(lens, fov=fov)))
+
+
+class Late(MujocoEngine):
+    """It shows what it has shown before."""
+
+    def render(self, view: View) -> Picture:
+        before = getattr(self, "_before", None)
+        self._before = super().render(view)
+        return self._before if before is None else before
+
+
+class Shaken(MujocoEngine):
+    """Pictures disturb it."""
+
+    def render(self, view: View) -> Picture:
+        self._data.qpos[0] += 1e-15
+        return super().render(view)
+
+
+class Behind(MujocoEngine):
+    """Links are where they were one step before."""
+
+    def step(self) -> None:
+        self._poses = {link: super(Behind, self).link_pose(ROBOT, link) for link in ("rplidar_link",)}
+        for _ in range(10):
+            super().step()
+
+    def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
+        return self._poses[link]
+
+
+class Blind(MujocoEngine):
+    def render(self, view: View) -> Picture:
+        raise NoRendering("there is nothing to draw with")
+
+
 @pytest.mark.parametrize(
     ("make", "rule", "words"),
     [
@@ -182,6 +235,11 @@ class Odd(MujocoEngine):
         (Off, bodies.bodies_turn_about_their_centre_of_mass, "club"),
         (Rolling, robots.a_robot_that_is_put_somewhere_rests_there, ""),
         (Silent, repeating.no_state_is_not_a_number, "no step said"),
+        (Mirrored, pictures.pictures_show_what_is_where, "first and last row and column of a cube"),
+        (Wide, pictures.pictures_show_what_is_where, "first and last row and column of a cube"),
+        (Late, pictures.pictures_show_the_present, "a cube that was moved"),
+        (Shaken, pictures.pictures_change_nothing, "pictures have changed the state at"),
+        (Behind, pictures.links_are_where_they_are_mounted, "of the lidar's link"),
         (Odd, repeating.steps_fit_into_ticks, "4.8 instead of 5"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
@@ -189,11 +247,19 @@ class Odd(MujocoEngine):
 def test_engines_with_a_fault_break_a_rule(
     make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
 ) -> None:
+    if rule.__module__ == pictures.__name__:
+        needs_pictures("mujoco")
     with pytest.raises(AssertionError) as broken:
         check_rule(rule, make)
     message = str(broken.value)
     assert message.startswith((rule.__doc__ or "").partition("\n")[0])
     assert words in message
+
+
+def test_an_engine_that_says_that_it_draws_nothing_keeps_the_rules_about_pictures() -> None:
+    for rule in (pictures.pictures_show_what_is_where, pictures.pictures_show_the_present):
+        check_rule(rule, Blind)
+    check_rule(pictures.pictures_change_nothing, Blind)
 
 
 def test_the_check_of_all_rules_raises_what_the_first_broken_one_says() -> None:

@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from sim_nodes.check.bench import CUBE, ORIGIN, at, body, built
+from sim_nodes.mujoco import camera
 from sim_nodes.mujoco.engine import MujocoEngine
-from sim_nodes.physics import BodyState, UnstablePhysics
+from sim_nodes.physics import IDENTITY, BodyState, UnstablePhysics
+from sim_nodes.views import Lens, NoRendering, View
 
 
 def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:
@@ -14,3 +18,20 @@ def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCapt
     with pytest.raises(UnstablePhysics, match="reset the simulation"):
         engine.step()
     assert "Nan, Inf or huge value" in caplog.text
+
+
+def test_what_is_missing_for_pictures_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(camera, "_has_egl_devices", lambda: False)
+    monkeypatch.setitem(sys.modules, "mujoco.osmesa", None)  # as where its library is missing
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    engine = built(MujocoEngine, ORIGIN)
+    with pytest.raises(NoRendering, match="apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6"):
+        engine.render(View((0.0, 0.0, 1.0), IDENTITY, Lens()))
+
+
+def test_users_may_choose_how_mujoco_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    for has_egl in (True, False):
+        monkeypatch.setattr(camera, "_has_egl_devices", lambda found=has_egl: found)
+        for chosen, wanted in (("egl", "egl"), ("OSMesa", "osmesa"), ("glfw", "egl" if has_egl else "osmesa")):
+            monkeypatch.setenv("MUJOCO_GL", chosen)
+            assert camera._wanted() == wanted

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.requests import NodeAddress
@@ -16,7 +17,7 @@ ANYTHING = "osc_actor"
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
-class SimulatorNode(MobileRequests, DrivingRequests, WorldRequests):
+class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldRequests):
     """A simulator node that has been found.
 
     Args:

@@ -1,0 +1,54 @@
+"""Files that actions leave in the output folder of a run, such as pictures, and which they are."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from seoro.errors import ActionFailed
+from seoro.lang.frozen import Value
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_RESERVED = frozenset({"top_down.png", "trace.jsonl", "test.xml", "coverage.json"})
+
+
+class OutputFile(Value):
+    """A file that an action left, and what it is."""
+
+    path: Path
+    description: str
+
+
+class Outputs:
+    """What the actions of a run have left."""
+
+    def __init__(self) -> None:
+        self.files: list[OutputFile] = []
+
+    def write(self, folder: Path, name: str, data: bytes, description: str) -> Path:
+        """Write a file; when the run has left one of that name already, the new one gets a number.
+
+        Raises:
+            ActionFailed: The name is none for a file here, or it cannot be written.
+        """
+        if not _NAME.fullmatch(name) or name in _RESERVED:
+            raise ActionFailed(
+                f"'{name}' cannot name a file of the output folder: use letters, digits, '.', '_' and '-', a "
+                f"letter or digit first, at most 100, and none of {', '.join(sorted(_RESERVED))}"
+            )
+        path = self._free(folder / name)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        except OSError as error:
+            raise ActionFailed(f"cannot write {path}: {error.strerror}") from error
+        self.files.append(OutputFile(path, description))
+        return path
+
+    def _free(self, path: Path) -> Path:
+        taken = {file.path for file in self.files}
+        number, free = 1, path
+        while free in taken:
+            number += 1
+            free = path.with_name(f"{path.stem}_{number}{path.suffix}")
+        return free

@@ -1,0 +1,76 @@
+"""Pictures by PyBullet's own software renderer, which needs nothing of the system."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pybullet
+
+from sim_nodes.colours import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE
+from sim_nodes.views import FAR, NEAR, Picture, View
+
+SUN = tuple(-part for part in LIGHT_DIRECTION)  # where light comes from
+SUN_DISTANCE = 20.0  # [m]
+BACKGROUND = 1.0  # in the buffer of depths
+UP = (0.0, 0.0, 1.0)
+CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
+TRIANGLES = (0, 1, 2, 0, 2, 3)  # of a tile, by its corners
+
+Extent = tuple[float, float, float, float]
+
+
+def floor_shapes(bullet: Any, extent: Extent) -> tuple[int, int]:
+    """What is seen of a floor: tiles of one colour, and of another. Bullet's own is endless, and blue."""
+    first, second = (
+        bullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            vertices=vertices,
+            normals=[UP] * len(vertices),
+            indices=indices,
+            rgbaColor=colour,
+        )
+        for colour, (vertices, indices) in zip(FLOOR_TILES, (_tiles(extent, odd) for odd in (1, 0)), strict=True)
+    )
+    return first, second
+
+
+def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], list[int]]:
+    """Vertices and indices of every other tile; those at the edges are cut."""
+    left, bottom, right, top = extent
+    columns = range(math.floor(left / TILE), math.ceil(right / TILE))
+    rows = range(math.floor(bottom / TILE), math.ceil(top / TILE))
+    vertices: list[tuple[float, float, float]] = []
+    indices: list[int] = []
+    for column, row in itertools.product(columns, rows):
+        if (column + row) % 2 == odd:
+            indices += [len(vertices) + corner for corner in TRIANGLES]
+            vertices += [
+                (min(max((column + i) * TILE, left), right), min(max((row + j) * TILE, bottom), top), 0.0)
+                for i, j in CORNERS
+            ]
+    return vertices, indices
+
+
+def draw(bullet: Any, view: View) -> Picture:
+    """What is seen from a view."""
+    width, height = view.lens.width, view.lens.height
+    ahead, up = view.axes
+    *_, colours, depths, _ = bullet.getCameraImage(
+        width,
+        height,
+        bullet.computeViewMatrix(view.position, (np.array(view.position) + ahead).tolist(), up.tolist()),
+        bullet.computeProjectionMatrixFOV(math.degrees(view.lens.fov), view.lens.aspect, NEAR, FAR),
+        lightDirection=SUN,
+        lightDistance=SUN_DISTANCE,
+        shadow=True,
+        renderer=pybullet.ER_TINY_RENDERER,
+        flags=pybullet.ER_NO_SEGMENTATION_MASK,
+    )
+    # A PyBullet that was compiled without numpy gives tuples.
+    picture = np.array(colours, dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+    empty = np.asarray(depths, dtype=np.float64).reshape(height, width) >= BACKGROUND
+    picture[empty] = np.round(255 * np.array(SKY[:3]))
+    return picture
