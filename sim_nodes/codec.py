@@ -1,0 +1,170 @@
+"""Values as bytes and back, without pickle: msgpack, and extensions for what it has no word for.
+
+What goes in is plain data, arrays, and frozen data of this package and of the wire: dataclasses, pydantic models,
+named tuples, enumerations. What comes out is equal to the bit. Bytes can name classes of those kinds only, and
+making one computes nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from dataclasses import fields, is_dataclass
+from enum import Enum, IntEnum
+from typing import Any
+
+import msgpack
+import numpy as np
+from pydantic import BaseModel
+
+HOMES = ("sim_nodes.", "seoro.bridges.wire")  # modules whose frozen classes may be named
+KINDS = "biufc"  # of numbers in arrays: bool, int, unsigned, float, complex
+
+
+class CodecError(Exception):
+    """A value that has no bytes, or bytes that are no value."""
+
+
+class _Kind(IntEnum):
+    """What an extension holds."""
+
+    TUPLE = 1
+    SET = 2
+    FROZENSET = 3
+    DEQUE = 4
+    ARRAY = 5
+    RECORD = 6  # a class by name, and its fields
+    MEMBER = 7  # of an enumeration
+    BIG = 8  # an integer that 64 bits do not hold
+    SCALAR = 9  # a number of numpy's own types
+
+
+def pack(value: object) -> bytes:
+    """The bytes of a value.
+
+    Raises:
+        CodecError: There is something in it that is not data.
+    """
+    try:
+        packed: bytes = msgpack.packb(value, default=_extension, strict_types=True)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CodecError(str(error)) from error
+    return packed
+
+
+def unpack(data: bytes) -> Any:
+    """The value of some bytes, with arrays of its own.
+
+    Raises:
+        CodecError: They are none that `pack` makes.
+    """
+    try:
+        return msgpack.unpackb(data, ext_hook=_value, strict_map_key=False)
+    except CodecError:
+        raise
+    except (ValueError, TypeError, KeyError, msgpack.UnpackException, RecursionError) as error:
+        raise CodecError(f"these bytes are no value: {error}") from error
+
+
+def _extension(value: object) -> msgpack.ExtType:
+    kind, content = _content(value)
+    return msgpack.ExtType(kind, pack(content))
+
+
+def _content(value: object) -> tuple[_Kind, object]:
+    match value:
+        case Enum():
+            return _Kind.MEMBER, [_name(type(value)), value.name]
+        case BaseModel():
+            return _Kind.RECORD, [_name(type(value)), dict(value)]
+        case tuple() if hasattr(value, "_fields"):
+            return _Kind.RECORD, [_name(type(value)), dict(zip(value._fields, value, strict=True))]
+        case tuple():
+            return _Kind.TUPLE, list(value)
+        case frozenset():
+            return _Kind.FROZENSET, sorted(value)
+        case set():
+            return _Kind.SET, sorted(value)
+        case deque():
+            return _Kind.DEQUE, [value.maxlen, list(value)]
+        case np.ndarray() if value.dtype.kind in KINDS:
+            return _Kind.ARRAY, [value.dtype.str, list(value.shape), value.tobytes()]
+        case np.generic() if value.dtype.kind in KINDS:
+            return _Kind.SCALAR, [value.dtype.str, value.tobytes()]
+        case int():
+            return _Kind.BIG, str(value)
+        case _ if is_dataclass(value):
+            return _Kind.RECORD, [
+                _name(type(value)),
+                {each.name: getattr(value, each.name) for each in fields(value)},
+            ]
+        case _:
+            raise CodecError(f"{_called(type(value))} is no data that can be saved")
+
+
+def _value(code: int, data: bytes) -> Any:
+    content = unpack(data)
+    match code:
+        case _Kind.TUPLE:
+            return tuple(content)
+        case _Kind.SET:
+            return set(content)
+        case _Kind.FROZENSET:
+            return frozenset(content)
+        case _Kind.DEQUE:
+            maxlen, values = content
+            return deque(values, maxlen)
+        case _Kind.ARRAY:
+            dtype, shape, numbers = content
+            return _array(np.dtype(dtype), shape, numbers)
+        case _Kind.RECORD:
+            name, values = content
+            return _class(name)(**values)
+        case _Kind.MEMBER:
+            name, member = content
+            return _class(name)[member]
+        case _Kind.BIG:
+            return int(content)
+        case _Kind.SCALAR:
+            dtype, number = content
+            return _array(np.dtype(dtype), [], number)[()]
+        case _:
+            raise CodecError(f"there is no value of kind {code}")
+
+
+def _array(dtype: np.dtype[Any], shape: list[int], numbers: bytes) -> Any:
+    if dtype.kind not in KINDS:
+        raise CodecError(f"an array of {dtype} holds no numbers")
+    return np.frombuffer(numbers, dtype).reshape(shape).copy()  # a copy, since bytes cannot be changed
+
+
+def _called(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _name(kind: type) -> str:
+    if not _may_be_named(kind):
+        raise CodecError(f"{_called(kind)} is no frozen data of {' or '.join(HOMES)}")
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def _class(name: str) -> Any:
+    """The class of a name, if its module is loaded: nothing is imported for what bytes say."""
+    module, _, path = name.partition(":")
+    found: Any = sys.modules.get(module) if module.startswith(HOMES) else None
+    for part in path.split("."):
+        found = getattr(found, part, None)
+    if not (isinstance(found, type) and _may_be_named(found)):
+        raise CodecError(f"there is no frozen data {name!r}")
+    return found
+
+
+def _may_be_named(kind: type) -> bool:
+    if not f"{kind.__module__}.".startswith(HOMES):
+        return False
+    if issubclass(kind, BaseModel):
+        return bool(kind.model_config.get("frozen"))
+    if is_dataclass(kind):
+        made: Any = kind
+        return bool(made.__dataclass_params__.frozen)
+    return issubclass(kind, Enum) or (issubclass(kind, tuple) and hasattr(kind, "_fields"))
