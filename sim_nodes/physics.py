@@ -6,9 +6,9 @@ Poses and velocities are in the world's frame `map`, SI units, orientations as q
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from sim_nodes.colours import Colour
 from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, quaternion, yaw_of
@@ -152,6 +152,10 @@ class UnstablePhysics(Exception):
     """The equations of motion had no usable solution; the simulation has to be reset."""
 
 
+class UnsavableState(Exception):
+    """A state that cannot be saved, or one that was saved and cannot be restored here; the message says why."""
+
+
 class Engine(Protocol):
     """A physics engine with one scene in it. All calls come from one thread."""
 
@@ -253,4 +257,28 @@ class Engine(Protocol):
 
         Raises:
             NoRendering: This engine draws nothing here.
+        """
+
+
+@runtime_checkable
+class SavesState(Protocol):
+    """What an engine may offer beyond `Engine`: its state can be saved, and brought back."""
+
+    def save(self) -> Mapping[str, Any]:
+        """All that the future follows from but the scene: values that `sim_nodes.codec` takes.
+
+        Raises:
+            UnsavableState: There is too much of it.
+        """
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on, bit for bit, as the engine that was saved did, also in another process.
+
+        What has been added and moved since the scene was built is forgotten.
+
+        Args:
+            saved: What `save` returned in an engine of the same version with the same scene.
+
+        Raises:
+            UnsavableState: It is of another scene or version.
         """

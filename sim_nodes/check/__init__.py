@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots
+from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots, saving
 from sim_nodes.check.bench import Make
-from sim_nodes.physics import Engine
+from sim_nodes.physics import Engine, SavesState
 
-__all__ = ["RULES", "check_physics", "check_rule"]
+__all__ = ["OPTIONAL", "RULES", "check_physics", "check_rule"]
 
 Rule = Callable[[Make], None]
 
@@ -70,9 +70,23 @@ RULES: tuple[Rule, ...] = (
     repeating.no_state_is_not_a_number,
 )
 
+# What not every engine offers, and the rules for those that do.
+OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
+    (
+        SavesState,
+        (
+            saving.what_is_restored_goes_on_as_it_did,
+            saving.saving_changes_nothing,
+            saving.what_was_added_since_is_gone_again,
+            saving.a_restored_engine_resets_as_any_other,
+            saving.arms_that_are_restored_go_on_as_they_did,
+        ),
+    ),
+)
+
 
 def check_physics(make: Callable[[], Engine]) -> None:
-    """Check an engine by all rules.
+    """Check an engine by all rules, those for what it offers beyond `Engine` included.
 
     Args:
         make: Makes an engine; it is called several times, and engines exist beside one another.
@@ -82,6 +96,11 @@ def check_physics(make: Callable[[], Engine]) -> None:
     """
     for rule in RULES:
         check_rule(rule, make)
+    engine = make()
+    for protocol, rules in OPTIONAL:
+        if isinstance(engine, protocol):
+            for rule in rules:
+                check_rule(rule, make)
 
 
 def check_rule(rule: Rule, make: Callable[[], Engine]) -> None:

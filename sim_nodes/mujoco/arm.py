@@ -91,6 +91,11 @@ class MujocoArm:
             if int(body) in own and model.geom_contype[geom]
         }
 
+    def take_up(self, model: Any, command: ArmCommand) -> None:
+        """Go on with a command that the state of MuJoCo is of."""
+        self.command = command
+        self._limit_force(model, command.force)
+
     def go_home(self, data: Any) -> None:
         """Put the joints to where they are at the start, and have the motors hold them there."""
         home = [joint.home for joint in self._arm.joints]

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from sim_nodes.geometry import Array, Quaternion, Vector, rotation_matrix
-from sim_nodes.mujoco.arm import MujocoArm, outside_overlaps, own_overlaps
+from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.look import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.saving import LastStep, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
     OVERLAP,
@@ -28,6 +29,7 @@ from sim_nodes.physics import (
     JointStates,
     Overlap,
     Scene,
+    UnsavableState,
     UnstablePhysics,
 )
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -69,7 +71,7 @@ class MujocoEngine:
     def build(self, scene: Scene) -> None:
         """See `Engine.build`."""
         self._scene = scene
-        self._added: set[str] = set()
+        self._added: dict[str, tuple[BodyModel, BodyState]] = {}
         self._spec = scene_spec(scene)
         self._model = self._spec.compile()
         self._data = mujoco.MjData(self._model)
@@ -112,14 +114,48 @@ class MujocoEngine:
         self._contact_key = b""
         self._thought: Any = None  # a second state, to try where an arm would collide
         self._touching = NOTHING
+        self._last: LastStep | None = None
 
     def reset(self) -> None:
         """See `Engine.reset`."""
         mujoco.mj_resetData(self._model, self._data)
         self._start()
 
+    def save(self) -> Mapping[str, Any]:
+        """See `SavesState.save`."""
+        if self._time == math.inf:
+            raise UnsavableState("the physics are lost, and so is the state: reset the simulation")
+        return {
+            "added": self._added,
+            "model": digest_of(self._model),
+            "state": state_of(self._model, self._data),
+            "arms": {name: (arm.command.rates, arm.command.force) for name, arm in self._arms.items()},
+            "last": self._last or self._seen_of_last_step(),
+        }
+
+    def _seen_of_last_step(self) -> LastStep:
+        links = {name: self.link_contacts(name) for name in self._arms}
+        return LastStep(self.touching(), links, self._data.qfrc_actuator.copy())
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """See `SavesState.restore`."""
+        self.build(self._scene)
+        for name, (model, state) in saved["added"].items():
+            add_body(self._spec, name, model, state)
+            self._added[name] = (model, state)
+        self._recompile()
+        for name, (rates, force) in saved["arms"].items():
+            self._arms[name].take_up(self._model, ArmCommand(rates, force))
+        if digest_of(self._model) != saved["model"]:
+            raise UnsavableState("the saved state is of other robots, walls or bodies than these files describe")
+        set_state(self._model, self._data, saved["state"])
+        self._time = self._data.time
+        self._last = saved["last"]
+        self._data.qfrc_actuator[:] = self._last.efforts
+
     def step(self) -> None:
         """See `Engine.step`."""
+        self._last = None
         mujoco.mj_step(self._model, self._data)
         for arm in self._arms.values():
             arm.follow(self._data, TIMESTEP)
@@ -135,6 +171,8 @@ class MujocoEngine:
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
+        if self._last is not None:
+            return self._last.touching
         geoms = self._data.contact.geom
         key = geoms.tobytes()
         if key != self._contact_key:  # wheels stand on the floor all the time: most steps end here
@@ -165,13 +203,13 @@ class MujocoEngine:
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         """See `Engine.add_body`."""
         add_body(self._spec, name, model, state)
-        self._added.add(name)
+        self._added[name] = (model, state)
         self._recompile()
 
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
         self._spec.delete(self._spec.body(name))
-        self._added.discard(name)
+        del self._added[name]
         self._recompile()
 
     def _recompile(self) -> None:
@@ -206,6 +244,7 @@ class MujocoEngine:
             data.qvel[speed + 3 : speed + 6] = rotation_matrix(state.orientation).T @ state.angular
         if name in self._drives:
             data.qvel[self._drives[name].wheel_speeds] = 0.0
+        self._last = None
         mujoco.mj_forward(self._model, data)
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
@@ -256,6 +295,8 @@ class MujocoEngine:
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
         """See `Engine.link_contacts`."""
+        if self._last is not None:
+            return self._last.links[robot]
         touched = outside_overlaps(self._data, self._arms[robot], self._owners, None)
         return frozenset((overlap.link, overlap.other) for overlap in touched)
 

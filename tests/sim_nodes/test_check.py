@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from sim_nodes.check import RULES, bodies, check_physics, check_rule, contacts, pictures, rays, repeating, robots
+from sim_nodes.check import (
+    OPTIONAL,
+    RULES,
+    bodies,
+    check_physics,
+    check_rule,
+    contacts,
+    pictures,
+    rays,
+    repeating,
+    robots,
+    saving,
+)
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
 from sim_nodes.mujoco.engine import MujocoEngine
@@ -157,6 +170,44 @@ class Silent(MujocoEngine):
         super().step()
 
 
+class Cold(MujocoEngine):
+    """It forgets what its solver starts from."""
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        super().restore(saved)
+        self._data.qacc_warmstart[:] = 0.0
+
+
+class Littering(MujocoEngine):
+    """What was there before is still there afterwards."""
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        added = dict(self._added)
+        super().restore(saved)
+        for name, (model, state) in added.items():
+            if name not in self._added:
+                self.add_body(name, model, state)
+
+
+class Nosy(MujocoEngine):
+    """It steps to see what it saves."""
+
+    def save(self) -> Mapping[str, Any]:
+        self.step()
+        return super().save()
+
+
+class Settled(MujocoEngine):
+    """It takes the places of bodies for those where they were added."""
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        super().restore(saved)
+        for name in self._added:
+            x, y, z = self.body_state(name).position
+            self._model.body(name).pos = self._spec.body(name).pos = (x, y, z)
+            self._model.qpos0[:] = self._data.qpos
+
+
 class Odd(MujocoEngine):
     steps_per_second = 240
 
@@ -240,6 +291,10 @@ class Blind(MujocoEngine):
         (Late, pictures.pictures_show_the_present, "a cube that was moved"),
         (Shaken, pictures.pictures_change_nothing, "pictures have changed the state at"),
         (Behind, pictures.links_are_where_they_are_mounted, "of the lidar's link"),
+        (Cold, saving.what_is_restored_goes_on_as_it_did, "another engine differs at moment 0"),
+        (Littering, saving.what_was_added_since_is_gone_again, ""),
+        (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
+        (Settled, saving.a_restored_engine_resets_as_any_other, "a restored engine that was reset"),
         (Odd, repeating.steps_fit_into_ticks, "4.8 instead of 5"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
@@ -268,6 +323,6 @@ def test_the_check_of_all_rules_raises_what_the_first_broken_one_says() -> None:
 
 
 def test_each_rule_says_what_has_to_hold() -> None:
-    for rule in RULES:
+    for rule in (*RULES, *(rule for _, rules in OPTIONAL for rule in rules)):
         demand = (rule.__doc__ or "").partition("\n")[0]
         assert demand.endswith("."), rule.__name__

@@ -5,11 +5,13 @@ from functools import partial
 import pytest
 
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.check import RULES, Rule, check_rule
+from sim_nodes.check import OPTIONAL, RULES, Rule, check_rule
 from tests.sim_nodes.engines import make_engine
+
+ALL = (*RULES, *(rule for _, rules in OPTIONAL for rule in rules))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("rule", ALL, ids=lambda rule: rule.__name__)
 def test_engines_keep_the_rules(engine: str, rule: Rule) -> None:
     check_rule(rule, partial(make_engine, engine))

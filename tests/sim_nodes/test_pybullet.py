@@ -10,7 +10,7 @@ import pytest
 
 from sim_nodes.check.bench import CUBE, ORIGIN, ROBOT, at, body, built, drive, run
 from sim_nodes.geometry import quaternion
-from sim_nodes.physics import BodyModel, BodyState, Box, Part, Scene
+from sim_nodes.physics import BodyModel, BodyState, Box, Part, SavesState, Scene, UnsavableState
 from tests.sim_nodes.engines import make_engine
 
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
@@ -69,3 +69,29 @@ def test_parts_that_look_straight_up_are_turned_right() -> None:
         engine.add_body("probe", body(Box((0.05, 0.05, 0.05))), at(*probe, 1.0))
         assert len(engine.overlaps("probe")) in (0, 2), probe
         engine.remove_body("probe")
+
+
+def test_what_cannot_be_kept_in_the_journal_is_said_when_it_is_to_be_saved(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from sim_nodes import journal
+    from sim_nodes.pybullet.engine import PybulletEngine
+
+    monkeypatch.setattr(journal, "MAX_CALLS", 3)
+    engine = PybulletEngine()
+    engine.build(Scene((), (), (-1.0, -1.0, 1.0, 1.0)))
+    engine.add_body("box", body(CUBE), at(0.0, 0.0, 1.0))
+    for _ in range(3):
+        engine.set_body_state("box", at(0.0, 0.0, 1.0))
+    with pytest.raises(UnsavableState, match="more than the 3 things that are kept"):
+        engine.save()
+    engine.reset()
+    assert engine.save()["calls"] == []
+
+
+def test_a_journal_with_calls_that_change_nothing_of_an_engine_is_refused() -> None:
+    engine = built(make, ORIGIN)
+    assert isinstance(engine, SavesState)
+    for name in ("build", "step", "__init__", "nothing"):
+        with pytest.raises(UnsavableState, match="nothing that this engine can be told"):
+            engine.restore({"added": {}, "steps": 1, "calls": [(0, name, ())]})
