@@ -15,6 +15,7 @@ from seoro.bridges.wire import Result
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
 from sim_nodes.worlds.loader import World
 
@@ -60,13 +61,15 @@ class Camera:
     spawned: bool = False  # else of the world's file or of a robot
 
 
-class Cameras:
+class Cameras(Stateful):
     """The cameras of a world, by name; those of a robot are called `robot/camera`.
 
     Args:
         engine: What draws.
         world: The world.
     """
+
+    STATE = ("_first", "_cameras")
 
     def __init__(self, engine: Engine, world: World) -> None:
         self._engine = engine

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import assert_never
 
 import numpy as np
@@ -13,6 +13,7 @@ from sim_nodes.cameras import Cameras
 from sim_nodes.geometry import Array, Vector, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere
 from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.schema import NAME
@@ -30,7 +31,7 @@ class Spawned:
     time: float  # [s]
 
 
-class Entities:
+class Entities(Stateful):
     """The entities of a world.
 
     Attributes:
@@ -38,12 +39,18 @@ class Entities:
         cameras: All cameras, of which the free ones are entities.
     """
 
+    STATE = ("spawned", "cameras")
+
     def __init__(self, engine: Engine, world: World) -> None:
         self._engine = engine
         self._robots = frozenset(robot.name for robot in world.robots)
         self._walls = frozenset(wall.name for wall in world.walls)
         self.spawned: dict[str, Spawned] = {}
         self.cameras = Cameras(engine, world)
+
+    def begin(self) -> None:
+        """A run begins with what is there."""
+        self.spawned = {name: replace(body, time=0.0) for name, body in self.spawned.items()}
 
     def names(self) -> tuple[str, ...]:
         """Names of all entities, sorted."""

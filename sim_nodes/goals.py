@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from seoro.bridges.wire import Outcome
 
+NOBODY = ""  # the id of a goal that nobody waits for any more; no client can give it
+
 
 @dataclass(frozen=True)
 class Ended:

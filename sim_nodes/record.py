@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from sim_nodes.geometry import Pose2
+from sim_nodes.stateful import Stateful
 
 STEP = 0.01  # [m] between points of a path
 
 
 @dataclass
-class RobotRecord:
+class RobotRecord(Stateful):
     """Where a robot has really been: its start, the points it passed, and the goals it was given."""
+
+    STATE = ("start", "path", "times", "goals")
 
     start: Pose2
     path: list[tuple[float, float]] = field(default_factory=list)  # [m], in the map

@@ -7,14 +7,14 @@ watches are checked. Contacts are looked at after every step. What happens is he
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 from seoro.bridges.wire import Contact, Occurrence, Outcome, ResetScope, Result
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import Ended
+from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
@@ -22,6 +22,7 @@ from sim_nodes.record import RobotRecord
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
+from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 from sim_nodes.watches import DistanceWatch, FramePose, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
@@ -38,7 +39,7 @@ class Happened:
     contacts: tuple[Contact, ...]
 
 
-class Simulation:
+class Simulation(Stateful):
     """A world in an engine.
 
     Args:
@@ -46,6 +47,18 @@ class Simulation:
         world: The world.
         seed: All randomness follows from it.
     """
+
+    STATE = (
+        "_steps",
+        "_epoch",
+        "_watches",
+        "_latched",
+        "entities",
+        "robots",
+        "records",
+        "_occurrences",
+        "_contacts",
+    )
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -92,6 +105,10 @@ class Simulation:
         common = ("map", "odom", "base_link") if self._is_first(found) else ("map",)
         own = (f"{name}/odom", f"{name}/base_link") if found.drives else ()
         return (*common, *own, found.truth_frame)
+
+    def travelled(self, robot: str) -> float:
+        """What the odometry of a robot has counted [m]."""
+        return self.robot(robot).mobile.odometry.travelled
 
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot really is."""
@@ -196,6 +213,8 @@ class Simulation:
 
     def _report(self, ended: Iterable[Ended]) -> None:
         for end in ended:
+            if end.id == NOBODY:
+                continue
             self._occurrences.append(
                 Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
             )
@@ -216,12 +235,13 @@ class Simulation:
         self, identifier: str, frame: str, parent: str, point: tuple[float, float], threshold: float
     ) -> None:
         """Report when a frame comes near a point; at once if it is near already."""
-        self._watch(identifier, ProximityWatch(self.frame(frame), self.frame(parent), *point, threshold))
+        for name in (frame, parent):
+            self.frame(name)
+        self._watch(identifier, ProximityWatch(frame, parent, *point, threshold))
 
     def watch_distance(self, identifier: str, robot: str, distance: float) -> None:
         """Report when a robot's odometry has counted a distance more."""
-        odometry = self.robot(robot).mobile.odometry
-        self._watch(identifier, DistanceWatch(lambda: odometry.travelled, odometry.travelled + distance))
+        self._watch(identifier, DistanceWatch(robot, self.travelled(robot) + distance))
 
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
@@ -239,7 +259,7 @@ class Simulation:
         self._check_watches()
 
     def _check_watches(self) -> None:
-        for identifier in [name for name, watch in self._watches.items() if watch.holds()]:
+        for identifier in [name for name, watch in self._watches.items() if watch.holds(self)]:
             del self._watches[identifier]
             self._occurrences.append(Occurrence(id=identifier, time=self.time, outcome=Outcome.SUCCEEDED))
 
@@ -266,3 +286,35 @@ class Simulation:
             self._make_robots()
         if ResetScope.TIME in scope:
             self._epoch = self._steps
+
+    # ------------------------------------------------------------ after a snapshot was restored
+
+    def begin(self) -> None:
+        """Be the beginning of a run: see `Purpose.BEGIN`."""
+        self._epoch = self._steps
+        self._disown_all_but(())
+        self._watches = {}
+        self._occurrences, self._contacts = [], []
+        self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
+        self.entities.begin()
+
+    def take_over(self, before: Simulation) -> None:
+        """Be what a run goes back to that has come to `before`: see `Purpose.REWIND`."""
+        self._epoch = self._steps - (before._steps - before._epoch)
+        self._occurrences, self._contacts = before._occurrences, before._contacts
+        active = {goal for robot in before.robots.values() for goal in robot.goals}
+        kept = {goal for robot in self.robots.values() for goal in robot.goals} & active
+        self._disown_all_but(kept)
+        self._report(Ended(goal, Outcome.CANCELED) for goal in sorted(active - kept))
+        saved, self._watches = self._watches, {}
+        for identifier, watch in before._watches.items():
+            self._watches[identifier] = saved.get(identifier) or self._carried_over(watch, before)
+
+    def _carried_over(self, watch: Watch, before: Simulation) -> Watch:
+        if isinstance(watch, DistanceWatch) and watch.robot in self.robots:
+            return watch.counted_from(before.travelled(watch.robot), self.travelled(watch.robot))
+        return watch
+
+    def _disown_all_but(self, kept: Container[str]) -> None:
+        for robot in self.robots.values():
+            robot.disown([goal for goal in robot.goals if goal not in kept])

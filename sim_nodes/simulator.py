@@ -8,24 +8,32 @@ between requests; grants and steps are refused then, and what happens is held un
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from seoro.bridges.wire import (
+    RESTORE_STATE,
+    SAVE_STATE,
     VERBS,
     Advanced,
+    Purpose,
     ResetScope,
     Result,
     RobotInfo,
     SimulationState,
     SimulatorFeatures,
+    Snapshot,
     StateResult,
     WorldResult,
 )
-from sim_nodes.physics import Engine
+from sim_nodes import snapshots
+from sim_nodes.physics import Engine, SavesState
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import WorldError, available_worlds, load_world
 
+NEEDS: Mapping[str, type] = {verb.name: SavesState for verb in (SAVE_STATE, RESTORE_STATE)}
+"""What an engine has to offer beyond `Engine`, by verb."""
 SPAWN_FORMATS = ("sdf",)
 MAX_STEPS = 1_000_000  # of one request
 SLICE = 0.02  # [s] simulated between two looks at the inbox while playing
@@ -66,6 +74,37 @@ class Simulator:
         self.simulation = Simulation(self._engine, loaded, seed)
         self._state = SimulationState.STOPPED
 
+    def save(self) -> Snapshot:
+        """A snapshot of everything; the simulation goes on as without it."""
+        return snapshots.take(self.simulation, _version())
+
+    def restore(self, snapshot: Snapshot, purpose: Purpose, seed: int | None) -> None:
+        """Go on from a snapshot, of this simulator or another; when it is refused, everything stays as it is.
+
+        Args:
+            snapshot: The snapshot.
+            purpose: What becomes of the clock, goals and watches.
+            seed: Of all that is drawn from there on; None for that of the snapshot.
+        """
+        contents = snapshots.check(snapshot, self._engine, _version())
+        self._hold_still("restore_state")
+        before = self._contents()
+        try:
+            self.simulation = snapshots.restored(contents, self.simulation, purpose, seed)
+        except RequestRefused:
+            if before is None:
+                self.load("", self.simulation.seed)
+            else:
+                self.simulation = snapshots.restored(before, self.simulation, Purpose.CONTINUE, None)
+            raise
+
+    def _contents(self) -> snapshots.Contents | None:
+        """What a snapshot of now would hold; None when physics are lost, which is a reason to go back."""
+        try:
+            return snapshots.check(self.save(), self._engine, _version())
+        except RequestRefused:
+            return None
+
     @property
     def state(self) -> SimulationState:
         """Whether time passes."""
@@ -82,7 +121,7 @@ class Simulator:
             engine=self._engine.name,
             engine_version=self._engine.version,
             version=_version(),
-            features=tuple(verb.name for verb in VERBS),
+            features=tuple(verb.name for verb in VERBS if self._serves(verb.name)),
             spawn_formats=SPAWN_FORMATS,
             world=simulation.world.name,
             available_worlds=available_worlds(),
@@ -91,6 +130,9 @@ class Simulator:
             step=1.0 / self._engine.steps_per_second,
             state=self._state,
         )
+
+    def _serves(self, verb: str) -> bool:
+        return isinstance(self._engine, NEEDS.get(verb, object))
 
     # ------------------------------------------------------------ time
 

@@ -1,9 +1,13 @@
-"""Conditions on robots that are checked in every tick and reported once, when they become true."""
+"""Conditions on robots that are checked in every tick and reported once, when they become true.
+
+They name what they are about, so that they can be saved, and go on in a world that is reset.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 from sim_nodes.geometry import Pose2
 
@@ -11,19 +15,29 @@ FramePose = Callable[[], Pose2 | None]
 """The pose of a frame in the map, None as long as it has none."""
 
 
+class Watched(Protocol):
+    """What watches look at."""
+
+    def frame(self, name: str) -> FramePose:
+        """A frame by name."""
+
+    def travelled(self, robot: str) -> float:
+        """What the odometry of a robot has counted [m]."""
+
+
 @dataclass(frozen=True)
 class ProximityWatch:
     """True when a frame is near a point that is given in another frame."""
 
-    frame: FramePose
-    parent: FramePose
+    frame: str
+    parent: str
     x: float  # [m], in the parent
     y: float
     threshold: float  # [m]
 
-    def holds(self) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether it is true now."""
-        frame, parent = self.frame(), self.parent()
+        frame, parent = world.frame(self.frame)(), world.frame(self.parent)()
         if frame is None or parent is None:
             return False
         point = parent.compose(Pose2(self.x, self.y, 0.0))
@@ -32,14 +46,18 @@ class ProximityWatch:
 
 @dataclass(frozen=True)
 class DistanceWatch:
-    """True when an odometer has reached a count."""
+    """True when the odometry of a robot has reached a count."""
 
-    travelled: Callable[[], float]  # [m]
+    robot: str
     target: float  # [m]
 
-    def holds(self) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether it is true now."""
-        return self.travelled() >= self.target
+        return world.travelled(self.robot) >= self.target
+
+    def counted_from(self, now: float, then: float) -> DistanceWatch:
+        """With as much left to go when the odometry is at `then` as there is now [m]."""
+        return replace(self, target=self.target - now + then)
 
 
 Watch = ProximityWatch | DistanceWatch

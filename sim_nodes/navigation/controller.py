@@ -16,6 +16,7 @@ from sim_nodes.navigation.planner import Plan
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.stateful import Stateful
 
 HORIZON = 1.5  # [s]
 SAMPLES = 12  # points on an arc
@@ -34,12 +35,15 @@ APPROACH_DISTANCE = 0.3  # [m] from the goal
 NO_WAY = 1e6  # cost-to-go where there is none
 
 
-class LocalController:
+class LocalController(Stateful):
     """Chooses velocities for a robot.
 
     Attributes:
         velocity: The last one, from which the next can differ by the accelerations only.
     """
+
+    STATE = ("velocity",)
+    DERIVED = ("_plan", "_open", "_finite")  # from the plan that is followed
 
     def __init__(self, grid: Grid, declaration: MobileDeclaration, interval: float) -> None:
         self._grid = grid

@@ -17,6 +17,7 @@ from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.stateful import Stateful
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class LocalisationParameters:
     initial_deviation: tuple[float, float, float] = (0.1, 0.1, 0.05)  # [m, m, rad] about a given initial pose
 
 
-class Localisation:
+class Localisation(Stateful):
     """The filter of one robot.
 
     Args:
@@ -47,6 +48,8 @@ class Localisation:
         max_range: Range of the lidar [m].
         noise: Source of its random numbers.
     """
+
+    STATE = ("_particles", "_odometry", "_estimate", "_fresh")
 
     def __init__(
         self,

@@ -25,6 +25,7 @@ from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.stateful import Stateful
 
 GOAL_TOLERANCE = 0.06  # [m], of the localised pose; the localisation's own error comes on top
 PASS_TOLERANCE = 0.3  # [m], for poses that are driven through
@@ -57,14 +58,16 @@ class Situation:
     scan: Scan
 
 
-class _Phase(Enum):
+class Phase(Enum):
+    """What a robot is doing about its goal."""
+
     FOLLOW = auto()
     ALIGN = auto()
     SETTLE = auto()
     RECOVER = auto()
 
 
-class Navigator:
+class Navigator(Stateful):
     """The navigation of one robot.
 
     Args:
@@ -73,6 +76,22 @@ class Navigator:
         declaration: The robot.
         interval: Length of a control cycle [s].
     """
+
+    STATE = (
+        "goal",
+        "_controller",
+        "_index",
+        "_recoveries",
+        "_recovered_at",
+        "_phase",
+        "_plan",
+        "_planned_for",
+        "_cycles",
+        "_since_plan",
+        "_blocked",
+        "_progress_pose",
+        "_progress_cycles",
+    )
 
     def __init__(
         self, known: NavigationMap, obstacles: ObstacleLayer, declaration: MobileDeclaration, interval: float
@@ -139,7 +158,7 @@ class Navigator:
         self._begin_leg(pose)
 
     def _begin_leg(self, pose: Pose2) -> None:
-        self._phase = _Phase.FOLLOW
+        self._phase = Phase.FOLLOW
         self._plan: Plan | None = None
         self._planned_for = -1
         self._cycles = 0  # in this phase
@@ -161,13 +180,13 @@ class Navigator:
         assert self.goal is not None
         self._cycles += 1
         match self._phase:
-            case _Phase.FOLLOW:
+            case Phase.FOLLOW:
                 return self._follow(now)
-            case _Phase.ALIGN:
+            case Phase.ALIGN:
                 return self._align(now)
-            case _Phase.SETTLE:
+            case Phase.SETTLE:
                 return self._settle(now)
-            case _Phase.RECOVER:
+            case Phase.RECOVER:
                 return self._recover(now)
             case _:
                 assert_never(self._phase)
@@ -181,7 +200,7 @@ class Navigator:
         way = now.pose.distance(target.x, target.y)
         if way < (GOAL_TOLERANCE if stops else PASS_TOLERANCE):
             if stops:
-                self._enter(_Phase.ALIGN)
+                self._enter(Phase.ALIGN)
                 return self._align(now)
             self._next_leg(now.pose)
             return self._controller.velocity, None
@@ -240,7 +259,7 @@ class Navigator:
             return self._end(Outcome.ABORTED, message)
         self._recoveries += 1
         self._recovered_at = now.pose
-        self._enter(_Phase.RECOVER)
+        self._enter(Phase.RECOVER)
         return self._recover(now)
 
     def _recover(self, now: Situation) -> tuple[Velocity, Ended | None]:
@@ -264,7 +283,7 @@ class Navigator:
         assert self.goal is not None
         error = wrap(self.goal.poses[self._index].yaw - now.pose.yaw)
         if abs(error) < YAW_TOLERANCE or self._cycles * self._interval > PROGRESS_TIME:
-            self._enter(_Phase.SETTLE)
+            self._enter(Phase.SETTLE)
             return self._settle(now)
         rate = max(0.3, min(1.2, 1.5 * abs(error)))
         return self._controller.steer(Velocity(0.0, rate if error > 0 else -rate)), None
@@ -284,7 +303,7 @@ class Navigator:
         self._index += 1
         self._begin_leg(pose)
 
-    def _enter(self, phase: _Phase) -> None:
+    def _enter(self, phase: Phase) -> None:
         self._phase, self._cycles = phase, 0
 
     def _end(self, outcome: Outcome, message: str) -> tuple[Velocity, Ended]:

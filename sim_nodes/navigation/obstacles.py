@@ -13,6 +13,7 @@ from scipy.ndimage import distance_transform_edt
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.grid import FAR, NavigationMap
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.stateful import Stateful
 
 HITS = 3  # scans with a hit, net of those that saw through, that make an obstacle
 MOST = 8  # the count saturates, so that what goes away is forgotten in about a second
@@ -22,13 +23,15 @@ MARGIN = 0.1  # [m] before a hit where a beam does not clear any more
 STRIDE = 0.05  # [m] between the points of a beam that clear
 
 
-class ObstacleLayer:
+class ObstacleLayer(Stateful):
     """Counts of hits on the grid of a map, and the distances to what they make obstacles.
 
     Attributes:
         distance: Distance of each cell to the next wall or obstacle [m].
         changes: How often the set of obstacles has changed.
     """
+
+    STATE = ("changes", "_count", "_obstacles", "distance")
 
     def __init__(self, known: NavigationMap) -> None:
         self._map = known

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from skimage.graph import MCP_Geometric
@@ -31,11 +32,17 @@ class Plan:
     grid: Grid
     cost_to_go: Array
     goal: tuple[float, float]
-    _tracer: MCP_Geometric
+    traversal: Array  # cost of each cell, of which the other follows
 
     def reaches(self, x: float, y: float) -> bool:
         """Whether there is a way from a point."""
         return bool(np.isfinite(self.cost_to_go[self.grid.cell(x, y)]))
+
+    @cached_property
+    def _tracer(self) -> MCP_Geometric:
+        tracer = MCP_Geometric(self.traversal)
+        tracer.find_costs([self.grid.cell(*self.goal)])
+        return tracer
 
     def path(self, x: float, y: float) -> Array:
         """The cheapest way from a point to the goal, shape (n, 2) [m]; the point has to be one that `reaches`."""
@@ -59,9 +66,9 @@ def plan_to(
         goal: Where to [m].
         robot: Where the robot is [m]; it is let out of places where it is closer to obstacles than it should be.
     """
-    tracer = MCP_Geometric(traversal_cost(grid, distance, clearance, robot))
-    costs, _ = tracer.find_costs([grid.cell(*goal)])
-    return Plan(grid, costs * grid.resolution, goal, tracer)
+    traversal = traversal_cost(grid, distance, clearance, robot)
+    costs, _ = MCP_Geometric(traversal).find_costs([grid.cell(*goal)])
+    return Plan(grid, costs * grid.resolution, goal, traversal)
 
 
 def traversal_cost(grid: Grid, distance: Array, clearance: float, robot: tuple[float, float] | None) -> Array:

@@ -6,9 +6,12 @@ layer at the rate of its lidar, control every `CONTROL_TICKS`.
 
 from __future__ import annotations
 
+from collections.abc import Container
+from dataclasses import replace
+
 from seoro.bridges.wire import Result
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import Ended
+from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import Localisation
 from sim_nodes.navigation.navigator import Goal, Navigator, Situation
@@ -21,12 +24,13 @@ from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds
 from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
 from sim_nodes.sensors.lidar import Lidar, Scan
 from sim_nodes.sensors.odometry import Odometry
+from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
 CONTROL_TICKS = 2  # 25 Hz
 
 
-class MobileBase:
+class MobileBase(Stateful):
     """The base of a robot that drives.
 
     Args:
@@ -36,6 +40,8 @@ class MobileBase:
         known: The map of the world.
         seed: Seed of the simulation.
     """
+
+    STATE = ("odometry", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
 
     def __init__(
         self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
@@ -96,7 +102,7 @@ class MobileBase:
         self._scan = None
 
     def navigate(self, goal: Goal) -> None:
-        """Take up a goal.
+        """Take up a goal. What the robot does for nobody ends, or is taken over if it is the same.
 
         Raises:
             RequestRefused: Not localised, busy, or the goal is impossible on the map.
@@ -107,11 +113,16 @@ class MobileBase:
                 Result.INCORRECT_STATE, f"{self.name} is not localised yet: set its initial pose first"
             )
         self._check_free()
+        present = self._navigator.goal
+        if present is not None and replace(present, id=goal.id) == goal:
+            self._navigator.goal = goal
+            return
         self._navigator.check(goal.poses, pose)
+        self._steering.drop()
         self._navigator.start(goal, pose)
 
     def _check_free(self) -> None:
-        if self.goal is not None:
+        if self.goal not in (None, NOBODY):
             raise RequestRefused(
                 Result.INCORRECT_STATE,
                 f"{self.name} is driving to goal {self.goal!r}: cancel it, or wait for its end",
@@ -125,6 +136,7 @@ class MobileBase:
         """
         self._check_free()
         self._steering.check(self.name, velocity)
+        self._navigator.cancel()
         self._steering.follow(Order(velocity, last, goal))
 
     def command(self, velocity: Velocity, tick: int) -> None:
@@ -135,12 +147,22 @@ class MobileBase:
         """
         self._check_free()
         self._steering.check(self.name, velocity)
+        self._navigator.cancel()
         self._steering.follow(Order(velocity, tick + round(COMMAND_TIMEOUT / TICK), None))
 
     def _steer(self, tick: int) -> Ended | None:
         velocity, ended = self._steering.control(tick)
         self._command(velocity)
         return ended
+
+    def disown(self, goals: Container[str]) -> None:
+        """See `Robot.disown`."""
+        goal = self._navigator.goal
+        if goal is not None and goal.id in goals:
+            self._navigator.goal = replace(goal, id=NOBODY)
+        order = self._steering.order
+        if order is not None and order.goal is not None and order.goal in goals:
+            self._steering.follow(replace(order, goal=NOBODY))
 
     def stop(self) -> str | None:
         """Drop the goal and stop the wheels; returns the id of the goal there was."""

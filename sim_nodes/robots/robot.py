@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 from seoro.bridges.wire import Outcome, Result
-from sim_nodes.goals import Ended
+from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.stateful import Stateful
 
 
-class Robot:
+class Robot(Stateful):
     """A robot of the world.
 
     Args:
@@ -21,6 +22,8 @@ class Robot:
         known: The map of the world.
         seed: Seed of the simulation.
     """
+
+    STATE = ("_mobile",)
 
     def __init__(self, placed: PlacedRobot, engine: Engine, known: NavigationMap, seed: int) -> None:
         self.name = placed.name
@@ -51,9 +54,9 @@ class Robot:
 
     @property
     def goals(self) -> tuple[str, ...]:
-        """The ids of the goals that it is working on."""
+        """The ids of the goals that it is working on, for somebody."""
         goal = self._mobile.goal if self._mobile is not None else None
-        return () if goal is None else (goal,)
+        return () if goal is None or goal == NOBODY else (goal,)
 
     def tick(self, tick: int) -> Iterator[Ended]:
         """Do what is due in a tick; gives the goals that ended."""
@@ -66,6 +69,11 @@ class Robot:
         """Stop what works on a goal, by its id; gives the goals that ended with that."""
         if goal in self.goals:
             yield from self.stop()
+
+    def disown(self, goals: Container[str]) -> None:
+        """Go on with all goals, but with these for nobody: their ends are not told, and any command ends them."""
+        if self._mobile is not None:
+            self._mobile.disown(goals)
 
     def stop(self) -> Iterator[Ended]:
         """Make every part stand still; gives the goals that ended with that."""

@@ -14,6 +14,7 @@ from sim_nodes.goals import Ended
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import DriveDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
 COMMAND_TIMEOUT = 0.5  # [s]
@@ -28,12 +29,14 @@ class Order:
     goal: str | None
 
 
-class Steering:
+class Steering(Stateful):
     """What a base has been told to drive, if anything.
 
     Args:
         drive: Its limits.
     """
+
+    STATE = ("_velocity", "order")
 
     def __init__(self, drive: DriveDeclaration) -> None:
         self._drive = drive

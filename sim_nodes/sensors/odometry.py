@@ -8,11 +8,12 @@ from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import DriveDeclaration, OdometryDeclaration
 from sim_nodes.robots.diff_drive import Velocity, base_motion
+from sim_nodes.stateful import Stateful
 
 STILL = 1e-5  # [m], [rad]; less motion than this in a tick is rest, and rest has no errors
 
 
-class Odometry:
+class Odometry(Stateful):
     """The odometry of a differential drive; it starts at the origin of the frame `odom`.
 
     Attributes:
@@ -20,6 +21,8 @@ class Odometry:
         travelled: Length of the path so far [m].
         velocity: Velocity of the base over the last tick by the wheels alone, without the errors of slip.
     """
+
+    STATE = ("_angles", "pose", "travelled", "velocity")
 
     def __init__(self, drive: DriveDeclaration, declaration: OdometryDeclaration, noise: Noise) -> None:
         self._drive = drive

@@ -26,5 +26,6 @@ from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.passing import *
 from seoro.bridges.wire.results import *
 from seoro.bridges.wire.simulator import *
+from seoro.bridges.wire.snapshots import *
 
 VERBS: tuple[Verb[Any, Any], ...] = tuple(value for value in tuple(globals().values()) if isinstance(value, Verb))

@@ -1,0 +1,244 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Purpose
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.sensors.odometry import Odometry
+from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.graph import differences
+
+GOAL = pose(1.5, 1.5)
+AHEAD = pose(1.9, 0.6, z=0.05)
+Seen = list[object]
+
+
+def busy(engine: str, seed: int = 3) -> Client:
+    """A robot on its way, watched, with a box before it and one that falls on its tail."""
+    client = Client("maze", seed, engine)
+    client.localise()
+    client.navigate(GOAL)
+    client.watch(5.0, 5.0, 0.1, watch="far")
+    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.4))
+    client.spawn("box", AHEAD)
+    client.spawn("gone", pose(-1.0, -1.0, z=0.3))
+    client.advance(1.5)
+    client.ask(wire.DELETE_ENTITY, wire.EntityName(name="gone"))
+    client.spawn("falling", pose(client.truth.x, client.truth.y, z=0.5))
+    time = 1.5
+    while time < 2.51:  # in the midst of a tick, and between two scans
+        time = client.advance(2.51).time
+    return client
+
+
+@pytest.mark.parametrize("purpose", [Purpose.CONTINUE, Purpose.BEGIN])
+def test_a_robot_that_is_driven_by_a_velocity_is_driven_on(purpose: Purpose) -> None:
+    original = Client("empty", 3)
+    original.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.3, duration=2.0))
+    original.advance(0.3)
+    snapshot = save(original)
+    ended, _ = original.run_until("drive")
+    fork = Client("maze", 99)
+    restore(fork, snapshot, purpose)
+    if purpose is Purpose.CONTINUE:
+        assert fork.run_until("drive") == (ended, [])
+    else:
+        assert fork.advance(ended.time - 0.3).occurrences == ()
+    assert (fork.truth, fork.simulator.simulation.robot(ROBOT).mobile.odometry.pose) == (
+        original.truth,
+        original.simulator.simulation.robot(ROBOT).mobile.odometry.pose,
+    )
+
+
+def save(client: Client) -> wire.Snapshot:
+    answer = client.ask(wire.SAVE_STATE, wire.Empty())
+    return wire.decode(wire.Snapshot, wire.encode(answer))
+
+
+def restore(
+    client: Client, snapshot: wire.Snapshot, purpose: Purpose = Purpose.CONTINUE, seed: int | None = None
+) -> wire.SimulatorFeatures:
+    return client.ask(wire.RESTORE_STATE, wire.RestoreState(snapshot=snapshot, purpose=purpose, seed=seed))
+
+
+def follow(client: Client, until: float) -> Iterator[object]:
+    """Everything that is seen of a run from now on: answers, states, what the robot senses and believes."""
+    time = client.simulator.simulation.time
+    while time < until:
+        advanced = client.advance(min(until, time + 0.25))
+        time = advanced.time
+        yield wire.encode(advanced)
+        yield client.estimate
+        scan = client.simulator.simulation.robot(ROBOT).mobile._scan
+        yield scan and scan.ranges.tobytes()
+        for name in client.ask(wire.GET_ENTITIES, wire.EntityFilter()).names:
+            yield client.ask(wire.GET_ENTITY_STATE, wire.EntityName(name=name))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_fork_goes_on_to_the_bit_as_the_original(engine: str) -> None:
+    original = busy(engine)
+    snapshot = save(original)
+    rest = list(follow(original, 9.0))
+    assert any(b"way" in seen for seen in rest if isinstance(seen, bytes))
+    fork = Client("empty", 99, engine)
+    features = restore(fork, snapshot)
+    assert (features.world, features.time, features.state) == ("maze", snapshot.time, wire.SimulationState.PAUSED)
+    assert list(follow(fork, 9.0)) == rest
+    restore(original, snapshot)
+    assert list(follow(original, 9.0)) == rest
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_nothing_that_a_simulation_consists_of_is_forgotten(engine: str) -> None:
+    original = busy(engine)
+    fork = Client("empty", 99, engine)
+    restore(fork, save(original))
+    assert differences(original.simulator.simulation, fork.simulator.simulation) == []
+
+
+def test_state_that_is_not_declared_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Odometry, "STATE", ("_angles", "pose", "velocity"))
+    monkeypatch.setattr(MobileBase, "STATE", ("odometry", "localisation", "_navigator", "_scan"))
+    original = busy("mujoco")
+    fork = Client("empty", 99, "mujoco")
+    restore(fork, save(original))
+    found = "\n".join(differences(original.simulator.simulation, fork.simulator.simulation))
+    assert "['odometry']['travelled']" in found
+    assert "['_obstacles']" in found
+
+
+def test_another_seed_makes_another_rest_from_the_same_state() -> None:
+    snapshot = save(busy("mujoco"))
+    rests = []
+    for seed in (None, 3, 4):
+        fork = Client("empty", 99, "mujoco")
+        restore(fork, snapshot, seed=seed)
+        rests.append(list(follow(fork, 4.0)))
+    assert rests[0] == rests[1] != rests[2]
+
+
+def test_a_run_that_begins_from_a_snapshot_takes_over_what_robots_do() -> None:
+    original = busy("mujoco")
+    snapshot = save(original)
+    left = snapshot.time
+    ended, _ = original.run_until("goal")
+    fork = Client("empty", 99, "mujoco")
+    restore(fork, snapshot, Purpose.BEGIN)
+    assert fork.simulator.simulation.time == 0.0
+    fork.navigate(GOAL, goal="mine")
+    again, _ = fork.run_until("mine")
+    assert again.time == pytest.approx(ended.time - left, abs=1e-9)
+    assert (fork.truth, fork.estimate) == (original.truth, original.estimate)
+
+
+def test_a_run_that_begins_from_a_snapshot_hears_nothing_of_another_run() -> None:
+    snapshot = save(busy("mujoco"))
+    fork = Client("empty", 99, "mujoco")
+    restore(fork, snapshot, Purpose.BEGIN)
+    time = 0.0
+    told: list[wire.Occurrence] = []
+    while time < 20.0:
+        advanced = fork.advance(20.0)
+        time = advanced.time
+        told += advanced.occurrences
+    assert told == []
+    assert fork.truth.distance(GOAL.position.x, GOAL.position.y) < 0.2  # it went on, for nobody
+    with pytest.raises(RequestRefused, match="no active goal"):
+        fork.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="goal"))
+
+
+def test_another_goal_ends_what_a_robot_does_for_nobody() -> None:
+    fork = Client("empty", 99, "mujoco")
+    restore(fork, save(busy("mujoco")), Purpose.BEGIN)
+    fork.navigate(pose(0.5, 0.0), goal="mine")
+    ended, _ = fork.run_until("mine")
+    assert ended.outcome is wire.Outcome.SUCCEEDED
+    assert fork.truth.distance(0.5, 0.0) < 0.2
+
+
+def test_rewinding_keeps_the_clock_and_ends_what_was_begun_since() -> None:
+    client = Client("maze", 3)
+    client.localise()
+    client.watch(5.0, 5.0, 0.1, watch="before")
+    client.advance(1.0)
+    snapshot = save(client)
+    client.navigate(GOAL, goal="since")
+    client.watch(-5.0, -5.0, 0.1, watch="after")
+    client.spawn("box", AHEAD)
+    client.advance(3.0)
+    features = restore(client, snapshot, Purpose.REWIND)
+    assert features.time == 3.0
+    assert client.truth.distance(0.0, 0.0) < 0.01
+    assert "box" not in client.ask(wire.GET_ENTITIES, wire.EntityFilter()).names
+    advanced = client.advance(3.5)
+    assert [(each.id, each.outcome) for each in advanced.occurrences] == [("since", wire.Outcome.CANCELED)]
+    for watch in ("before", "after"):
+        client.ask(wire.CANCEL_WATCH, wire.CancelWatch(id=watch))
+
+
+def test_rewinding_goes_on_with_a_goal_that_was_active_then_and_is_now() -> None:
+    client = Client("maze", 3)
+    client.localise()
+    client.navigate(GOAL)
+    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.0))
+    client.advance(2.0)
+    snapshot = save(client)
+    client.advance(3.0)
+    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="late", robot=ROBOT, distance=0.2))
+    travelled = client.simulator.simulation.travelled(ROBOT)
+    restore(client, snapshot, Purpose.REWIND)
+    assert client.simulator.simulation.travelled(ROBOT) < travelled
+    late, _ = client.run_until("late")
+    way, _ = client.run_until("way")
+    ended, _ = client.run_until("goal")
+    assert late.time < way.time < ended.time
+    assert ended.outcome is wire.Outcome.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"engine": "pybullet"}, "the engine pybullet, and here is mujoco"),
+        ({"engine_version": "3.0"}, "version of mujoco 3.0"),
+        ({"version": "9.9"}, "version of seoro 9.9"),
+        ({"format": 7}, "the format 7, and here is 1"),
+        ({"state": b"nonsense"}, "damaged"),
+    ],
+    ids=str,
+)
+def test_a_snapshot_that_means_nothing_here_is_refused(
+    empty: Client, change: dict[str, object], words: str
+) -> None:
+    before = save(empty)
+    with pytest.raises(RequestRefused, match=words):
+        restore(empty, before.model_copy(update=change))
+    assert save(empty) == before
+
+
+def test_a_snapshot_that_does_not_fit_leaves_everything_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = busy("mujoco")
+    snapshot = save(client)
+    other = busy("mujoco")
+    with monkeypatch.context() as patched:
+        patched.setattr(Odometry, "STATE", ("_angles", "pose"))
+        with pytest.raises(RequestRefused, match="cannot be restored: there is a Odometry where"):
+            restore(other, snapshot)
+    assert list(follow(other, 4.0)) == list(follow(client, 4.0))
+
+
+def test_lost_physics_cannot_be_saved_and_are_mended_by_a_snapshot(empty: Client) -> None:
+    snapshot = save(empty)
+    empty.simulator.simulation.engine._data.qpos[:] = float("nan")  # type: ignore[attr-defined]
+    with pytest.raises(RequestRefused, match="reset the simulation"):
+        empty.advance(0.1)
+    with pytest.raises(RequestRefused, match="cannot be saved: the physics are lost"):
+        save(empty)
+    restore(empty, snapshot)
+    assert empty.advance(1.0).time == 1.0
+    assert empty.truth.distance(0.0, 0.0) < 0.01
