@@ -11,10 +11,12 @@ from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from seoro.bridges.wire import Contact, Occurrence, Outcome, ResetScope, Result
+from seoro.bridges.wire import Contact, Measurements, Occurrence, Outcome, ResetScope, Result
+from sim_nodes.clearance import Surroundings
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.measurements import Measuring
 from sim_nodes.navigation.grid import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
@@ -56,6 +58,7 @@ class Simulation(Stateful):
         "entities",
         "robots",
         "records",
+        "_measuring",
         "_occurrences",
         "_contacts",
     )
@@ -83,7 +86,16 @@ class Simulation(Stateful):
         placed = self.world.robots
         self.robots = {robot.name: Robot(robot, self.engine, self._map, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
+        self._measuring = dict(self._measurings())
         self._frames = dict(self._frame_poses())
+
+    def _measurings(self) -> Iterator[tuple[str, Measuring]]:
+        """Those of all robots that drive."""
+        driving = [robot for robot in self.robots.values() if robot.drives]
+        radii = {robot.name: robot.mobile.declaration.radius for robot in driving}
+        surroundings = Surroundings(self.engine, self.world.walls, self.entities, radii)
+        for robot in driving:
+            yield robot.name, Measuring(self.true_pose(robot.name), partial(surroundings.room, robot.name), TICK)
 
     def _frame_poses(self) -> Iterator[tuple[str, FramePose]]:
         """All frames; those without a robot's name are the first robot's that drives."""
@@ -142,8 +154,11 @@ class Simulation(Stateful):
 
     def _tick(self, tick: int) -> None:
         for robot in self.robots.values():
-            self._report(robot.tick(tick))
-            self.records[robot.name].passed(self.true_pose(robot.name), self.time)
+            self._report(robot, robot.tick(tick))
+            pose = self.true_pose(robot.name)
+            self.records[robot.name].passed(pose, self.time)
+            if robot.drives:
+                self._measuring[robot.name].passed(pose, robot.mobile.localised_pose(), robot.mobile.deviation())
         self._check_watches()
 
     def _note_contacts(self) -> None:
@@ -153,6 +168,8 @@ class Simulation(Stateful):
         for first, second in sorted(touching):
             if (first, second) not in self._latched:
                 self._contacts.append(Contact(time=self.time, first=first, second=second))
+                for robot in {first, second} & self._measuring.keys():
+                    self._measuring[robot].touched()
             self._latched[first, second] = self._steps
         oldest = self._steps - round(RELEASE_TIME * self.engine.steps_per_second)
         self._latched = {pair: last for pair, last in self._latched.items() if last >= oldest}
@@ -197,11 +214,11 @@ class Simulation(Stateful):
             raise RequestRefused(
                 Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}"
             )
-        self._report(active[goal_id].cancel(goal_id))
+        self._report(active[goal_id], active[goal_id].cancel(goal_id))
 
     def stop_robot(self, robot: str) -> None:
         """Stop a robot; the goals that it had end as canceled."""
-        self._report(self.robot(robot).stop())
+        self._report(self.robot(robot), self.robot(robot).stop())
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""
@@ -211,13 +228,28 @@ class Simulation(Stateful):
                 Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
             )
 
-    def _report(self, ended: Iterable[Ended]) -> None:
+    def _report(self, robot: Robot, ended: Iterable[Ended]) -> None:
         for end in ended:
             if end.id == NOBODY:
                 continue
+            if robot.drives:
+                self._measuring[robot.name].ended(end.outcome)
             self._occurrences.append(
                 Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
             )
+
+    def measurements(self) -> Measurements:
+        """What was measured of the robots that drive, since they were put there."""
+        engine = self.engine
+        robots = {name: each.result(self.robots[name].mobile.recoveries) for name, each in self._measuring.items()}
+        return Measurements(
+            world=self.world.name,
+            engine=engine.name,
+            engine_version=engine.version,
+            seed=self.seed,
+            time=self.time,
+            robots=robots,
+        )
 
     # ------------------------------------------------------------ watches
 
@@ -296,6 +328,7 @@ class Simulation(Stateful):
         self._watches = {}
         self._occurrences, self._contacts = [], []
         self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
+        self._measuring = dict(self._measurings())
         self.entities.begin()
 
     def take_over(self, before: Simulation) -> None:
@@ -305,7 +338,8 @@ class Simulation(Stateful):
         active = {goal for robot in before.robots.values() for goal in robot.goals}
         kept = {goal for robot in self.robots.values() for goal in robot.goals} & active
         self._disown_all_but(kept)
-        self._report(Ended(goal, Outcome.CANCELED) for goal in sorted(active - kept))
+        for robot in before.robots.values():
+            self._report(robot, (Ended(goal, Outcome.CANCELED) for goal in robot.goals if goal not in kept))
         saved, self._watches = self._watches, {}
         for identifier, watch in before._watches.items():
             self._watches[identifier] = saved.get(identifier) or self._carried_over(watch, before)

@@ -1,4 +1,7 @@
-"""What a sweep leaves: a table with a line for each run, and JUnit XML with a test case for each."""
+"""What a sweep leaves: a table with a line for each run, and JUnit XML with a test case for each.
+
+The table has the parameters, how the run ended, and what it has measured.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.runtime.junit import TAGS, Case, junit
+from seoro.sweep.measured import measured
 from seoro.sweep.running import Ran
 
 TABLE = "results.csv"
@@ -26,15 +30,19 @@ def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Pa
     """
     in_order = sorted(ran, key=lambda each: each.planned.number)
     axes = list(in_order[0].planned.values) if in_order else []
+    found = [measured(each.planned.folder) for each in in_order]
+    columns = list(dict.fromkeys(column for each in found for column in each))
     table = folder / TABLE
     with table.open("w", newline="", encoding="utf-8") as opened:
         writer = csv.writer(opened)
-        writer.writerow(["run", *axes, "seed", "status", "duration", "wall_duration", "reason", "folder"])
-        for each in in_order:
+        ending = ["seed", "status", "duration", "wall_duration", "reason", "folder"]
+        writer.writerow(["run", *axes, *ending, *columns])
+        for each, has in zip(in_order, found, strict=True):
             planned = each.planned
             values = [_value(each, path) for path in axes]
-            measured = [each.status.value, each.duration, round(each.wall_duration, 3), each.reason]
-            writer.writerow([planned.number, *values, planned.seed, *measured, planned.folder.relative_to(folder)])
+            ended = [planned.seed, each.status.value, each.duration, round(each.wall_duration, 3), each.reason]
+            place = planned.folder.relative_to(folder)
+            writer.writerow([planned.number, *values, *ended, place, *(has.get(column) for column in columns)])
     report = folder / JUNIT
     report.write_text(junit([_case(each, file) for each in in_order]), encoding="utf-8")
     return table, report

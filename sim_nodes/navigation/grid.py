@@ -36,6 +36,11 @@ class Grid:
         left, bottom, right, top = extent
         return cls(left, bottom, math.ceil((right - left) / RESOLUTION), math.ceil((top - bottom) / RESOLUTION))
 
+    def framed(self) -> Grid:
+        """The grid with one more row or column of cells on each side."""
+        size = self.resolution
+        return Grid(self.x - size, self.y - size, self.columns + 2, self.rows + 2, size)
+
     def contains(self, x: float, y: float) -> bool:
         """Whether a point is on the grid."""
         column, row = (x - self.x) / self.resolution, (y - self.y) / self.resolution

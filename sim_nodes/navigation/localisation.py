@@ -1,43 +1,34 @@
-"""Localisation on a known map by a particle filter, with the parameters of Nav2's AMCL under their names there.
+"""Localisation on a known map by an adaptive particle filter: AMCL, with the parameters that it has in Nav2.
 
 Motion: the odometry model of Thrun, Burgard and Fox, Probabilistic Robotics, table 5.6. Measurement: the
 likelihood field of table 6.3. AMCL sums the cubes of the beams' likelihoods, which tells good particles from bad
 ones only weakly; here they are multiplied, with an exponent that allows for neighbouring beams not being
-independent. The true pose never enters.
+independent. How many particles there are follows from how far they are spread (KLD sampling, Fox 2003). Odometry
+and scans are all that the filter goes by: the true pose never enters.
+
+A robot that does not know where it is looks for itself on the whole map: many particles, and weights so even that
+a place is not given up for one scan. Random particles while scans fit worse than they did (augmented filter, table
+8.3) are off unless a robot's declaration asks for them, as in Nav2.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.navigation.particles import Estimate, adapted_count, bins, draw, estimate, particles_needed
 from sim_nodes.noise import Noise
+from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
-
-@dataclass(frozen=True)
-class LocalisationParameters:
-    """Parameters under their names in Nav2's AMCL."""
-
-    max_particles: int = 400
-    max_beams: int = 60
-    alpha1: float = 0.1  # error of rotation from rotation
-    alpha2: float = 0.1  # error of rotation from translation
-    alpha3: float = 0.1  # error of translation from translation
-    alpha4: float = 0.1  # error of translation from rotation
-    sigma_hit: float = 0.1  # [m]
-    z_hit: float = 0.5
-    z_rand: float = 0.5
-    laser_likelihood_max_dist: float = 1.0  # [m]
-    beam_weight: float = 0.2  # what a beam counts, compared with an independent measurement; not in AMCL
-    update_min_d: float = 0.1  # [m]
-    update_min_a: float = 0.1  # [rad]
-    initial_deviation: tuple[float, float, float] = (0.1, 0.1, 0.05)  # [m, m, rad] about a given initial pose
+FOUND_DEVIATION = (
+    0.2  # [m]; a robot that looks for itself has found itself when its particles are this close together
+)
+FOUND_SHARE = 0.9  # of the particles that have to be
 
 
 class Localisation(Stateful):
@@ -45,73 +36,107 @@ class Localisation(Stateful):
 
     Args:
         known: The map.
-        max_range: Range of the lidar [m].
+        declaration: The robot's base.
         noise: Source of its random numbers.
     """
 
-    STATE = ("_particles", "_odometry", "_estimate", "_fresh")
+    STATE = ("_particles", "_odometry", "_estimate", "_fresh", "_lost", "_fit_slow", "_fit_fast")
 
-    def __init__(
-        self,
-        known: NavigationMap,
-        max_range: float,
-        noise: Noise,
-        parameters: LocalisationParameters | None = None,
-    ) -> None:
-        self._parameters = parameters or LocalisationParameters()
+    def __init__(self, known: NavigationMap, declaration: MobileDeclaration, noise: Noise) -> None:
+        self._parameters = declaration.localisation
         self._grid = known.grid
+        self._framed = known.grid.framed()
         self._noise = noise
-        self._log_likelihood = self._likelihood_field(known, max_range)
+        self._log_likelihood = self._likelihood_field(known, declaration.lidar.max_range)
+        self._free = np.argwhere(known.distance >= declaration.radius)
         self._particles = np.zeros((0, 3))
         self._odometry = Pose2(0.0, 0.0, 0.0)  # at the last update
-        self._estimate: Pose2 | None = None  # at the last update
-        self._fresh = False  # an initial pose has been given that no scan has been held against
+        self._estimate: Estimate | None = None  # at the last update
+        self._fresh = False  # there are particles that no scan has been held against
+        self._lost = False  # the whole map was searched, and the robot has not found itself yet
+        self._fit_slow = self._fit_fast = 0.0  # averages of how well scans fit
 
     def _likelihood_field(self, known: NavigationMap, max_range: float) -> Array:
         p = self._parameters
-        distance = np.minimum(known.distance, p.laser_likelihood_max_dist)
+        # A frame of cells that are far from any wall stands for everything beyond the map.
+        distance = np.pad(known.distance, 1, constant_values=np.inf).clip(max=p.laser_likelihood_max_dist)
         likelihood = p.z_hit * np.exp(-0.5 * (distance / p.sigma_hit) ** 2) + p.z_rand / max_range
-        field: Array = p.beam_weight * np.log(likelihood)
+        field: Array = np.log(likelihood)
         return field
 
-    def set_initial_pose(self, pose: Pose2, odometry: Pose2, tick: int) -> None:
-        """Start over about a pose in the map, at a pose in `odom`."""
-        draws = self._noise.at(tick).standard_normal((self._parameters.max_particles, 3))
-        self._particles = np.array(pose) + draws * np.array(self._parameters.initial_deviation)
-        self._odometry, self._estimate, self._fresh = odometry, pose, True
+    # ------------------------------------------------------------ what it says
+
+    @property
+    def running(self) -> bool:
+        """Whether scans are of use: an initial pose was given, or the robot is looking for itself."""
+        return len(self._particles) > 0
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """What the particles said at the last update; None before an initial pose, and while the robot is lost."""
+        return None if self._lost else self._estimate
+
+    @property
+    def particles(self) -> Array:
+        """The particles, shape (n, 3)."""
+        return self._particles
 
     def pose(self, odometry: Pose2) -> Pose2 | None:
-        """The pose in the map: the last estimate carried on by odometry; None without an initial pose."""
+        """The pose in the map: the last estimate carried on by odometry; None if there is none."""
         offset = self.map_to_odom()
         return None if offset is None else offset.compose(odometry)
 
     def map_to_odom(self) -> Pose2 | None:
-        """The pose of `odom` in the map; None without an initial pose."""
-        return None if self._estimate is None else self._estimate.compose(self._odometry.inverse())
+        """The pose of `odom` in the map; None without an estimate."""
+        estimate = self.estimate
+        return None if estimate is None else estimate.pose.compose(self._odometry.inverse())
 
-    def update(self, odometry: Pose2, scan: Scan, tick: int) -> Pose2:
-        """Take in a scan, if the robot has moved enough since the last one; returns the pose.
+    # ------------------------------------------------------------ what it is told
 
-        There has to be an initial pose.
-        """
-        assert self._estimate is not None
+    def set_initial_pose(self, pose: Pose2, odometry: Pose2, tick: int) -> None:
+        """Start over about a pose in the map, at a pose in `odom`."""
+        deviation = np.array(self._parameters.initial_deviation)
+        self._fit_slow = self._fit_fast = 0.0
+        draws = self._noise.at(tick).standard_normal((self._parameters.max_particles, 3))
+        self._particles = np.array(pose) + draws * deviation
+        self._odometry, self._estimate, self._fresh = odometry, Estimate(pose, np.diag(deviation**2), 1.0), True
+        self._lost = False
+
+    def search(self, odometry: Pose2, tick: int) -> None:
+        """Start over with particles all over the free floor: there is no pose until they agree on one."""
+        self._particles = self._anywhere(self._parameters.global_particles, self._noise.at(tick))
+        self._odometry, self._estimate, self._fresh, self._lost = odometry, None, True, True
+        self._fit_slow = self._fit_fast = 0.0
+
+    def update(self, odometry: Pose2, scan: Scan, tick: int) -> None:
+        """Take in a scan, if the robot has moved enough since the last one. The filter has to be running."""
+        assert self.running
         motion = self._odometry.inverse().compose(odometry)
         p = self._parameters
         moved = math.hypot(motion.x, motion.y) >= p.update_min_d or abs(motion.yaw) >= p.update_min_a
         if not (moved or self._fresh):
-            return self._estimate.compose(motion)
+            return
         self._fresh = False
         random = self._noise.at(tick)
         self._move(motion, random)
         self._odometry = odometry
-        self._resample(self._weights(scan), random.random())
-        self._estimate = self._mean()
-        return self._estimate
+        evidence, beams = self._evidence(scan)
+        self._resample(evidence, random)
+        if p.recovery_alpha_slow:
+            self._scatter(evidence, beams, random)
+        self._estimate = estimate(self._particles)
+        if self._lost:
+            found = self._estimate
+            self._lost = found.share < FOUND_SHARE or found.deviation > FOUND_DEVIATION
 
-    def _mean(self) -> Pose2:
-        x, y, _ = self._particles.mean(axis=0).tolist()
-        sin, cos = np.sin(self._particles[:, 2]).mean(), np.cos(self._particles[:, 2]).mean()
-        return Pose2(x, y, math.atan2(sin, cos))
+    # ------------------------------------------------------------ the filter
+
+    def _anywhere(self, count: int, random: np.random.Generator) -> Array:
+        """Poses drawn from the free floor."""
+        resolution = self._grid.resolution
+        cells = self._free[random.integers(len(self._free), size=count)]
+        place = self._grid.points(cells) + random.uniform(-0.5, 0.5, (count, 2)) * resolution
+        return np.column_stack([place, random.uniform(-math.pi, math.pi, count)])
 
     def _move(self, motion: Pose2, random: np.random.Generator) -> None:
         p, particles = self._parameters, self._particles
@@ -130,21 +155,41 @@ class Localisation(Stateful):
         particles[:, 1] += distance * np.sin(heading)
         particles[:, 2] = heading + rotation2
 
-    def _weights(self, scan: Scan) -> Array:
-        """Weights of the particles by evenly spread beams, shape (particles,)."""
+    def _evidence(self, scan: Scan) -> tuple[Array, int]:
+        """Logarithm of the likelihood of evenly spread beams for each particle, and of how many beams it is."""
         every = max(1, len(scan.ranges) // self._parameters.max_beams)
         hit = scan.hit[::every]
         bx, by = scan.x[::every][hit], scan.y[::every][hit]
         x, y, yaw = (column[:, None] for column in self._particles.T)
         cos, sin = np.cos(yaw), np.sin(yaw)
-        cells = self._grid.cells(x + cos * bx - sin * by, y + sin * bx + cos * by)
-        evidence = self._log_likelihood[cells].sum(axis=1)
-        weights = np.exp(evidence - evidence.max())
-        normalised: Array = weights / weights.sum()
-        return normalised
+        cells = self._framed.cells(x + cos * bx - sin * by, y + sin * bx + cos * by)
+        evidence: Array = self._log_likelihood[cells].sum(axis=1)
+        return evidence, len(bx)
 
-    def _resample(self, weights: Array, offset: float) -> None:
-        """Draw particles by weight, with one random number for all (low variance, table 4.4)."""
-        count = len(weights)
-        chosen = np.searchsorted(np.cumsum(weights), (offset + np.arange(count)) / count)
-        self._particles = self._particles[chosen.clip(0, count - 1)]
+    def _resample(self, evidence: Array, random: np.random.Generator) -> None:
+        """Draw as many particles by their weights as are needed."""
+        p = self._parameters
+        weights = np.exp((p.global_beam_weight if self._lost else p.beam_weight) * (evidence - evidence.max()))
+        weights /= weights.sum()
+        self._particles = self._particles[draw(weights, self._needed(weights, random), random.random())]
+
+    def _needed(self, weights: Array, random: np.random.Generator) -> int:
+        p = self._parameters
+        most = p.global_particles if self._lost else p.max_particles
+        where = bins(self._particles)
+        if particles_needed(np.array(float(len(np.unique(where)))), p.pf_err, p.pf_z) <= p.min_particles:
+            return p.min_particles
+        drawn = where[random.choice(len(weights), most, p=weights)]
+        return adapted_count(drawn, p.min_particles, most, p.pf_err, p.pf_z)
+
+    def _scatter(self, evidence: Array, beams: int, random: np.random.Generator) -> None:
+        """Put some particles anywhere, the more of them the worse scans fit now than in the long run."""
+        p = self._parameters
+        if beams == 0:
+            return
+        fit = float(np.exp(evidence / beams).mean())
+        self._fit_slow += (p.recovery_alpha_slow if self._fit_slow else 1.0) * (fit - self._fit_slow)
+        self._fit_fast += (p.recovery_alpha_fast if self._fit_fast else 1.0) * (fit - self._fit_fast)
+        share = max(0.0, 1.0 - self._fit_fast / self._fit_slow)
+        chosen = random.random(len(self._particles)) < share
+        self._particles[chosen] = self._anywhere(int(chosen.sum()), random)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
+from itertools import pairwise
 from typing import assert_never
 
 import numpy as np
@@ -36,6 +37,7 @@ REPLAN_PERIOD = 1.0  # [s]
 BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
 PROGRESS_DISTANCE, PROGRESS_TIME = 0.3, 10.0  # [m] that have to be made in [s]
 BACK_UP_SPEED, BACK_UP_TIME = 0.1, 1.5  # [m/s], [s]
+MIN_MADE = 0.5  # [m] on the way from which on the speed until now says something
 SETTLE_TIME = 5.0  # [s] after which a robot that cannot come to rest is taken to be there
 MAX_RECOVERIES = 6  # in a row, without progress between them
 
@@ -58,6 +60,17 @@ class Situation:
     scan: Scan
 
 
+@dataclass(frozen=True)
+class Feedback:
+    """How far a robot is on its way, under the names of Nav2's feedback."""
+
+    navigation_time: float  # [s] since the goal was taken up
+    distance_remaining: float  # [m] along the plan, and straight from one later pose to the next
+    estimated_time_remaining: float  # [s] as fast as until now
+    number_of_recoveries: int
+    number_of_poses_remaining: int
+
+
 class Phase(Enum):
     """What a robot is doing about its goal."""
 
@@ -75,14 +88,22 @@ class Navigator(Stateful):
         obstacles: The obstacle layer, kept up to date by the owner.
         declaration: The robot.
         interval: Length of a control cycle [s].
+
+    Attributes:
+        goal: What the robot is on its way to.
+        recoveries: How often it has recovered, with all goals.
     """
 
     STATE = (
         "goal",
+        "recoveries",
         "_controller",
         "_index",
-        "_recoveries",
+        "_tries",
         "_recovered_at",
+        "_taken",
+        "_recovered_before",
+        "_way",
         "_phase",
         "_plan",
         "_planned_for",
@@ -103,6 +124,7 @@ class Navigator(Stateful):
         self._controller = LocalController(known.grid, declaration, interval)
         self._regions, _ = label(known.distance >= declaration.clearance, structure=np.ones((3, 3)))
         self.goal: Goal | None = None
+        self.recoveries = 0
 
     def check(self, poses: tuple[Pose2, ...], start: Pose2) -> None:
         """Refuse poses where the robot cannot be, or that cannot be reached on the map.
@@ -153,8 +175,11 @@ class Navigator(Stateful):
         """Take up a goal, from a pose of the robot in the map."""
         self.goal = goal
         self._index = 0
-        self._recoveries = 0
+        self._tries = 0  # recoveries in a row
         self._recovered_at = pose
+        self._taken = 0  # cycles
+        self._recovered_before = self.recoveries
+        self._way: float | None = None  # when it was first known [m]
         self._begin_leg(pose)
 
     def _begin_leg(self, pose: Pose2) -> None:
@@ -179,6 +204,7 @@ class Navigator(Stateful):
         """The velocity of this control cycle, and the end of the goal if it ends. Only with a goal."""
         assert self.goal is not None
         self._cycles += 1
+        self._taken += 1
         match self._phase:
             case Phase.FOLLOW:
                 return self._follow(now)
@@ -190,6 +216,32 @@ class Navigator(Stateful):
                 return self._recover(now)
             case _:
                 assert_never(self._phase)
+
+    def feedback(self, pose: Pose2) -> Feedback:
+        """How far the robot is, from its pose in the map. Only with a goal."""
+        assert self.goal is not None
+        taken = self._taken * self._interval
+        way = self._way_to_go(pose)
+        if self._way is None and self._plan is not None:
+            self._way = way
+        made = (self._way or way) - way
+        drive = self._declaration.drive
+        speed = min(made / taken, drive.max_speed) if taken > 0.0 and made > MIN_MADE else drive.max_speed
+        return Feedback(
+            navigation_time=taken,
+            distance_remaining=way,
+            estimated_time_remaining=way / speed,
+            number_of_recoveries=self.recoveries - self._recovered_before,
+            number_of_poses_remaining=len(self.goal.poses) - self._index,
+        )
+
+    def _way_to_go(self, pose: Pose2) -> float:
+        assert self.goal is not None
+        poses = self.goal.poses[self._index :]
+        later = sum(a.distance(b.x, b.y) for a, b in pairwise(poses))
+        if self._plan is None or not self._plan.reaches(pose.x, pose.y):
+            return pose.distance(poses[0].x, poses[0].y) + later
+        return self._plan.length(pose.x, pose.y) + later
 
     # ------------------------------------------------------------ follow
 
@@ -238,7 +290,7 @@ class Navigator(Stateful):
         if pose.distance(self._progress_pose.x, self._progress_pose.y) > PROGRESS_DISTANCE:
             self._mark_progress(pose)
             if pose.distance(self._recovered_at.x, self._recovered_at.y) > 2 * PROGRESS_DISTANCE:
-                self._recoveries = 0
+                self._tries = 0
         return self._progress_cycles * self._interval < PROGRESS_TIME
 
     def _hold(self, now: Situation, why: str) -> tuple[Velocity, Ended | None]:
@@ -253,11 +305,12 @@ class Navigator(Stateful):
     def _give_way(self, now: Situation, why: str) -> tuple[Velocity, Ended | None]:
         assert self.goal is not None
         target = self.goal.poses[self._index]
-        if self._recoveries == MAX_RECOVERIES:
+        if self._tries == MAX_RECOVERIES:
             where = f"({target.x:.2f}, {target.y:.2f})"
             message = f"the robot {why} on its way to {where}, also after {MAX_RECOVERIES} recoveries"
             return self._end(Outcome.ABORTED, message)
-        self._recoveries += 1
+        self._tries += 1
+        self.recoveries += 1
         self._recovered_at = now.pose
         self._enter(Phase.RECOVER)
         return self._recover(now)
@@ -265,7 +318,7 @@ class Navigator(Stateful):
     def _recover(self, now: Situation) -> tuple[Velocity, Ended | None]:
         """Back up while there is room behind; from the second time on, forget the obstacles too."""
         if self._cycles * self._interval >= BACK_UP_TIME:
-            if self._recoveries > 1:
+            if self._tries > 1:
                 self._obstacles.clear()
             self._begin_leg(now.pose)
             return self._controller.stop(), None

@@ -22,6 +22,7 @@ INFLATION_SCALE = 5.0  # [1/m]
 INFLATION_COST = 40.0  # beside an obstacle, in units of the cost of free floor
 ESCAPE_RADIUS = 0.3  # [m] about the robot where floor too close to obstacles costs much instead of being closed
 ESCAPE_COST = 100.0
+SMOOTHING = 8  # cells of a path between two that its length is measured over
 CLOSED = -1.0  # cells that are not entered, in the terms of skimage.graph
 
 
@@ -48,6 +49,12 @@ class Plan:
         """The cheapest way from a point to the goal, shape (n, 2) [m]; the point has to be one that `reaches`."""
         cells = self._tracer.traceback(self.grid.cell(x, y))
         return self.grid.points(np.array(cells[::-1]))
+
+    def length(self, x: float, y: float) -> float:
+        """Length of the cheapest way from a point to the goal [m], without the zigzag of its cells."""
+        path = self.path(x, y)
+        coarse = np.vstack([path[:-1:SMOOTHING], path[-1:], self.goal])
+        return float(np.hypot(*np.diff(coarse, axis=0).T).sum())
 
 
 def plan_to(

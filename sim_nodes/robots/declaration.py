@@ -6,7 +6,7 @@ from functools import cache
 from importlib import resources
 
 import yaml
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import Lens
@@ -86,6 +86,41 @@ class CameraDeclaration(_Declared):
         return quaternion(self.roll, self.pitch, self.yaw)
 
 
+class LocalisationDeclaration(_Declared):
+    """The particle filter: parameters of Nav2's AMCL under their names there, and what that does not have.
+
+    With `recovery_alpha_slow` and `recovery_alpha_fast` above zero (such as 0.001 and 0.1) there are
+    random particles when scans fit worse than they did: the robot may find itself after it has been carried
+    elsewhere, and may lose itself by faults of its lidar.
+    """
+
+    min_particles: PositiveInt = 400
+    max_particles: PositiveInt = 2000
+    pf_err: PositiveFloat = 0.05  # largest error by the number of particles, as Kullback-Leibler distance
+    pf_z: PositiveFloat = 0.99  # quantile of the normal distribution for keeping it
+    max_beams: PositiveInt = 60
+    alpha1: NonNegativeFloat = 0.1  # error of rotation from rotation
+    alpha2: NonNegativeFloat = 0.1  # error of rotation from translation
+    alpha3: NonNegativeFloat = 0.1  # error of translation from translation
+    alpha4: NonNegativeFloat = 0.1  # error of translation from rotation
+    sigma_hit: PositiveFloat = 0.1  # [m]
+    z_hit: PositiveFloat = 0.5
+    z_rand: PositiveFloat = 0.5
+    laser_likelihood_max_dist: PositiveFloat = 1.0  # [m]
+    update_min_d: NonNegativeFloat = 0.1  # [m]
+    update_min_a: NonNegativeFloat = 0.1  # [rad]
+    recovery_alpha_slow: NonNegativeFloat = 0.0  # how fast the slow and the fast average of the fit follow
+    recovery_alpha_fast: NonNegativeFloat = 0.0
+    beam_weight: PositiveFloat = 0.1  # what a beam counts, compared with an independent measurement
+    initial_deviation: tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat] = (
+        0.1,
+        0.1,
+        0.05,
+    )  # [m, m, rad]
+    global_particles: PositiveInt = 20_000  # over the whole map, at most, while the robot looks for itself
+    global_beam_weight: PositiveFloat = 0.03
+
+
 class MobileDeclaration(_Declared):
     """A base that drives, finds its way and sees what is about it."""
 
@@ -94,6 +129,7 @@ class MobileDeclaration(_Declared):
     drive: DriveDeclaration
     odometry: OdometryDeclaration
     lidar: LidarDeclaration
+    localisation: LocalisationDeclaration = LocalisationDeclaration()
 
 
 class JointDeclaration(_Declared):

@@ -52,9 +52,7 @@ class MobileBase(Stateful):
         self._scan_ticks = round(1.0 / declaration.lidar.rate / TICK)
         self._lidar = Lidar(declaration.lidar, Noise(seed, f"{self.name}/lidar"))
         self.odometry = Odometry(declaration.drive, declaration.odometry, Noise(seed, f"{self.name}/odometry"))
-        self.localisation = Localisation(
-            known, declaration.lidar.max_range, Noise(seed, f"{self.name}/localisation")
-        )
+        self.localisation = Localisation(known, declaration, Noise(seed, f"{self.name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
         self._steering = Steering(declaration.drive)
@@ -73,27 +71,36 @@ class MobileBase(Stateful):
         """The pose of the robot's `odom` in the map, None until it has an initial pose."""
         return self.localisation.map_to_odom()
 
+    def deviation(self) -> float | None:
+        """Standard deviation of the position that the localisation states [m], None as long as it has no pose."""
+        estimate = self.localisation.estimate
+        return None if estimate is None else estimate.deviation
+
+    @property
+    def recoveries(self) -> int:
+        """How often it has recovered, on its way to any goal."""
+        return self._navigator.recoveries
+
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
         self.odometry.update(self._engine.wheel_angles(self.name), TICK, tick)
         ended = self._steer(tick) if self._steering.order is not None else None
+        if self.localisation.running and tick % self._scan_ticks == 0:
+            self._sense(tick)
         pose = self.localised_pose()
-        if pose is None:
-            return ended
-        if tick % self._scan_ticks == 0:
-            pose = self._sense(tick)
-        if self._navigator.goal is None or self._scan is None or tick % CONTROL_TICKS:
+        if self._navigator.goal is None or self._scan is None or pose is None or tick % CONTROL_TICKS:
             return ended
         velocity, ended = self._navigator.control(Situation(pose, self.odometry.velocity, self._scan))
         self._command(velocity)
         return ended
 
-    def _sense(self, tick: int) -> Pose2:
-        """Take a scan and all that follows from it; returns the pose that it leads to."""
+    def _sense(self, tick: int) -> None:
+        """Take a scan and all that follows from it."""
         self._scan = self._lidar.scan(self._engine, self.name, tick)
-        pose = self.localisation.update(self.odometry.pose, self._scan, tick)
-        self._obstacles.update(pose, self._scan)
-        return pose
+        self.localisation.update(self.odometry.pose, self._scan, tick)
+        pose = self.localised_pose()
+        if pose is not None:
+            self._obstacles.update(pose, self._scan)
 
     def set_initial_pose(self, pose: Pose2, tick: int) -> None:
         """Tell the localisation where the robot is in the map."""

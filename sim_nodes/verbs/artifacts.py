@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty
 from sim_nodes.simulator import Simulator
@@ -19,7 +21,20 @@ def _get_artifacts(simulator: Simulator, _: Empty) -> wire.Artifacts:
         description=f"The world {simulation.world.name} from above, with the paths that its robots drove",
         data=top_down(simulation),
     )
-    return wire.Artifacts(artifacts=(picture,))
+    measured = wire.Artifact(
+        name="measurements.json",
+        media_type="application/json",
+        description="what was measured of the robots",
+        data=(json.dumps(simulation.measurements().model_dump(), indent=2) + "\n").encode(),
+    )
+    return wire.Artifacts(artifacts=(picture, measured))
 
 
-HANDLERS: tuple[Handling, ...] = ((wire.GET_ARTIFACTS, _get_artifacts),)
+def _get_measurements(simulator: Simulator, _: Empty) -> wire.Measurements:
+    return simulator.simulation.measurements()
+
+
+HANDLERS: tuple[Handling, ...] = (
+    (wire.GET_ARTIFACTS, _get_artifacts),
+    (wire.GET_MEASUREMENTS, _get_measurements),
+)

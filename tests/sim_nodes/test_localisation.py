@@ -3,13 +3,27 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
-from seoro.bridges.wire import GET_RELATIVE_POSE, RelativePose
+from seoro.bridges.wire import GET_RELATIVE_POSE, SET_ENTITY_STATE, RelativePose, SetEntityState
 from sim_nodes.geometry import Pose2
-from sim_nodes.navigation.grid import build_map
+from sim_nodes.navigation.grid import NavigationMap, build_map
 from sim_nodes.navigation.localisation import Localisation
 from sim_nodes.noise import Noise
+from sim_nodes.physics import Wall
+from sim_nodes.robots.declaration import MobileDeclaration, load_robot
+from sim_nodes.sensors.lidar import Scan
 from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
+
+
+def base(**localisation: float) -> MobileDeclaration:
+    """The base of the TurtleBot with other parameters of its localisation."""
+    declared = load_robot("turtlebot4").mobile
+    assert declared is not None
+    return declared.model_copy(update={"localisation": declared.localisation.model_copy(update=localisation)})
+
+
+BASE = base()
 
 
 def test_the_localisation_stays_within_bounds_while_driving(maze: Client) -> None:
@@ -33,7 +47,7 @@ def test_a_wrong_initial_pose_is_corrected_by_the_scans(maze: Client) -> None:
 
 
 def test_without_scans_that_fit_the_odometry_carries_the_estimate() -> None:
-    localisation = Localisation(build_map((-5, -5, 5, 5), ()), 12.0, Noise(0, "test"))
+    localisation = Localisation(build_map((-5, -5, 5, 5), ()), BASE, Noise(0, "test"))
     odometry = Pose2(1.0, 0.0, 0.0)
     assert localisation.pose(odometry) is None
     assert localisation.map_to_odom() is None
@@ -53,3 +67,113 @@ def test_frames_know_the_estimate_and_the_truth_apart(empty: Client) -> None:
     assert ahead(f"{ROBOT}/base_link") == (2.0, 2.0, 1.571)
     assert ahead("base_link", "odom") == (1.0, 0.0, 0.0)
     assert ahead(TRUTH) == (1.0, 0.0, 0.0)
+
+
+def drive_and_keep(client: Client, steps: int) -> list[tuple[int, Pose2, Scan, Pose2]]:
+    """Drive, and keep of each scan the tick, the odometry, the scan and the pose that the robot made of it."""
+    robot = client.simulator.simulation.robot(ROBOT).mobile
+    kept = []
+    update = robot.localisation.update
+
+    def keeping(odometry: Pose2, scan: Scan, tick: int) -> None:
+        update(odometry, scan, tick)
+        found = robot.localisation.pose(odometry)
+        assert found is not None
+        kept.append((tick, odometry, scan, found))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(robot.localisation, "update", keeping)
+        for _ in range(steps):
+            client.advance(client.simulator.simulation.time + 0.5)
+    return kept
+
+
+def test_odometry_and_scans_are_all_that_the_localisation_goes_by(maze: Client) -> None:
+    maze.localise()
+    maze.navigate(pose(1.5, -1.5))
+    kept = drive_and_keep(maze, 12)
+    world = maze.simulator.simulation.world
+    alone = Localisation(build_map(world.extent, world.walls), BASE, Noise(0, f"{ROBOT}/localisation"))
+    alone.set_initial_pose(Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 0)
+    for tick, odometry, scan, expected in kept:
+        alone.update(odometry, scan, tick)
+        assert alone.pose(odometry) == expected
+    assert kept[-1][3].distance(0.0, 0.0) > 0.5
+
+
+def test_there_are_as_many_particles_as_their_spread_needs(maze: Client) -> None:
+    maze.localise()
+    localisation = maze.simulator.simulation.robot(ROBOT).mobile.localisation
+    parameters = BASE.localisation
+    assert len(localisation.particles) == parameters.max_particles
+    maze.navigate(pose(1.5, 1.5))
+    maze.advance(2.0)
+    assert len(localisation.particles) == parameters.min_particles
+    estimate = localisation.estimate
+    assert estimate is not None and estimate.share == 1.0 and estimate.deviation < 0.1
+
+
+def test_beams_that_end_beyond_the_map_speak_against_a_pose() -> None:
+    """A robot that heads for the border would else seem to see walls out there."""
+    known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 2.95, 0.0, math.pi / 2, 6.0, 0.1, 0.5),))
+    localisation = Localisation(known, BASE, Noise(0, "test"))
+    localisation.set_initial_pose(Pose2(1.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 0)
+    angles = np.linspace(-0.3, 0.3, 60)
+    ranges = 1.9 / np.cos(angles)
+    scan = Scan(ranges, angles, Pose2(0.0, 0.0, 0.0), ranges * np.cos(angles), ranges * np.sin(angles))
+    for tick in range(1, 8):
+        localisation.update(Pose2(0.0, 0.0, 0.12 * (tick % 2)), scan, tick)
+    found = localisation.estimate
+    assert found is not None
+    assert abs(found.pose.x - 1.0) < 0.1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_robot_that_does_not_know_where_it_is_finds_itself(seed: int) -> None:
+    client = Client("maze", seed=seed)
+    x, y, yaw = ((-4.5, -3.0, 1.0), (1.5, -1.5, -2.0), (0.2, 1.6, 0.3))[seed]
+    client.ask(SET_ENTITY_STATE, SetEntityState(name=ROBOT, pose=pose(x, y, yaw, z=0.001)))
+    robot = client.simulator.simulation.robot(ROBOT).mobile
+    robot.localisation.search(robot.odometry.pose, 1)
+    assert robot.localised_pose() is None
+    assert len(robot.localisation.particles) == BASE.localisation.global_particles
+    client.simulator.simulation.engine.command_wheels(ROBOT, -2.6, 2.6)
+    while robot.localised_pose() is None and client.simulator.simulation.time < 24.0:
+        client.advance(client.simulator.simulation.time + 0.1)
+    found, truth = robot.localised_pose(), client.truth
+    assert found is not None and found.distance(truth.x, truth.y) < 0.15
+
+
+def test_random_particles_find_a_robot_that_was_carried_elsewhere_if_they_are_asked_for() -> None:
+    """The filter sees scans from elsewhere than it was told; only some of its random particles can fit them."""
+    walls: tuple[Wall, ...] = (
+        Wall("a", 0.0, 2.9, 0.0, 5.8, 0.1, 0.5),
+        Wall("b", 2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5),
+    )
+    walls += (Wall("c", -1.0, -1.0, 0.4, 2.0, 0.1, 0.5), Wall("d", 1.2, -2.0, 1.2, 1.0, 0.1, 0.5))
+    known = build_map((-3.0, -3.0, 3.0, 3.0), walls)
+
+    def error(**parameters: float) -> float:
+        localisation = Localisation(known, base(max_particles=5000, **parameters), Noise(0, "test"))
+        localisation.set_initial_pose(Pose2(1.5, 1.5, 0.0), Pose2(0.0, 0.0, 0.0), 0)
+        for tick in range(1, 60):
+            truth = Pose2(1.5, 1.5, 0.12 * tick) if tick < 10 else Pose2(-1.5, 1.0, 0.12 * tick)
+            localisation.update(Pose2(0.0, 0.0, 0.12 * tick), seen(known, truth), tick)
+        assert localisation.estimate is not None
+        return localisation.estimate.pose.distance(-1.5, 1.0)
+
+    assert error() > 1.0
+    assert error(recovery_alpha_slow=0.001, recovery_alpha_fast=0.1) < 0.3
+
+
+def seen(known: NavigationMap, at: Pose2) -> Scan:
+    """A scan without noise: rays marched through the map."""
+    angles = np.linspace(-math.pi, math.pi, 60, endpoint=False)
+    steps = np.arange(0.05, 6.0, 0.02)[None, :]
+    x = at.x + steps * np.cos(at.yaw + angles)[:, None]
+    y = at.y + steps * np.sin(at.yaw + angles)[:, None]
+    hit = (known.distance[known.grid.cells(x, y)] < 0.03) & known.grid.inside(x, y)
+    ranges = np.where(hit.any(axis=1), steps[0, hit.argmax(axis=1)], np.inf)
+    finite = np.where(np.isfinite(ranges), ranges, 0.0)
+    ends = (np.where(np.isfinite(ranges), finite * turn, np.inf) for turn in (np.cos(angles), np.sin(angles)))
+    return Scan(ranges, angles, Pose2(0.0, 0.0, 0.0), *ends)

@@ -20,6 +20,7 @@ from seoro.bridges.wire.driving import *
 from seoro.bridges.wire.entities import *
 from seoro.bridges.wire.geometry import *
 from seoro.bridges.wire.keys import *
+from seoro.bridges.wire.measurements import *
 from seoro.bridges.wire.message import *
 from seoro.bridges.wire.message import Verb
 from seoro.bridges.wire.mobile import *

@@ -1,0 +1,58 @@
+"""What a run of a sweep has measured: by its simulator, and by `cover` and `record` of the scenario."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from seoro.traces.read import Unreadable, read_trace
+
+MEASUREMENTS = "measurements.json"
+TRACE = "trace.jsonl"
+_MAX_SIZE = 10_000_000  # [bytes] of measurements
+
+
+def measured(folder: Path) -> dict[str, object]:
+    """What there is in the folder of a run, by column.
+
+    Args:
+        folder: Of the run.
+
+    Returns:
+        Measurements of robots as `robot.name`, then the last sample of each item as `record.item` or `cover.item`,
+        the parts of combinations as `record.item.part`.
+    """
+    return {**dict(_of_robots(folder / MEASUREMENTS)), **dict(_of_items(folder / TRACE))}
+
+
+def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
+    """A run that has come to no end, or that had no simulator, has none."""
+    try:
+        if path.stat().st_size > _MAX_SIZE:
+            return
+        robots = json.loads(path.read_bytes())["robots"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    for robot, values in robots.items():
+        for name, value in values.items():
+            yield f"{robot}.{name}", value
+
+
+def _of_items(path: Path) -> Iterator[tuple[str, object]]:
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        for record in read_trace(file):
+            if not isinstance(record, Unreadable) and record["kind"] in ("cover", "record"):
+                yield from _columns(record)
+
+
+def _columns(record: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+    column, value = f"{record['kind']}.{record['item']}", record.get("value")
+    if not isinstance(value, dict):
+        yield column, value
+        return
+    for part, single in value.items():
+        yield f"{column}.{part}", single
