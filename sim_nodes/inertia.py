@@ -1,4 +1,4 @@
-"""How mass is spread in bodies: evenly in each part, and among parts by their volume."""
+"""How mass is spread in bodies: evenly in each part, and among parts as they say, or by their volume."""
 
 from __future__ import annotations
 
@@ -25,8 +25,11 @@ class Inertia:
 
 def part_masses(model: BodyModel) -> tuple[float, ...]:
     """The masses of a body's parts [kg]."""
-    volumes = [_volume(part.shape) for part in model.parts]
-    return tuple(model.mass * volume / sum(volumes) for volume in volumes)
+    own = [part.mass for part in model.parts if part.mass is not None]
+    if own:
+        return tuple(own)
+    volumes = [volume(part.shape) for part in model.parts]
+    return tuple(model.mass * share / sum(volumes) for share in volumes)
 
 
 def inertia(model: BodyModel) -> Inertia:
@@ -55,8 +58,8 @@ def _principal(tensor: Array) -> tuple[Vector, Quaternion]:
     return _vector(moments), quaternion_of(axes)
 
 
-def _volume(shape: Shape) -> float:
-    """Volume [m^3]."""
+def volume(shape: Shape) -> float:
+    """Volume of a shape [m^3]."""
     match shape:
         case Box(size=(x, y, z)):
             return x * y * z

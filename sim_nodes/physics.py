@@ -48,18 +48,20 @@ Shape = Box | Cylinder | Sphere
 
 @dataclass(frozen=True)
 class Part:
-    """A shape at a place in its body."""
+    """A shape at a place in its body; without a mass [kg] of its own, it has its part of the body's by volume."""
 
     shape: Shape
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Quaternion = IDENTITY
+    mass: float | None = None
 
 
 @dataclass(frozen=True)
 class BodyModel:
     """A rigid body: its parts, its mass [kg] and the sliding friction of its surface.
 
-    What friction two surfaces have with one another is the engine's.
+    All of its parts have masses of their own, or none. What friction two surfaces have with one another is the
+    engine's.
     """
 
     parts: tuple[Part, ...]

@@ -27,6 +27,7 @@ from seoro.bridges.wire import (
     WorldResult,
 )
 from sim_nodes import snapshots
+from sim_nodes.models import FORMATS
 from sim_nodes.physics import Engine, SavesState
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulation import Simulation
@@ -34,7 +35,6 @@ from sim_nodes.worlds.loader import WorldError, available_worlds, load_world
 
 NEEDS: Mapping[str, type] = {verb.name: SavesState for verb in (SAVE_STATE, RESTORE_STATE)}
 """What an engine has to offer beyond `Engine`, by verb."""
-SPAWN_FORMATS = ("sdf",)
 MAX_STEPS = 1_000_000  # of one request
 SLICE = 0.02  # [s] simulated between two looks at the inbox while playing
 LAG = 0.5  # [s] behind the machine's clock at which playing stops trying to catch up
@@ -122,7 +122,7 @@ class Simulator:
             engine_version=self._engine.version,
             version=_version(),
             features=tuple(verb.name for verb in VERBS if self._serves(verb.name)),
-            spawn_formats=SPAWN_FORMATS,
+            spawn_formats=FORMATS,
             world=simulation.world.name,
             available_worlds=available_worlds(),
             robots=tuple(robots),

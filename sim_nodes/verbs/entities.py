@@ -5,8 +5,8 @@ from __future__ import annotations
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
 from sim_nodes.messages import body_state, check_pose, entity_state
+from sim_nodes.models import parse_model
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.sdf import parse_model
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.handling import Handling
 

@@ -7,9 +7,9 @@ import pytest
 from seoro.bridges.wire import SpawnResult
 from sim_nodes.entities import lowest_point
 from sim_nodes.geometry import quaternion
+from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyState, Box, Cylinder, Sphere
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.sdf import parse_model
 from tests.sim_nodes.client import BOX
 
 
@@ -67,7 +67,7 @@ def test_friction_and_mass_are_read() -> None:
     [
         ("<sdf><model>", SpawnResult.RESOURCE_PARSE_ERROR, "no well-formed XML"),
         ('<!DOCTYPE d [<!ENTITY a "b">]><sdf>&a;</sdf>', SpawnResult.RESOURCE_PARSE_ERROR, "no well-formed XML"),
-        ("<robot/>", SpawnResult.UNSUPPORTED_FORMAT, "<robot>"),
+        ("<urdf/>", SpawnResult.UNSUPPORTED_FORMAT, "<urdf>"),
         ("<sdf/>", SpawnResult.RESOURCE_PARSE_ERROR, "0 models"),
         (sdf(SPHERE, '<plugin name="p" filename="f"/>'), SpawnResult.RESOURCE_PARSE_ERROR, "<plugin>"),
         (sdf(SPHERE, '<link name="k"/>'), SpawnResult.RESOURCE_PARSE_ERROR, "2 links"),
