@@ -7,7 +7,7 @@ watches are checked. Contacts are looked at after every step. What happens is he
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -26,7 +26,7 @@ from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
-from sim_nodes.watches import DistanceWatch, FramePose, ProximityWatch, Watch
+from sim_nodes.watches import DistanceWatch, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
 RELEASE_TIME = 0.5  # [s] apart before a contact counts as over: things that rattle touch once
@@ -97,7 +97,7 @@ class Simulation(Stateful):
         for robot in driving:
             yield robot.name, Measuring(self.true_pose(robot.name), partial(surroundings.room, robot.name), TICK)
 
-    def _frame_poses(self) -> Iterator[tuple[str, FramePose]]:
+    def _frame_poses(self) -> Iterator[tuple[str, Callable[[], Pose2 | None]]]:
         """All frames; those without a robot's name are the first robot's that drives."""
         yield "map", lambda: Pose2(0.0, 0.0, 0.0)
         for robot in self.robots.values():
@@ -253,22 +253,26 @@ class Simulation(Stateful):
 
     # ------------------------------------------------------------ watches
 
-    def frame(self, name: str) -> FramePose:
-        """The pose of a frame in the map, by name.
+    def pose(self, frame: str) -> Pose2 | None:
+        """The pose of a frame, or of what was spawned, in the map; None when it has none."""
+        if frame in self._frames:
+            return self._frames[frame]()
+        return self.engine.body_state(frame).planar if frame in self.entities.spawned else None
 
-        Raises:
-            RequestRefused: There is no such frame.
-        """
-        if name not in self._frames:
-            raise RequestRefused(Result.NOT_FOUND, f"there is no frame {name!r}: known are {listed(self._frames)}")
-        return self._frames[name]
+    def check_frame(self, name: str) -> None:
+        """Refuse what names neither a frame nor something that was spawned."""
+        known = [*self._frames, *self.entities.spawned]
+        if name not in known:
+            raise RequestRefused(
+                Result.NOT_FOUND, f"there is no frame or spawned entity {name!r}: known are {listed(known)}"
+            )
 
     def watch_proximity(
         self, identifier: str, frame: str, parent: str, point: tuple[float, float], threshold: float
     ) -> None:
-        """Report when a frame comes near a point; at once if it is near already."""
+        """Report when a frame, or what was spawned, comes near a point; at once if it is near already."""
         for name in (frame, parent):
-            self.frame(name)
+            self.check_frame(name)
         self._watch(identifier, ProximityWatch(frame, parent, *point, threshold))
 
     def watch_distance(self, identifier: str, robot: str, distance: float) -> None:

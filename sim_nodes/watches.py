@@ -1,25 +1,21 @@
-"""Conditions on robots that are checked in every tick and reported once, when they become true.
+"""Conditions on robots and entities that are checked in every tick and reported once, when they become true.
 
 They name what they are about, so that they can be saved, and go on in a world that is reset.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 from sim_nodes.geometry import Pose2
 
-FramePose = Callable[[], Pose2 | None]
-"""The pose of a frame in the map, None as long as it has none."""
-
 
 class Watched(Protocol):
     """What watches look at."""
 
-    def frame(self, name: str) -> FramePose:
-        """A frame by name."""
+    def pose(self, frame: str) -> Pose2 | None:
+        """The pose of a frame in the map, None when it has none."""
 
     def travelled(self, robot: str) -> float:
         """What the odometry of a robot has counted [m]."""
@@ -37,7 +33,7 @@ class ProximityWatch:
 
     def holds(self, world: Watched) -> bool:
         """Whether it is true now."""
-        frame, parent = world.frame(self.frame)(), world.frame(self.parent)()
+        frame, parent = world.pose(self.frame), world.pose(self.parent)
         if frame is None or parent is None:
             return False
         point = parent.compose(Pose2(self.x, self.y, 0.0))

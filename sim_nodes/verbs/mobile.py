@@ -56,7 +56,8 @@ def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire
     check_finite("distance", request.distance)
     poses = []
     for name in (request.frame, request.parent_frame):
-        pose = simulator.simulation.frame(name)()
+        simulator.simulation.check_frame(name)
+        pose = simulator.simulation.pose(name)
         if pose is None:
             raise RequestRefused(
                 Result.INCORRECT_STATE, f"the frame {name!r} has no pose yet: set the robot's initial pose first"

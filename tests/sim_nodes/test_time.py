@@ -67,6 +67,18 @@ def test_a_watch_measures_in_the_parent_frame(empty: Client) -> None:
     assert [each.id for each in empty.advance(1.0).occurrences] == ["odom"]
 
 
+def test_what_was_spawned_is_watched_for_too_as_long_as_it_is_there(empty: Client) -> None:
+    empty.spawn("ball", pose(0.0, 3.0, z=0.5))
+    empty.watch(2.0, 3.0, 0.2, frame="ball")
+    assert empty.advance(0.5).occurrences == ()
+    moved = wire.SetEntityState(name="ball", pose=pose(1.9, 3.0, z=0.5))
+    empty.ask(wire.SET_ENTITY_STATE, moved)
+    assert [each.id for each in empty.advance(1.0).occurrences] == ["near"]
+    empty.watch(-2.0, 3.0, 0.2, frame="ball")
+    empty.ask(wire.DELETE_ENTITY, wire.EntityName(name="ball"))
+    assert empty.advance(1.5).occurrences == ()
+
+
 def test_a_distance_is_counted_from_now(empty: Client) -> None:
     empty.localise()
     empty.navigate(pose(3.0, 0.0))
@@ -85,7 +97,7 @@ def test_watches_can_be_canceled_and_have_to_make_sense(empty: Client) -> None:
     with pytest.raises(RequestRefused, match="no watch 'near'") as refused:
         empty.ask(wire.CANCEL_WATCH, wire.CancelWatch(id="near"))
     assert refused.value.code == Result.NOT_FOUND
-    with pytest.raises(RequestRefused, match=f"no frame 'nose': known are .*{TRUTH}") as refused:
+    with pytest.raises(RequestRefused, match=f"no frame or spawned entity 'nose': known are .*{TRUTH}") as refused:
         empty.watch(0.0, 0.0, 0.2, frame="nose")
     assert refused.value.code == Result.NOT_FOUND
     with pytest.raises(RequestRefused, match="more than 0 m"):
