@@ -119,6 +119,8 @@ class Simulator:
         world: Name or file of the world; None for the simulator's own choice.
         rate: Simulated seconds per second; infinite for as fast as possible.
         model_path: Folders in which models are looked up first.
+        snapshot: File with the state to begin at, which a run left with `-o`; it has its own world, and its own
+            simulator if none is named.
     """
 
     name: str | None = None
@@ -126,6 +128,7 @@ class Simulator:
     world: str | None = None
     rate: float = math.inf
     model_path: Sequence[Path] = ()
+    snapshot: Path | None = None
 
 
 class Run:
@@ -374,14 +377,18 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
     # Zenoh and the message models are loaded for runs that have a simulator only.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
+    from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415
 
-    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path))
-    if simulator.name is not None:
-        async with start_simulator(simulator.name, options) as node:
-            yield node
-    elif simulator.endpoint is not None:
+    snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
+    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path), snapshot)
+    if simulator.endpoint is not None:
         async with connect_simulator(simulator.endpoint, options) as node:
             yield node
+        return
+    name = simulator.name or (snapshot.engine if snapshot is not None else None)
+    assert name is not None, "checked before"
+    async with start_simulator(name, options) as node:
+        yield node
 
 
 def _check(options: Options) -> ClockName:
@@ -401,7 +408,10 @@ def _check(options: Options) -> ClockName:
         return options.clock or "real"
     if options.clock not in (None, "sim"):
         raise InvalidUse(f"the clock '{options.clock}' does not go with a simulator", help="leave out `--clock`")
-    if (simulator.name is None) == (simulator.endpoint is None):
+    if simulator.snapshot is not None and simulator.world is not None:
+        raise InvalidUse("a snapshot has its own world", help="leave out the other world, or the snapshot")
+    named = [each for each in (simulator.name, simulator.endpoint) if each is not None]
+    if len(named) > 1 or not (named or simulator.snapshot):
         raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
     if not simulator.rate > 0:
         raise InvalidUse(f"the rate of a simulator is above 0, not {simulator.rate}")

@@ -49,11 +49,13 @@ class SimulatorOptions:
         world: Name of the world, or path of a world file; None for the node's own choice.
         seed: For everything the node draws.
         models: Where models to spawn are looked up.
+        snapshot: The state to begin at, which has a world of its own; None for the initial state of the world.
     """
 
     world: str | None
     seed: int
     models: ModelPath
+    snapshot: wire.Snapshot | None = None
 
 
 @asynccontextmanager
@@ -133,9 +135,18 @@ def _how_to_install(name: str) -> str:
 
 
 async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNode:
-    """Load the world, so that every run begins at the same state."""
+    """Load the world or restore the snapshot, so that every run begins at the same state."""
     features = await ask(address, wire.GET_SIMULATOR_FEATURES, wire.Empty())
     node = SimulatorNode(address, options.models, features)
+    if options.snapshot is not None:
+        try:
+            await node.begin_from(options.snapshot, options.seed)
+        except BackendRefused as error:
+            raise InvalidUse(
+                f"{node.name} cannot begin from the snapshot: {error}",
+                help=f"it was made by {options.snapshot.engine} {options.snapshot.engine_version}",
+            ) from error
+        return node
     try:
         await node.load_world(options.world or "", options.seed)
     except BackendRefused as error:

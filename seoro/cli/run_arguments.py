@@ -52,6 +52,12 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
     )
     parser.add_argument(
+        "--from-snapshot",
+        type=Path,
+        metavar="FILE",
+        help="begin at the state that a run has saved, with its world, in the simulator that saved it",
+    )
+    parser.add_argument(
         "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
     )
     parser.add_argument(
@@ -66,7 +72,7 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
 
 def simulator_of(options: argparse.Namespace) -> Simulator | None:
     """The simulator that the options ask for, if they do."""
-    if options.sim is None and options.connect is None:
+    if options.sim is None and options.connect is None and options.from_snapshot is None:
         theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
         given = [name for name, value in theirs.items() if value is not None]
         if given:
@@ -78,6 +84,7 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
         world=_world(options.world),
         rate=DEFAULT_RATE if options.rate is None else options.rate,
         model_path=options.model_path,
+        snapshot=options.from_snapshot,
     )
 
 

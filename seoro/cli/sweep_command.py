@@ -237,6 +237,7 @@ class _Sweep:
             "--sim": options.sim,
             "--connect": options.connect,
             "--world": options.world,
+            "--from-snapshot": options.from_snapshot,
             "--rate": options.rate,
             "--timeout": options.timeout,
         }

@@ -142,3 +142,24 @@ class Cameras(Protocol):
     async def take_picture(self, name: str) -> Image:
         """What a camera sees now."""
         ...
+
+
+@runtime_checkable
+class Snapshots(Protocol):
+    """A simulated world whose whole state can be saved during a run, and gone back to."""
+
+    async def save_snapshot(self, name: str) -> None:
+        """Save everything under a name; what was saved under it before is forgotten."""
+        ...
+
+    async def restore_snapshot(self, name: str, seed: int | None) -> None:
+        """Go back to what was saved under a name in this run.
+
+        The time of the run goes on. Goals that are active now and were active then go on, others end as canceled;
+        what else robots did then they go on with, until they are told something else. Watches stay.
+
+        Args:
+            name: The name.
+            seed: Of what is drawn from there on; None for what was drawn then.
+        """
+        ...

@@ -10,6 +10,7 @@ from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.requests import NodeAddress
+from seoro.bridges.sim.snapshots import SNAPSHOT_TIMEOUT, SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.runtime.contracts import GoalStatus, Happened, Lost, Report
 
@@ -17,7 +18,7 @@ ANYTHING = "osc_actor"
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
-class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldRequests):
+class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldRequests, SnapshotRequests):
     """A simulator node that has been found.
 
     Args:
@@ -70,11 +71,18 @@ class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldReques
 
     async def artifacts(self) -> tuple[wire.Artifact, ...]:
         """What the node has to show of the run."""
-        return (await self.ask(wire.GET_ARTIFACTS, wire.Empty(), GRANT_TIMEOUT)).artifacts
+        shown = (await self.ask(wire.GET_ARTIFACTS, wire.Empty(), GRANT_TIMEOUT)).artifacts
+        return (*shown, *self.saved_snapshots())
 
     async def load_world(self, world: str, seed: int) -> None:
         """Load a world, at time zero; who lives where is open again."""
         self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
+        self._taken.clear()
+
+    async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
+        """Begin at a snapshot, with the clock at zero; who lives where is open again."""
+        request = wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed)
+        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
         self._taken.clear()
 
     async def end_run(self) -> None:
