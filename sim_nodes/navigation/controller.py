@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.grid import Grid
@@ -24,7 +25,7 @@ SPEEDS, TURN_RATES = 6, 21  # how many are tried
 WINDOW = 0.25  # [s] of acceleration that the tried speeds are apart from the present one
 TURN_RATE = 1.5  # [rad/s]; less than robots can, localisation is better for it
 LATENCY = 0.15  # [s] from something in the way to the first braking: scan, cycle, wheels
-STRAY_BEAMS = 3  # so many of a scan have to agree on what is ahead
+NEIGHBOURS = 4  # so many beams beside one another have to end ahead for something to be there
 STOP_MARGIN = 0.05  # [m] left when stopped before something
 LOOK_AHEAD = 0.25  # [m] beyond the end of an arc, along its heading
 LOOK_AHEAD_WEIGHT = 0.7
@@ -104,13 +105,20 @@ class LocalController(Stateful):
         return speeds.ravel(), turns.ravel()
 
     def _speed_before(self, scan: Scan) -> float:
-        """The speed from which the robot stops before whatever stands in the strip ahead of it."""
-        ahead = (np.abs(scan.y) < self._radius) & (scan.x > 0.0)
-        if np.count_nonzero(ahead) < STRAY_BEAMS:
+        """The speed from which the robot stops before whatever stands in the strip ahead of it.
+
+        A thing stops all of the beams that go its way, noise only some: of neighbours the farthest counts.
+        """
+        hit = scan.hit
+        x, y = scan.x[hit], scan.y[hit]
+        ahead = (np.abs(y) < self._radius) & (x > 0.0)
+        if np.count_nonzero(ahead) < NEIGHBOURS:
             return self._drive.max_speed
+        room = np.full(len(x), np.inf)
         # The round front of the robot touches a thing at the side later than one in the middle.
-        room = np.partition(scan.x[ahead] - np.sqrt(self._radius**2 - scan.y[ahead] ** 2), STRAY_BEAMS - 1)
-        return self._stoppable_speed(max(float(room[STRAY_BEAMS - 1]) - STOP_MARGIN, 0.0))
+        room[ahead] = x[ahead] - np.sqrt(self._radius**2 - y[ahead] ** 2)
+        nearest = float(sliding_window_view(room, NEIGHBOURS).max(axis=1).min())
+        return self._stoppable_speed(max(nearest - STOP_MARGIN, 0.0)) if math.isfinite(nearest) else np.inf
 
     def _stoppable_speed(self, room: float) -> float:
         """The v with v * latency + v^2 / 2a = room."""

@@ -133,6 +133,28 @@ def test_what_only_the_scan_shows_stops_the_robot() -> None:
     assert velocity is None or velocity.linear == pytest.approx(0.0)
 
 
+def test_stray_beams_do_not_stop_the_robot() -> None:
+    """Every fourth beam ends before the robot, its neighbours do not."""
+    known = open_floor()
+    plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
+    ranges = np.full(360, 3.0)
+    ranges[::4] = 0.25
+    controller = LocalController(known.grid, BASE, 0.04)
+    for _ in range(20):
+        velocity = controller.follow(plan, HERE, known.distance, scan_of(ranges), np.inf)
+    assert velocity is not None and velocity.linear == pytest.approx(BASE.drive.max_speed)
+
+
+def test_a_thin_pole_that_only_the_scan_shows_stops_the_robot() -> None:
+    known = open_floor()
+    plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
+    ranges = np.full(360, 3.0)
+    ranges[np.abs(ANGLES) < math.atan2(0.015, 0.25)] = 0.25  # 3 cm wide
+    controller = LocalController(known.grid, BASE, 0.04)
+    velocity = controller.follow(plan, HERE, known.distance, scan_of(ranges), np.inf)
+    assert velocity is None or velocity.linear < 0.1
+
+
 def test_a_robot_that_is_walled_in_is_blocked() -> None:
     ring = [
         Wall("r", 0.32 * math.cos(a), 0.32 * math.sin(a), a + math.pi / 2, 0.2, 0.1, 0.5)
