@@ -17,7 +17,7 @@ import asyncio
 import math
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -47,6 +47,7 @@ from seoro.runtime.verdict import Verdict
 if TYPE_CHECKING:
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.bridges.wire import Artifact
+    from seoro.film import Film, Recording
     from seoro.runtime.accept import Acceptance
 
 SEED_BITS = 32  # of a seed that is drawn
@@ -206,6 +207,14 @@ class Run:
             return await self._simulator.artifacts()
         except BackendError:
             return ()
+
+    def recording(self, film: Film, file: Path) -> AbstractAsyncContextManager[Recording]:
+        """Record a film of the simulator while a block lasts, in which the run runs; see `seoro.film`."""
+        from seoro.film import recording  # noqa: PLC0415 - with the messages of simulators, as `_open`
+
+        if self._simulator is None:
+            raise InvalidUse("a film is of a simulator, and there is none", help="add `--sim mujoco`")
+        return recording(self._simulator, film, file)
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:

@@ -14,6 +14,7 @@ from functools import partial
 from seoro.bridges.wire import Contact, Measurements, Occurrence, Outcome, ResetScope, Result
 from sim_nodes.clearance import Surroundings
 from sim_nodes.entities import Entities
+from sim_nodes.films import Films
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.measurements import Measuring
@@ -69,6 +70,7 @@ class Simulation(Stateful):
         self.seed = seed
         self._map = build_map(world.extent, world.walls)
         self._tick_steps = round(TICK * engine.steps_per_second)
+        self.films = Films(engine, world, lambda: self.entities)
         self._start_over()
 
     def _start_over(self) -> None:
@@ -160,6 +162,7 @@ class Simulation(Stateful):
             if robot.drives:
                 self._measuring[robot.name].passed(pose, robot.mobile.localised_pose(), robot.mobile.deviation())
         self._check_watches()
+        self.films.tick()
 
     def _note_contacts(self) -> None:
         touching = self.engine.touching()

@@ -143,7 +143,14 @@ class Simulator:
         self._hold_still("advance")
         self.simulation.advance(until)
         happened = self.simulation.collect()
-        return Advanced(time=self.simulation.time, occurrences=happened.occurrences, contacts=happened.contacts)
+        film, film_error = self.simulation.films.take()
+        return Advanced(
+            time=self.simulation.time,
+            occurrences=happened.occurrences,
+            contacts=happened.contacts,
+            film=film,
+            film_error=film_error,
+        )
 
     def step(self, steps: int) -> float:
         """Make physics steps, whatever happens; returns the time [s]."""

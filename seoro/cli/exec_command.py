@@ -10,7 +10,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -19,6 +19,7 @@ import anyio
 from seoro.background import background
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
+from seoro.cli.film_arguments import add_film_arguments, film_of
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, unproved
 from seoro.cli.run_arguments import add_run_arguments, overrides_of, simulator_of
@@ -40,6 +41,7 @@ reached, 4 cancelled (130 by Ctrl-C)"""
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
     from seoro.cli.live_tree import LiveTree
+    from seoro.film import Recording
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
 
@@ -55,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="write trace, test.xml, coverage.json and pictures there",
     )
+    add_film_arguments(parser)
     parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
     parser.add_argument(
         "-t", "--live-tree", action="store_true", help="show the tree of what runs, drawn again as it changes"
@@ -121,6 +124,7 @@ class _Exec:
         self._options = options
         self._scenario = scenario
         self._files = files
+        self._film = film_of(options)
         self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         # Where stdout is for a program, people are told on stderr.
@@ -182,16 +186,24 @@ class _Exec:
             self._run = run
             self._progress.follow(lambda: run.now)
             self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
-            async with run.running():
+            async with self._recording(run) as recording, run.running():
                 verdict = await self._await_verdict(run)
             artifacts = await run.artifacts() if options.output_dir else ()
+        if recording is not None and recording.error:
+            verdict = unproved(verdict, f"the film ends early: {recording.error}")
         return await self._conclude(verdict, run, artifacts)
+
+    def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
+        """Record what is asked for while the block lasts."""
+        return nullcontext() if self._film is None else run.recording(*self._film)
 
     async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
         """Write what the run leaves, and tell of its end."""
         if (error := await self._files.finish()) is not None:
             verdict = unproved(verdict, unwritten(error))
-        written: list[tuple[Path, str]] = [(file.path, file.description) for file in run.files]
+        written = [(file.path, file.description) for file in run.files]
+        if self._film is not None:
+            written.append((self._film[1], "film of the run"))
         try:
             written += self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
         except InvalidUse as refused:

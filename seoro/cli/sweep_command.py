@@ -18,6 +18,7 @@ import anyio
 from seoro.background import background
 from seoro.cli.exits import Exit
 from seoro.cli.files import count
+from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
 from seoro.cli.run_arguments import add_run_arguments, overrides_of, simulator_of
 from seoro.embed import SEED_BITS, Options, Scenario, load, prepare
@@ -69,6 +70,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="run each combination so often, with the seeds SEED, SEED + 1, ... (default: 1)",
     )
+    parser.add_argument(
+        "--record-video",
+        action="store_const",
+        const=BESIDE,
+        help="record a film of each run of the simulator into its folder",
+    )
+    add_view_arguments(parser)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="list the combinations, and run nothing")
     what.add_argument(
@@ -93,7 +101,8 @@ class _Sweep:
     async def main(self) -> int:
         """Find what there is to run, and do what is asked for."""
         options = self._options
-        simulator_of(options)  # which says what does not go together
+        simulator_of(options)  # which says what does not go together, as does the next
+        film_of(options)
         jobs = self._jobs()
         axes = self._axes()
         possible, ruled_out = await self._possible(list(combinations(axes)))
@@ -244,7 +253,13 @@ class _Sweep:
         given = [f"{name}={value}" for name, value in texts.items() if value is not None]
         given = ["--rate=max" if text == "--rate=inf" else text for text in given]
         settings = [f"--set={setting}" for setting in options.set]
-        return [options.file, *given, *settings, *(f"--model-path={path}" for path in options.model_path)]
+        return [
+            options.file,
+            *given,
+            *film_texts(options),
+            *settings,
+            *(f"--model-path={path}" for path in options.model_path),
+        ]
 
 
 async def _stop_on_signals(stop: anyio.Event, scope: anyio.CancelScope) -> None:

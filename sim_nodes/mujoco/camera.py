@@ -34,7 +34,6 @@ class Renderer:
 
     def __init__(self) -> None:
         self._gl = _gl_context()
-        self._gl.make_current()
         self._model: Any = None
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = 0
@@ -43,6 +42,7 @@ class Renderer:
 
     def draw(self, model: Any, data: Any, view: View) -> Picture:
         """What is seen from a view."""
+        self._gl.make_current()  # another engine of the process may have drawn
         if model is not self._model:
             self._take(model)
         width, height = view.lens.width, view.lens.height

@@ -9,6 +9,7 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.mobile import MobileRequests
+from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.snapshots import SNAPSHOT_TIMEOUT, SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
@@ -18,7 +19,9 @@ ANYTHING = "osc_actor"
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
-class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldRequests, SnapshotRequests):
+class SimulatorNode(
+    MobileRequests, DrivingRequests, CameraRequests, RecordingRequests, WorldRequests, SnapshotRequests
+):
     """A simulator node that has been found.
 
     Args:
@@ -32,6 +35,7 @@ class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldReques
         self._features = features
         self._taken: set[str] = set()
         self._happened: Happened = _ignore
+        self._time = features.time
 
     @property
     def features(self) -> wire.SimulatorFeatures:
@@ -60,6 +64,8 @@ class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldReques
 
     async def advance(self, until: float) -> float:
         """Grant time; tells reporters what happened before the answer's time."""
+        if self.is_recording:  # which a grant may end before it is used up: the clock grants more
+            until = min(until, self._time + RECORDED_GRANT)
         advanced = await self.ask(wire.ADVANCE, wire.Advance(until=until), GRANT_TIMEOUT)
         for contact in advanced.contacts:
             self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
@@ -67,6 +73,8 @@ class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldReques
             report = self._reporters.pop(occurrence.id, None)
             if report is not None:
                 report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
+        await self.write_film(advanced.film, advanced.film_error)
+        self._time = advanced.time
         return advanced.time
 
     async def artifacts(self) -> tuple[wire.Artifact, ...]:
@@ -78,12 +86,14 @@ class SimulatorNode(MobileRequests, DrivingRequests, CameraRequests, WorldReques
         """Load a world, at time zero; who lives where is open again."""
         self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
         self._taken.clear()
+        self._time = self._features.time
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Begin at a snapshot, with the clock at zero; who lives where is open again."""
         request = wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed)
         self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
         self._taken.clear()
+        self._time = self._features.time
 
     async def end_run(self) -> None:
         """Make every robot stand still."""

@@ -44,6 +44,8 @@ class Advanced(Message):
     time: float
     occurrences: tuple[Occurrence, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    film: bytes = b""  # the next part of what is recorded, since the last answer
+    film_error: str = ""  # why nothing more is recorded
 
 
 class CancelGoal(Message):

@@ -1,0 +1,131 @@
+"""What is recorded of a simulation: the whole world, one of its cameras, or what follows a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from seoro.bridges.wire import Result, StartRecording
+from sim_nodes.cameras import render
+from sim_nodes.entities import Entities
+from sim_nodes.geometry import Vector
+from sim_nodes.physics import Engine
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.video import RATES, Encoder, NoVideo, Recorder
+from sim_nodes.views import MAX_SIZE, MIN_SIZE, Lens, Picture, View, looking_at, overview
+from sim_nodes.worlds.loader import World
+
+BEHIND: Vector = (-1.2, -1.8, 2.2)  # [m] from what is followed to the camera, along the axes of the map
+LOWEST, ARM_HEIGHT = 0.5, 1.5  # [m] of a world that is seen as a whole, and of one with an arm
+
+Look = Callable[[], View]
+
+
+class Films:
+    """The recording of a simulation, of which there is one at a time.
+
+    Args:
+        engine: What draws.
+        world: The world.
+        entities: Gives what is in it, which a reset replaces.
+    """
+
+    def __init__(self, engine: Engine, world: World, entities: Callable[[], Entities]) -> None:
+        self._engine = engine
+        self._world = world
+        self._entities = entities
+        self._recorder: Recorder | None = None
+
+    def start(self, request: StartRecording) -> None:
+        """Start to record.
+
+        Raises:
+            RequestRefused: Something is recorded already, there is nothing to look at, or no way to do it.
+        """
+        if self._recorder is not None:
+            raise RequestRefused(Result.INCORRECT_STATE, "a film is being recorded already: stop it first")
+        if request.rate not in RATES:
+            rates = ", ".join(map(str, RATES))
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"{request.rate} pictures a second are not possible: {rates} are"
+            )
+        look = self._look(request)
+        first = look()
+        lens = first.lens
+        if lens.width % 2 or lens.height % 2:
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"pictures of films have even sizes, not {lens.width} by {lens.height}"
+            )
+        render(self._engine, first)  # which is refused here rather than found out while time passes
+        try:
+            encoder = Encoder(lens.width, lens.height, request.rate)
+        except NoVideo as error:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"no film can be recorded: {error}") from error
+        self._recorder = Recorder(_Pictures(self._engine, look), encoder, request.rate)
+        self._recorder.tick()
+
+    def _look(self, request: StartRecording) -> Look:
+        """From where pictures are taken."""
+        if request.camera and request.follow:
+            raise RequestRefused(Result.OPERATION_FAILED, "a film is of a camera or follows something, not both")
+        if request.camera:
+            return lambda: self._entities().cameras.view(request.camera)
+        if not all(MIN_SIZE <= size <= MAX_SIZE for size in (request.width, request.height)):
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"a picture has {MIN_SIZE} to {MAX_SIZE} pixels in each direction, not {request.width} by "
+                f"{request.height}",
+            )
+        lens = Lens(width=request.width, height=request.height)
+        if request.follow:
+            return lambda: self._behind(request.follow, lens)
+        whole = overview(self._world.extent, self._height(), lens)
+        return lambda: whole
+
+    def _behind(self, entity: str, lens: Lens) -> View:
+        x, y, z = self._entities().state(entity).position
+        place = (x + BEHIND[0], y + BEHIND[1], z + BEHIND[2])
+        return View(place, looking_at(place, (x, y, z)), lens)
+
+    def _height(self) -> float:
+        """Of what stands in the world [m]."""
+        arms = any(robot.declaration.arm is not None for robot in self._world.robots)
+        return max([ARM_HEIGHT if arms else LOWEST, *(wall.height for wall in self._world.walls)])
+
+    def tick(self) -> None:
+        """Called in each tick of the simulation."""
+        if self._recorder is not None:
+            self._recorder.tick()
+
+    def take(self) -> tuple[bytes, str]:
+        """The next part of the film, and why it has ended, if it has."""
+        if self._recorder is None:
+            return b"", ""
+        return self._recorder.take(), self._recorder.error
+
+    def stop(self) -> tuple[bytes, str]:
+        """Stop recording; returns what `take` does.
+
+        Raises:
+            RequestRefused: Nothing is recorded.
+        """
+        if self._recorder is None:
+            raise RequestRefused(Result.INCORRECT_STATE, "nothing is recorded")
+        self._recorder.finish()
+        last = self.take()
+        self._recorder = None
+        return last
+
+
+class _Pictures:
+    """Takes pictures; of what is gone, from where it was last."""
+
+    def __init__(self, engine: Engine, look: Look) -> None:
+        self._engine = engine
+        self._look = look
+        self._view = look()
+
+    def __call__(self) -> Picture:
+        with suppress(RequestRefused):  # the camera was deleted, or what it follows
+            self._view = self._look()
+        return render(self._engine, self._view)
