@@ -11,7 +11,7 @@ from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from seoro.bridges.wire import Contact, Measurements, Occurrence, Outcome, ResetScope, Result
+from seoro.bridges.wire import Contact, Fault, Measurements, Occurrence, Outcome, ResetScope, Result
 from sim_nodes.clearance import Surroundings
 from sim_nodes.entities import Entities
 from sim_nodes.films import Films
@@ -222,6 +222,11 @@ class Simulation(Stateful):
     def stop_robot(self, robot: str) -> None:
         """Stop a robot; the goals that it had end as canceled."""
         self._report(self.robot(robot), self.robot(robot).stop())
+
+    def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
+        """Inject a fault into a device of a robot; the end of its measurement, within a limit [s], is reported."""
+        self._claim(identifier)
+        self.robot(robot).faults.inject(identifier, device, fault, limit, self._steps // self._tick_steps)
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""

@@ -114,7 +114,12 @@ class Simulator:
         """What the simulator is and has."""
         simulation = self.simulation
         robots = (
-            RobotInfo(name=robot.name, kinds=robot.declaration.kinds, frames=simulation.frames_of(robot.name))
+            RobotInfo(
+                name=robot.name,
+                kinds=robot.declaration.kinds,
+                frames=simulation.frames_of(robot.name),
+                devices=robot.faults.devices,
+            )
             for robot in simulation.robots.values()
         )
         return SimulatorFeatures(

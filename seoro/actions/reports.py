@@ -6,13 +6,13 @@ from collections.abc import Awaitable, Callable
 
 from seoro.errors import ActionFailed
 from seoro.runtime.context import ActionContext, Pending
-from seoro.runtime.contracts import GoalStatus, Reporter
+from seoro.runtime.contracts import GoalStatus, Report, Reporter
 
 
 async def finish(
     ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]], cancel: Callable[[str], Awaitable[None]]
-) -> None:
-    """Start something at a backend and wait for its report.
+) -> Report:
+    """Start something at a backend and wait for its report, which is returned.
 
     Args:
         ctx: Of the action.
@@ -31,3 +31,4 @@ async def finish(
             await ctx.ask(cancel(number))
     if report.status is not GoalStatus.SUCCEEDED:
         raise ActionFailed(report.message or report.status.value)
+    return report

@@ -7,10 +7,11 @@ from functools import partial
 from seoro.actions.reports import finish
 from seoro.actions.ros_messages import to_twist
 from seoro.actions.ros_only import refuse_unless
+from seoro.actions.ros_parameters import set_parameter
 from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
-from seoro.runtime.capabilities import DrivenRobots, MobileRobots
+from seoro.runtime.capabilities import DrivenRobots, Faults, MobileRobots
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Position3D
 from seoro.runtime.values import Actor
@@ -64,3 +65,11 @@ async def topic_publish(
     except InvalidUse as error:
         raise ActionFailed(str(error)) from error
     await ctx.ask(ctx.anywhere(DrivenRobots).command_velocity(topic_name, velocity))
+
+
+@action("set_node_parameter", anywhere=Faults)
+async def set_node_parameter(
+    ctx: ActionContext, node_name: str, parameter_name: str, parameter_value: str
+) -> None:
+    """Set a parameter of a node."""
+    await set_parameter(ctx, node_name, parameter_name, parameter_value)

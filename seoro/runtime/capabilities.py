@@ -6,11 +6,12 @@ methods have in common stands with `contracts.Backend`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Pose3D, Position3D, Reporter, Velocity6D
+from seoro.runtime.device_faults import Fault
 
 
 @runtime_checkable
@@ -141,6 +142,30 @@ class Cameras(Protocol):
 
     async def take_picture(self, name: str) -> Image:
         """What a camera sees now."""
+
+
+@runtime_checkable
+class Faults(Protocol):
+    """Faults of sensors and motors. `robot` is what `home_of` returned, a device one of those of the robot."""
+
+    def devices(self) -> Mapping[str, Sequence[str]]:
+        """For each robot, in their order, the names of its devices."""
+        ...
+
+    async def inject_fault(self, robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
+        """Inject a fault, in the place of another of its kind, and measure that it takes effect.
+
+        What was measured is reported: as a success, or, when the effect has not been found within `limit` [s], as
+        abortion, and then the fault is cleared. Returns the id of the measurement.
+        """
+        ...
+
+    async def cancel_fault(self, measurement: str) -> None:
+        """Clear a fault that is being measured; one whose measurement has ended is left alone."""
+        ...
+
+    async def clear_faults(self, robot: str, device: str, fault: type[Fault] | None = None) -> None:
+        """Clear the faults of a device, of one kind if one is given; of all devices if `device` is empty."""
         ...
 
 

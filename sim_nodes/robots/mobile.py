@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from seoro.bridges.wire import Result
 from sim_nodes.geometry import Pose2
@@ -22,8 +24,9 @@ from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds
 from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
+from sim_nodes.sensors.feed import Feed
 from sim_nodes.sensors.lidar import Lidar, Scan
-from sim_nodes.sensors.odometry import Odometry
+from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
@@ -39,9 +42,12 @@ class MobileBase(Stateful):
         engine: The engine that it is in.
         known: The map of the world.
         seed: Seed of the simulation.
+
+    Attributes:
+        sensors: The ways of its sensors' samples, by the sensors' names.
     """
 
-    STATE = ("odometry", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
+    STATE = ("sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
 
     def __init__(
         self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
@@ -49,14 +55,32 @@ class MobileBase(Stateful):
         self.name = name
         self.declaration = declaration
         self._engine = engine
-        self._scan_ticks = round(1.0 / declaration.lidar.rate / TICK)
-        self._lidar = Lidar(declaration.lidar, Noise(seed, f"{self.name}/lidar"))
-        self.odometry = Odometry(declaration.drive, declaration.odometry, Noise(seed, f"{self.name}/odometry"))
-        self.localisation = Localisation(known, declaration, Noise(seed, f"{self.name}/localisation"))
+        self._lidar = Feed(
+            Lidar(declaration.lidar, Noise(seed, f"{name}/lidar"), partial(engine.cast_rays, name)),
+            lambda purpose: Noise(seed, f"{name}/lidar/{purpose}"),
+        )
+        self._odometry = Feed(
+            Odometry(
+                declaration.drive,
+                declaration.odometry,
+                Noise(seed, f"{name}/odometry"),
+                partial(engine.wheel_angles, name),
+            ),
+            lambda purpose: Noise(seed, f"{name}/odometry/{purpose}"),
+        )
+        self._odometry.in_use = True
+        self.sensors: dict[str, Feed[Any]] = {"lidar": self._lidar, "odometry": self._odometry}
+        self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
         self._steering = Steering(declaration.drive)
         self._scan: Scan | None = None
+
+    @property
+    def odometry(self) -> Odometer:
+        """What has come of odometry last."""
+        latest = self._odometry.latest
+        return AT_START if latest is None else latest.data
 
     @property
     def goal(self) -> str | None:
@@ -83,10 +107,12 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
-        self.odometry.update(self._engine.wheel_angles(self.name), TICK, tick)
+        self._odometry.pass_tick(tick)
+        self._lidar.in_use |= self.localisation.running
+        self._lidar.pass_tick(tick)
         ended = self._steer(tick) if self._steering.order is not None else None
-        if self.localisation.running and tick % self._scan_ticks == 0:
-            self._sense(tick)
+        if self.localisation.running and self._lidar.arrived is not None:
+            self._take_in(self._lidar.arrived.data, tick)
         pose = self.localised_pose()
         if self._navigator.goal is None or self._scan is None or pose is None or tick % CONTROL_TICKS:
             return ended
@@ -94,13 +120,13 @@ class MobileBase(Stateful):
         self._command(velocity)
         return ended
 
-    def _sense(self, tick: int) -> None:
-        """Take a scan and all that follows from it."""
-        self._scan = self._lidar.scan(self._engine, self.name, tick)
-        self.localisation.update(self.odometry.pose, self._scan, tick)
+    def _take_in(self, scan: Scan, tick: int) -> None:
+        """Make of a scan what can be made of it."""
+        self._scan = scan
+        self.localisation.update(self.odometry.pose, scan, tick)
         pose = self.localised_pose()
         if pose is not None:
-            self._obstacles.update(pose, self._scan)
+            self._obstacles.update(pose, scan)
 
     def set_initial_pose(self, pose: Pose2, tick: int) -> None:
         """Tell the localisation where the robot is in the map."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator
 
 from seoro.bridges.wire import Outcome, Result
+from sim_nodes.faults.board import FaultBoard
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.physics import Engine, PlacedRobot
@@ -23,13 +24,14 @@ class Robot(Stateful):
         seed: Seed of the simulation.
     """
 
-    STATE = ("_mobile",)
+    STATE = ("_mobile", "faults")
 
     def __init__(self, placed: PlacedRobot, engine: Engine, known: NavigationMap, seed: int) -> None:
         self.name = placed.name
         self.declaration = declaration = placed.declaration
         mobile = declaration.mobile
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
+        self.faults = FaultBoard(self.name, self._mobile.sensors if self._mobile is not None else {})
 
     @property
     def drives(self) -> bool:
@@ -56,7 +58,7 @@ class Robot(Stateful):
     def goals(self) -> tuple[str, ...]:
         """The ids of the goals that it is working on, for somebody."""
         goal = self._mobile.goal if self._mobile is not None else None
-        return () if goal is None or goal == NOBODY else (goal,)
+        return (*(() if goal in (None, NOBODY) else (goal,)), *self.faults.goals)
 
     def tick(self, tick: int) -> Iterator[Ended]:
         """Do what is due in a tick; gives the goals that ended."""
@@ -64,16 +66,20 @@ class Robot(Stateful):
             ended = self._mobile.tick(tick)
             if ended is not None:
                 yield ended
+        yield from self.faults.tick(tick)
 
     def cancel(self, goal: str) -> Iterator[Ended]:
         """Stop what works on a goal, by its id; gives the goals that ended with that."""
-        if goal in self.goals:
+        if goal in self.faults.goals:
+            yield from self.faults.cancel(goal)
+        elif goal in self.goals:
             yield from self.stop()
 
     def disown(self, goals: Container[str]) -> None:
         """Go on with all goals, but with these for nobody: their ends are not told, and any command ends them."""
         if self._mobile is not None:
             self._mobile.disown(goals)
+        self.faults.disown(goals)
 
     def stop(self) -> Iterator[Ended]:
         """Make every part stand still; gives the goals that ended with that."""

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.noise import Noise
-from sim_nodes.physics import Engine
 from sim_nodes.robots.declaration import LidarDeclaration
+from sim_nodes.sensors.sensor import Values
+from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
+
+CastRays = Callable[[Array, float], Array]
+"""Ranges along directions in the lidar's frame up to a limit, as `Engine.cast_rays` gives them for a robot."""
 
 
 @dataclass(frozen=True)
@@ -34,24 +41,48 @@ class Scan:
         return hit
 
 
-class Lidar:
-    """The lidar of a robot."""
+class Lidar(Stateful):
+    """The lidar of a robot; a `Sensor`.
 
-    def __init__(self, declaration: LidarDeclaration, noise: Noise) -> None:
+    Args:
+        declaration: What is declared of it.
+        noise: Source of its random numbers.
+        cast: Finds what its beams hit.
+    """
+
+    quantities = (Quantity.LENGTH,)
+
+    def __init__(self, declaration: LidarDeclaration, noise: Noise, cast: CastRays) -> None:
         self._declaration = declaration
         self._noise = noise
+        self._cast = cast
         angles = np.linspace(-math.pi, math.pi, declaration.beams, endpoint=False)
         self._directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
         self._mount = Pose2(declaration.x, declaration.y, declaration.yaw)
         self._angles = angles + declaration.yaw
         self._cos, self._sin = np.cos(self._angles), np.sin(self._angles)
+        self.period = max(1, round(1.0 / declaration.rate / TICK))
+        self.limits = (declaration.min_range, declaration.max_range)
+        self.bearings = self._angles
 
-    def scan(self, engine: Engine, robot: str, tick: int) -> Scan:
-        """A scan with the noise of a tick; what is nearer than the least range is not seen."""
+    def read(self, tick: int) -> Scan:
+        """A scan with the noise of a tick."""
         declaration = self._declaration
-        ranges = engine.cast_rays(robot, self._directions, declaration.max_range)
-        ranges = ranges + self._noise.at(tick).normal(0.0, declaration.noise, len(ranges))
-        ranges[(ranges < declaration.min_range) | (ranges > declaration.max_range)] = np.inf
+        ranges = self._cast(self._directions, declaration.max_range)
+        return self._scan(ranges + self._noise.at(tick).normal(0.0, declaration.noise, len(ranges)))
+
+    def values(self, data: Scan) -> Values:
+        """The ranges."""
+        return {Quantity.LENGTH: data.ranges}
+
+    def with_values(self, data: Scan, values: Values) -> Scan:
+        """The scan of other ranges."""
+        return self._scan(values[Quantity.LENGTH])
+
+    def _scan(self, ranges: Array) -> Scan:
+        """The scan of ranges; what is nearer than the least or farther than the longest range is not seen."""
+        low, high = self.limits
+        ranges = np.where((ranges < low) | (ranges > high), np.inf, ranges)
         # Beams without a hit end nowhere, also along the axes, where inf * 0 would be no number.
         hit = np.isfinite(ranges)
         finite = np.where(hit, ranges, 0.0)

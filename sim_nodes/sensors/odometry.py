@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
-from sim_nodes.geometry import Pose2, wrap
+import numpy as np
+
+from seoro.bridges.wire import Quantity
+from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import DriveDeclaration, OdometryDeclaration
-from sim_nodes.robots.diff_drive import Velocity, base_motion
+from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion
+from sim_nodes.sensors.sensor import Values
 from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
 
 STILL = 1e-5  # [m], [rad]; less motion than this in a tick is rest, and rest has no errors
 
+ReadWheels = Callable[[], tuple[float, float]]
+"""Angles that the left and right wheel have turned [rad]."""
 
-class Odometry(Stateful):
-    """The odometry of a differential drive; it starts at the origin of the frame `odom`.
+
+@dataclass(frozen=True)
+class Odometer:
+    """What odometry says; it starts at the origin of the frame `odom`.
 
     Attributes:
         pose: Pose of the base in `odom`.
@@ -22,28 +33,63 @@ class Odometry(Stateful):
         velocity: Velocity of the base over the last tick by the wheels alone, without the errors of slip.
     """
 
-    STATE = ("_angles", "pose", "travelled", "velocity")
+    pose: Pose2
+    travelled: float
+    velocity: Velocity
 
-    def __init__(self, drive: DriveDeclaration, declaration: OdometryDeclaration, noise: Noise) -> None:
+
+AT_START = Odometer(Pose2(0.0, 0.0, 0.0), 0.0, AT_REST)
+
+
+class Odometry(Stateful):
+    """The odometry of a differential drive; a `Sensor`.
+
+    Args:
+        drive: The drive.
+        declaration: Its errors.
+        noise: Source of its random numbers.
+        wheels: Reads the encoders of the wheels; it is called in every tick.
+    """
+
+    STATE = ("_angles", "_now")
+
+    period = 1
+    quantities = (Quantity.LENGTH, Quantity.ANGLE)
+    limits = (-math.inf, math.inf)
+    bearings: Array = np.zeros(0)
+
+    def __init__(
+        self, drive: DriveDeclaration, declaration: OdometryDeclaration, noise: Noise, wheels: ReadWheels
+    ) -> None:
         self._drive = drive
         self._declaration = declaration
         self._noise = noise
+        self._wheels = wheels
         self._angles: tuple[float, float] | None = None
-        self.pose = Pose2(0.0, 0.0, 0.0)
-        self.travelled = 0.0
-        self.velocity = Velocity(0.0, 0.0)
+        self._now = AT_START
 
-    def update(self, angles: tuple[float, float], interval: float, tick: int) -> None:
-        """Take in the wheels' angles [rad], `interval` seconds after the last ones."""
+    def read(self, tick: int) -> Odometer:
+        """Take in what the wheels have turned since the last tick."""
+        angles = self._wheels()
         last, self._angles = self._angles or angles, angles
         distance, turn = base_motion(self._drive, angles[0] - last[0], angles[1] - last[1])
-        self.velocity = Velocity(distance / interval, turn / interval)
+        velocity = Velocity(distance / TICK, turn / TICK)
         if abs(distance) > STILL or abs(turn) > STILL:
             distance, turn = self._disturbed(distance, turn, tick)
-        x, y, yaw = self.pose
+        x, y, yaw = self._now.pose
         middle = yaw + turn / 2.0
-        self.pose = Pose2(x + distance * math.cos(middle), y + distance * math.sin(middle), wrap(yaw + turn))
-        self.travelled += abs(distance)
+        pose = Pose2(x + distance * math.cos(middle), y + distance * math.sin(middle), wrap(yaw + turn))
+        self._now = Odometer(pose, self._now.travelled + abs(distance), velocity)
+        return self._now
+
+    def values(self, data: Odometer) -> Values:
+        """The place, and the heading."""
+        return {Quantity.LENGTH: np.array(data.pose[:2]), Quantity.ANGLE: np.array(data.pose[2:])}
+
+    def with_values(self, data: Odometer, values: Values) -> Odometer:
+        """The same at another place, with another heading."""
+        (x, y), (yaw,) = values[Quantity.LENGTH].tolist(), values[Quantity.ANGLE].tolist()
+        return Odometer(Pose2(x, y, wrap(yaw)), data.travelled, data.velocity)
 
     def _disturbed(self, distance: float, turn: float, tick: int) -> tuple[float, float]:
         errors = self._declaration

@@ -12,10 +12,30 @@ from seoro.bridges.wire import Result
 from sim_nodes.physics import UnstablePhysics
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs import artifacts, cameras, driving, entities, mobile, recording, snapshots, whole
+from sim_nodes.verbs import (
+    artifacts,
+    cameras,
+    driving,
+    entities,
+    faults,
+    mobile,
+    recording,
+    snapshots,
+    whole,
+)
 from sim_nodes.verbs.handling import Handler
 
-PARTS = (whole, entities, mobile, driving, cameras, recording, snapshots, artifacts)
+PARTS = (
+    whole,
+    entities,
+    mobile,
+    driving,
+    cameras,
+    recording,
+    faults,
+    snapshots,
+    artifacts,
+)
 VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyType(
     {verb.name: (verb.request, handler) for part in PARTS for verb, handler in part.HANDLERS}
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 from sim_nodes.__main__ import ENGINES
@@ -9,7 +11,7 @@ from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.noise import Noise
 from sim_nodes.robots.diff_drive import Velocity, wheel_speeds
-from sim_nodes.sensors.odometry import Odometry
+from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
 from sim_nodes.ticks import TICK
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine
@@ -18,18 +20,20 @@ ROBOT = "turtlebot4"
 DECLARATION = BASE
 
 
-def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple[Pose2, Odometry]:
+def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple[Pose2, Odometer]:
     """Drive from rest; returns the true pose and the odometry."""
     engine = make_engine(name)
     engine.build(load_world("empty").scene)
-    odometry = Odometry(DECLARATION.drive, DECLARATION.odometry, Noise(seed, "odometry"))
+    noise = Noise(seed, "odometry")
+    odometry = Odometry(DECLARATION.drive, DECLARATION.odometry, noise, partial(engine.wheel_angles, ROBOT))
+    said = AT_START
     engine.command_wheels(ROBOT, *wheel_speeds(DECLARATION.drive, velocity))
     tick_steps = round(TICK * engine.steps_per_second)
     for step in range(1, round(seconds * engine.steps_per_second) + 1):
         engine.step()
         if step % tick_steps == 0:
-            odometry.update(engine.wheel_angles(ROBOT), TICK, step // tick_steps)
-    return engine.body_state(ROBOT).planar, odometry
+            said = odometry.read(step // tick_steps)
+    return engine.body_state(ROBOT).planar, said
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Purpose
+from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.sensors.lidar import Lidar
 from sim_nodes.sensors.odometry import Odometry
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.graph import differences
@@ -18,8 +19,13 @@ AHEAD = pose(1.9, 0.6, z=0.05)
 Seen = list[object]
 
 
+def inject(client: Client, name: str, device: str, fault: Fault) -> None:
+    request = wire.InjectFault(id=name, robot=ROBOT, device=device, fault=fault, limit=100.0)
+    client.ask(wire.INJECT_FAULT, request)
+
+
 def busy(engine: str, seed: int = 3) -> Client:
-    """A robot on its way, watched, with a box before it and one that falls on its tail."""
+    """A robot on its way, watched, with faults, a box before it and one that falls on its tail."""
     client = Client("maze", seed, engine)
     client.localise()
     client.navigate(GOAL)
@@ -27,7 +33,13 @@ def busy(engine: str, seed: int = 3) -> Client:
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.4))
     client.spawn("box", AHEAD)
     client.spawn("gone", pose(-1.0, -1.0, z=0.3))
-    client.advance(1.5)
+    inject(client, "late", "lidar", Delay(time=0.06))
+    inject(client, "lost", "lidar", MessageLoss(probability=0.02))
+    client.advance(0.1)
+    client.run_until("late")
+    while client.simulator.simulation.time < 1.5:
+        client.advance(1.5)
+    inject(client, "noisy", "odometry", GaussianNoise(deviation={Quantity.LENGTH: 0.002}))
     client.ask(wire.DELETE_ENTITY, wire.EntityName(name="gone"))
     client.spawn("falling", pose(client.truth.x, client.truth.y, z=0.5))
     time = 1.5
@@ -103,13 +115,13 @@ def test_nothing_that_a_simulation_consists_of_is_forgotten(engine: str) -> None
 
 
 def test_state_that_is_not_declared_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Odometry, "STATE", ("_angles", "pose", "velocity"))
-    monkeypatch.setattr(MobileBase, "STATE", ("odometry", "localisation", "_navigator", "_scan"))
+    monkeypatch.setattr(Odometry, "STATE", ("_angles",))
+    monkeypatch.setattr(MobileBase, "STATE", ("sensors", "localisation", "_navigator", "_scan"))
     original = busy("mujoco")
     fork = Client("empty", 99, "mujoco")
     restore(fork, save(original))
     found = "\n".join(differences(original.simulator.simulation, fork.simulator.simulation))
-    assert "['odometry']['travelled']" in found
+    assert "['_now']['travelled']" in found
     assert "['_obstacles']" in found
 
 
@@ -223,12 +235,12 @@ def test_a_snapshot_that_means_nothing_here_is_refused(
 
 def test_a_snapshot_that_does_not_fit_leaves_everything_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     client = busy("mujoco")
-    snapshot = save(client)
     other = busy("mujoco")
     with monkeypatch.context() as patched:
-        patched.setattr(Odometry, "STATE", ("_angles", "pose"))
-        with pytest.raises(RequestRefused, match="cannot be restored: there is a Odometry where"):
-            restore(other, snapshot)
+        patched.setattr(Lidar, "STATE", ("period",))
+        snapshot = save(client)
+    with pytest.raises(RequestRefused, match="cannot be restored: there is a Lidar where"):
+        restore(other, snapshot)
     assert list(follow(other, 4.0)) == list(follow(client, 4.0))
 
 

@@ -8,6 +8,7 @@ from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
+from seoro.bridges.sim.faults import FaultRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import NodeAddress
@@ -20,7 +21,13 @@ GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
 class SimulatorNode(
-    MobileRequests, DrivingRequests, CameraRequests, RecordingRequests, WorldRequests, SnapshotRequests
+    MobileRequests,
+    DrivingRequests,
+    CameraRequests,
+    RecordingRequests,
+    FaultRequests,
+    WorldRequests,
+    SnapshotRequests,
 ):
     """A simulator node that has been found.
 
@@ -101,13 +108,15 @@ class SimulatorNode(
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot.name))
 
     async def clear(self) -> None:
-        """Leave nothing of the run: no goal, no watch, no robot that moves, and nothing that was spawned.
+        """Leave nothing of the run: no goal, no watch, no fault, no robot that moves, nothing that was spawned.
 
         That includes what was asked for by requests whose answers nobody has awaited.
         """
         await self.end_run()
         for number in tuple(self._reporters):  # of goals, too, all of which have ended with `end_run`
             await self.cancel_watch(number)
+        for robot in self._features.robots:
+            await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 
 

@@ -18,6 +18,7 @@ from seoro.bridges.wire.artifacts import *
 from seoro.bridges.wire.cameras import *
 from seoro.bridges.wire.driving import *
 from seoro.bridges.wire.entities import *
+from seoro.bridges.wire.faults import *
 from seoro.bridges.wire.geometry import *
 from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.measurements import *

@@ -18,12 +18,14 @@ class SimulationState(StrEnum):
 class RobotInfo(Message):
     """A robot of the world.
 
-    `kinds` are the actor types it can stand for, most specific first; `frames` the transform frames it has.
+    `kinds` are the actor types it can stand for, most specific first; `frames` the transform frames it has,
+    `devices` what can have faults.
     """
 
     name: str
     kinds: tuple[str, ...]
     frames: tuple[str, ...]
+    devices: tuple[str, ...] = ()
 
 
 class SimulatorFeatures(Message):

@@ -1,0 +1,97 @@
+"""Which faults a sensor can have, and what they may say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, assert_never
+
+from seoro.bridges.wire import (
+    BeamLoss,
+    Bias,
+    DeadBeams,
+    DeadSector,
+    Delay,
+    Freeze,
+    GaussianNoise,
+    MessageLoss,
+    PowerLoss,
+    Quantity,
+    Result,
+    SensorFault,
+)
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.sensors.beams import dead_beams, lost_beams
+from sim_nodes.sensors.sensor import Sensor
+from sim_nodes.ticks import TICK
+
+LONGEST_DELAY = 10.0  # [s]
+
+
+def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
+    """Refuse faults that a sensor cannot have.
+
+    Raises:
+        RequestRefused: The message says why, and what would be right.
+    """
+    match fault:
+        case GaussianNoise(deviation=deviation):
+            _check_quantities(fault.kind, deviation, device, sensor)
+            if any(std < 0.0 for std in deviation.values()) or not any(deviation.values()):
+                raise _refused(f"deviations are zero or more, and not all of them zero: {_said(deviation)}")
+        case Bias(offset=offset):
+            _check_quantities(fault.kind, offset, device, sensor)
+            if not any(offset.values()):
+                raise _refused("a bias of nothing is none: give it an offset other than zero")
+        case BeamLoss(share=share):
+            _check_beams(fault.kind, device, sensor)
+            _check_share("share", share)
+            if lost_beams(share, len(sensor.bearings)) == 0:
+                raise _refused(f"a share of {share:g} of {len(sensor.bearings)} beams is not one beam")
+        case DeadSector(start=start, end=end):
+            _check_beams(fault.kind, device, sensor)
+            if not (math.isfinite(start) and math.isfinite(end)):
+                raise _refused(f"a sector has finite bearings, not {start} and {end}")
+            if len(dead_beams(fault, sensor.bearings)) == 0:
+                raise _refused(f"no beam lies between {start:g} and {end:g} rad: the sector is too narrow")
+        case DeadBeams(beams=beams):
+            _check_beams(fault.kind, device, sensor)
+            last = len(sensor.bearings) - 1
+            if not beams or not all(0 <= beam <= last for beam in beams):
+                raise _refused(f"dead beams are one or more of the beams 0 to {last}, not {list(beams)[:20]}")
+        case MessageLoss(probability=probability):
+            _check_share("probability", probability)
+        case Delay(time=time):
+            if not TICK <= time <= LONGEST_DELAY:
+                raise _refused(f"a delay lasts from {TICK:g} s to {LONGEST_DELAY:g} s, not {time:g} s")
+        case Freeze() | PowerLoss():
+            return
+        case _:
+            assert_never(fault)
+
+
+def _check_quantities(kind: str, amounts: Mapping[Quantity, float], device: str, sensor: Sensor[Any]) -> None:
+    known = ", ".join(sensor.quantities) or "no values that could be off"
+    strange = [quantity for quantity in amounts if quantity not in sensor.quantities]
+    if strange:
+        raise _refused(f"{device} cannot have {kind} of {', '.join(strange)}: it measures {known}")
+    if not all(math.isfinite(amount) for amount in amounts.values()):
+        raise _refused(f"{kind} of {_said(amounts)} has a part that is no finite number")
+
+
+def _check_beams(kind: str, device: str, sensor: Sensor[Any]) -> None:
+    if len(sensor.bearings) == 0:
+        raise _refused(f"{device} cannot have {kind}: it has no beams")
+
+
+def _check_share(what: str, value: float) -> None:
+    if not 0.0 < value <= 1.0:
+        raise _refused(f"the {what} is {value:g}: it has to be above 0, and 1 at most")
+
+
+def _said(amounts: Mapping[Quantity, float]) -> str:
+    return ", ".join(f"{quantity} {amount:g}" for quantity, amount in amounts.items()) or "nothing"
+
+
+def _refused(message: str) -> RequestRefused:
+    return RequestRefused(Result.OPERATION_FAILED, message)

@@ -1,0 +1,179 @@
+"""Faults of a robot in a world."""
+
+from __future__ import annotations
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire import (
+    BeamLoss,
+    Bias,
+    DeadBeams,
+    DeadSector,
+    Delay,
+    Fault,
+    Freeze,
+    GaussianNoise,
+    MessageLoss,
+    Outcome,
+    Quantity,
+)
+from sim_nodes.refusal import RequestRefused
+from tests.sim_nodes.client import ROBOT, Client
+
+NOISE = GaussianNoise(deviation={Quantity.LENGTH: 0.3})
+NAN = float("nan")
+
+
+def inject(client: Client, fault: Fault, device: str = "lidar", limit: float = 5.0, name: str = "fault") -> None:
+    request = wire.InjectFault(id=name, robot=ROBOT, device=device, fault=fault, limit=limit)
+    client.ask(wire.INJECT_FAULT, request)
+
+
+def clear(client: Client, device: str = "", kind: str = "") -> None:
+    client.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ROBOT, device=device, kind=kind))
+
+
+def test_the_devices_of_a_robot_are_told(maze: Client) -> None:
+    [robot] = maze.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).robots
+    assert {"lidar", "odometry"} <= set(robot.devices)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_fault_is_reported_with_what_was_measured(engine: str) -> None:
+    client = Client(engine=engine)
+    inject(client, NOISE)
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED
+    assert ended.time == pytest.approx(0.1)
+    assert "gaussian_noise of turtlebot4/lidar takes effect" in ended.message
+    assert "values of length have a standard deviation of 0." in ended.message
+
+
+def test_a_fault_that_shows_no_effect_ends_at_the_limit_and_is_cleared(empty: Client) -> None:
+    inject(empty, NOISE, limit=1.0)  # there is nothing to be seen
+    ended, _ = empty.run_until("fault")
+    assert ended.outcome is Outcome.ABORTED
+    assert ended.time == pytest.approx(1.0)
+    assert ended.message == (
+        "gaussian_noise of turtlebot4/lidar was not found to take effect: "
+        "no value of length to compare has arrived"
+    )
+    assert empty.simulator.simulation.robot(ROBOT).mobile.sensors["lidar"].faults == {}
+
+
+def test_what_uses_scans_gets_the_faulty_ones(maze: Client) -> None:
+    maze.localise()
+    base = maze.simulator.simulation.robot(ROBOT).mobile
+    inject(maze, DeadSector(start=-3.0, end=3.0))
+    maze.run_until("fault")
+    latest = base.sensors["lidar"].latest
+    assert latest is not None
+    assert latest.data.hit.sum() < 20
+    assert base._scan is latest.data
+
+
+def test_another_fault_of_the_kind_takes_the_place_of_the_first(maze: Client) -> None:
+    inject(maze, Delay(time=0.5), name="first")
+    inject(maze, Delay(time=0.1), name="second")
+    first, _ = maze.run_until("first")
+    assert (first.outcome, first.message) == (Outcome.CANCELED, "another fault of its kind took its place")
+    second, _ = maze.run_until("second")
+    assert "the last sample was 0.1 s old" in second.message
+
+
+def test_cleared_faults_are_gone_and_their_measurement_ends(maze: Client) -> None:
+    feed = maze.simulator.simulation.robot(ROBOT).mobile.sensors["lidar"]
+    inject(maze, Freeze(), name="freeze")
+    inject(maze, MessageLoss(probability=0.5), name="loss")
+    clear(maze, "lidar", "freeze")
+    assert list(feed.faults) == ["message_loss"]
+    ended, _ = maze.run_until("freeze")
+    assert (ended.outcome, ended.message) == (Outcome.CANCELED, "it was cleared")
+    clear(maze)
+    assert feed.faults == {}
+    clear(maze)  # of nothing
+
+
+def test_cancelling_the_measurement_clears_the_fault(maze: Client) -> None:
+    inject(maze, NOISE)
+    maze.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="fault"))
+    ended, _ = maze.run_until("fault")
+    assert ended.outcome is Outcome.CANCELED
+    assert maze.simulator.simulation.robot(ROBOT).mobile.sensors["lidar"].faults == {}
+
+
+def test_stopping_the_robot_leaves_its_faults(maze: Client) -> None:
+    inject(maze, NOISE)
+    maze.ask(wire.STOP_ROBOT, wire.StopRobot(robot=ROBOT))
+    assert maze.run_until("fault")[0].outcome is Outcome.SUCCEEDED
+
+
+def test_a_reset_clears_faults(maze: Client) -> None:
+    inject(maze, NOISE, limit=100.0)
+    maze.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.STATE))
+    assert maze.simulator.simulation.robot(ROBOT).mobile.sensors["lidar"].faults == {}
+
+
+def test_faults_change_nothing_that_others_draw(maze: Client) -> None:
+    odometers = []
+    for faulty in (False, True):
+        client = Client()
+        client.localise()
+        if faulty:
+            inject(client, BeamLoss(share=0.1))
+        client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
+        odometers.append(client.simulator.simulation.robot(ROBOT).mobile.odometry)
+    assert odometers[0] == odometers[1]
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        (GaussianNoise(deviation={}), "deviations are zero or more, and not all of them zero"),
+        (GaussianNoise(deviation={Quantity.LENGTH: -1.0}), "length -1"),
+        (GaussianNoise(deviation={Quantity.LENGTH: NAN}), "no finite number"),
+        (GaussianNoise(deviation={Quantity.ACCELERATION: 1.0}), "of acceleration: it measures length"),
+        (Bias(offset={Quantity.LENGTH: 0.0}), "a bias of nothing is none"),
+        (BeamLoss(share=1.5), "the share is 1.5: it has to be above 0, and 1 at most"),
+        (BeamLoss(share=NAN), "the share is nan"),
+        (BeamLoss(share=0.002), "a share of 0.002 of 360 beams is not one beam"),
+        (DeadSector(start=NAN, end=0.0), "finite bearings"),
+        (DeadSector(start=0.003, end=0.004), "no beam lies between"),
+        (DeadBeams(beams=(360,)), r"the beams 0 to 359, not \[360\]"),
+        (DeadBeams(beams=()), "one or more of the beams"),
+        (MessageLoss(probability=0.0), "the probability is 0"),
+        (Delay(time=11.0), "a delay lasts from 0.02 s to 10 s, not 11 s"),
+    ],
+    ids=str,
+)
+def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str, maze: Client) -> None:
+    with pytest.raises(RequestRefused, match=message):
+        inject(maze, fault)
+    assert maze.simulator.simulation.robot(ROBOT).faults.goals == ()
+
+
+@pytest.mark.parametrize(
+    ("fault", "device", "message"),
+    [
+        (Freeze(), "nose", "turtlebot4 has no device 'nose': it has lidar, "),
+        (BeamLoss(share=0.5), "odometry", "odometry cannot have beam_loss: it has no beams"),
+    ],
+)
+def test_faults_of_devices_that_cannot_have_them_are_refused(
+    fault: Fault, device: str, message: str, maze: Client
+) -> None:
+    with pytest.raises(RequestRefused, match=message):
+        inject(maze, fault, device)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, NAN, 4000.0])
+def test_limits_that_make_no_sense_are_refused(limit: float, maze: Client) -> None:
+    with pytest.raises(RequestRefused, match="the limit is"):
+        inject(maze, NOISE, limit=limit)
+
+
+def test_ids_are_for_one_measurement(maze: Client) -> None:
+    inject(maze, NOISE)
+    with pytest.raises(RequestRefused, match="the id 'fault' is in use"):
+        inject(maze, Freeze())
