@@ -17,7 +17,8 @@ LEFT, RIGHT = 0.085, 0.965
 
 
 def picture(client: Client) -> NDArray[np.float64]:
-    [artifact] = client.ask(wire.GET_ARTIFACTS, wire.Empty()).artifacts
+    artifacts = client.ask(wire.GET_ARTIFACTS, wire.Empty()).artifacts
+    [artifact] = [each for each in artifacts if each.name == "top_down.png"]
     assert (artifact.name, artifact.media_type) == ("top_down.png", "image/png")
     assert "world" in artifact.description
     pixels: NDArray[np.float64] = np.asarray(matplotlib.image.imread(io.BytesIO(artifact.data), format="png"))
