@@ -92,6 +92,10 @@ class Films:
         arms = any(robot.declaration.arm is not None for robot in self._world.robots)
         return max([ARM_HEIGHT if arms else LOWEST, *(wall.height for wall in self._world.walls)])
 
+    def go_on_in(self, entities: Callable[[], Entities]) -> None:
+        """Go on with another simulation of the same world."""
+        self._entities = entities
+
     def tick(self) -> None:
         """Called in each tick of the simulation."""
         if self._recorder is not None:

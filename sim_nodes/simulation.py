@@ -345,6 +345,8 @@ class Simulation(Stateful):
 
     def take_over(self, before: Simulation) -> None:
         """Be what a run goes back to that has come to `before`: see `Purpose.REWIND`."""
+        self.films = before.films
+        self.films.go_on_in(lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
         self._occurrences, self._contacts = before._occurrences, before._contacts
         active = {goal for robot in before.robots.values() for goal in robot.goals}

@@ -78,6 +78,21 @@ def test_a_film_of_a_camera_goes_on_without_it_and_through_resets() -> None:
     assert (times[-1], pictures[-1].shape) == (3.0, (32, 32, 3))
 
 
+def test_a_film_goes_on_when_the_simulation_goes_back() -> None:
+    needs_pictures("mujoco")
+    client = Client("empty")
+    start(client, follow=ROBOT, rate=10)
+    saved = client.ask(wire.SAVE_STATE, wire.Empty())
+    client.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=ROBOT, pose=pose(2.5, 1.2)))
+    film = client.advance(0.5).film
+    client.ask(wire.RESTORE_STATE, wire.RestoreState(snapshot=saved, purpose=wire.Purpose.REWIND))
+    film += client.advance(1.0).film
+    times, pictures = played(film + stop(client).film)
+    assert times[-1] == 1.0
+    near, far = (np.abs(pictures[0].astype(int) - pictures[index]).mean() for index in (-1, 4))
+    assert near < far, "the robot is followed to where it was"
+
+
 def test_recording_changes_nothing_of_the_run() -> None:
     needs_pictures("mujoco")
     recorded, other = Client("maze"), Client("maze")
