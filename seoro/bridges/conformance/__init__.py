@@ -1,0 +1,138 @@
+"""Does a backend of simulated robots keep the contracts of `seoro.runtime`? For tests of ours and others'.
+
+    import asyncio
+    from seoro.bridges.conformance import check_backend
+
+    def test_my_backend():
+        asyncio.run(check_backend(open_my_backend))
+
+It knows a backend by the contracts only, and asks it over whatever there is between them. The world has to be a
+free and level floor about one robot that drives, which begins at the origin and looks along x. Rules are
+functions; the first line of a docstring is what has to hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+
+import anyio
+
+from seoro.bridges.conformance import entities, passing, robots, snapshots
+from seoro.bridges.conformance.bench import Make, SimulatedBackend
+from seoro.errors import BackendLost, BackendRefused
+from seoro.runtime.capabilities import DrivenRobots, MobileRobots, Simulation, Snapshots
+
+__all__ = ["RULES", "Make", "Rule", "SimulatedBackend", "check_backend", "check_loss", "check_rule"]
+
+Rule = Callable[[Make], Awaitable[None]]
+LOSS_TIME = 10.0  # [s] of the machine's clock
+
+RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
+    ((), (passing.time_passes_in_grants, passing.time_never_goes_back)),
+    (
+        (DrivenRobots, Simulation),
+        (passing.time_stands_still_without_grants, robots.robots_stand_still_after_a_run),
+    ),
+    ((DrivenRobots, Simulation), (robots.robots_drive_as_long_as_they_are_told,)),
+    (
+        (MobileRobots, DrivenRobots, Simulation),
+        (
+            passing.grants_end_when_something_is_to_be_told,
+            robots.watches_fire_once,
+            robots.cancelled_watches_are_silent,
+        ),
+    ),
+    (
+        (MobileRobots, Simulation),
+        (
+            passing.equal_runs_are_equal_to_the_bit,
+            robots.goals_end_once,
+            robots.cancelled_goals_end_and_robots_stop,
+            entities.a_reset_puts_the_world_back,
+        ),
+    ),
+    ((MobileRobots,), (robots.impossible_goals_are_refused, robots.watches_of_nothing_are_refused)),
+    (
+        (Simulation,),
+        (
+            entities.what_is_spawned_is_there_until_it_is_deleted,
+            entities.names_are_unique,
+            entities.what_cannot_be_spawned_is_refused,
+            entities.what_is_put_somewhere_is_there,
+        ),
+    ),
+    ((Simulation, DrivenRobots), (entities.contacts_are_told,)),
+    (
+        (Simulation, DrivenRobots, Snapshots),
+        (snapshots.what_was_saved_goes_on_as_it_did, snapshots.unknown_snapshots_are_refused),
+    ),
+)
+"""The rules, each after the capabilities that a backend has to have for it to apply."""
+
+
+async def check_backend(make: Make) -> None:
+    """Check a backend by all rules for what it can do.
+
+    Args:
+        make: Opens the backend at the beginning of its world, always with the same seed; it is called several
+            times, and one is closed before the next is opened.
+
+    Raises:
+        AssertionError: A rule is broken; the message says which, what was found, and what was expected.
+    """
+    async with make() as backend:
+        applying = [
+            rule for needs, rules in RULES if all(isinstance(backend, need) for need in needs) for rule in rules
+        ]
+    for rule in applying:
+        await check_rule(rule, make)
+
+
+async def check_rule(rule: Rule, make: Make) -> None:
+    """Check a backend by one of the rules.
+
+    Raises:
+        AssertionError: The rule is broken.
+    """
+    demand = str(rule.__doc__).partition("\n")[0]
+    try:
+        await rule(make)
+    except AssertionError as error:
+        raise AssertionError(f"{demand} But {error}") from error
+    except BackendRefused as refused:
+        raise AssertionError(f"{demand} But a request is refused: {refused}") from refused
+
+
+async def check_loss(make: Make, kill: Callable[[], None]) -> None:
+    """Check that the end of what simulates is told: once, with a reason, and that requests fail from then on.
+
+    Args:
+        make: As of `check_backend`.
+        kill: Ends what simulates, at once and without a word.
+
+    Raises:
+        AssertionError: It is not told.
+    """
+    async with make() as backend:
+        lost: list[str] = []
+        told = anyio.Event()
+
+        def lose(reason: str) -> None:
+            lost.append(reason)
+            told.set()
+
+        await backend.start_run(lambda name, arguments: None, lose)
+        await backend.advance(0.1)
+        kill()
+        with anyio.move_on_after(LOSS_TIME):
+            await told.wait()
+        if len(lost) != 1 or " " not in lost[0]:
+            raise AssertionError(f"the end of {backend.name} is told once, in a sentence, but was told as {lost}")
+        try:
+            with anyio.fail_after(LOSS_TIME):
+                await backend.advance(0.2)
+        except BackendLost:
+            return
+        except TimeoutError:
+            raise AssertionError(f"{backend.name} is gone, and a grant waits for it") from None
+        raise AssertionError(f"{backend.name} is gone, and a grant was carried out")

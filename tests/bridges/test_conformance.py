@@ -1,0 +1,311 @@
+"""Simulator nodes keep the contracts of backends, and the rules find those that break them."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.bridges import conformance
+from seoro.bridges.conformance import (
+    RULES,
+    Rule,
+    check_backend,
+    check_loss,
+    check_rule,
+    entities,
+    passing,
+    robots,
+    snapshots,
+)
+from seoro.bridges.conformance.bench import Make, SimulatedBackend
+from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
+from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.node import SimulatorNode
+from seoro.errors import BackendRefused
+from seoro.runtime.contracts import Pose3D, Report, Reporter
+from tests.integration.conftest import children
+
+OPTIONS = SimulatorOptions("empty", 3, ModelPath())
+
+
+@contextmanager
+def running(engine: str, folder: Path) -> Iterator[Make]:
+    """A node, to which backends connect that begin at the start of its world."""
+    if find_spec(engine) is None:
+        pytest.skip(f"the engine {engine} is not installed")
+    endpoint = f"unixsock-stream/{folder}/hub"
+    command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            yield lambda: connect_simulator(endpoint, OPTIONS)
+        finally:
+            process.kill()
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
+    with running("mujoco", tmp_path_factory.mktemp("n")) as making:
+        yield making
+
+
+async def test_mujoco_keeps_the_contracts(make: Make) -> None:
+    await check_backend(make)
+
+
+@pytest.mark.slow
+async def test_pybullet_keeps_the_contracts(tmp_path: Path) -> None:
+    with running("pybullet", tmp_path) as making:
+        await check_backend(making)
+
+
+async def test_the_end_of_a_node_is_told() -> None:
+    others = children(os.getpid())
+
+    def kill() -> None:
+        for pid in children(os.getpid()):
+            if pid not in others:
+                os.kill(pid, signal.SIGKILL)
+
+    await check_loss(lambda: start_simulator("mujoco", OPTIONS), kill)
+
+
+async def test_an_end_that_is_not_told_is_found(monkeypatch: pytest.MonkeyPatch, make: Make) -> None:
+    monkeypatch.setattr(conformance, "LOSS_TIME", 0.05)
+    with pytest.raises(AssertionError, match=r"is told once, in a sentence, but was told as \[\]"):
+        await check_loss(make, lambda: None)
+
+
+def test_each_rule_says_what_has_to_hold() -> None:
+    for _, rules in RULES:
+        for rule in rules:
+            assert str(rule.__doc__).partition("\n")[0].endswith("."), rule
+
+
+# ---------------------------------------------------------------- backends with a fault
+
+DRAWS = count(1)
+Spoil = Callable[[SimulatorNode], None]
+
+
+def deaf(node: SimulatorNode) -> None:
+    """It reports nothing."""
+    advance = node.advance
+
+    async def spoiled(until: float) -> float:
+        node._reporters.clear()
+        return await advance(until)
+
+    replace_method(node, advance=spoiled)
+
+
+def stuttering(node: SimulatorNode) -> None:
+    """It reports everything twice."""
+
+    class Twice(dict[str, Reporter]):
+        def __setitem__(self, key: str, report: Reporter) -> None:
+            def twice(told: Report) -> None:
+                report(told)
+                report(told)
+
+            super().__setitem__(key, twice)
+
+    node._reporters = Twice()
+
+
+def late(node: SimulatorNode) -> None:
+    """It reports when the grant is over."""
+
+    class Late(dict[str, Reporter]):
+        def __setitem__(self, key: str, report: Reporter) -> None:
+            def later(told: Report) -> None:
+                asyncio.get_running_loop().call_later(0.05, report, told)
+
+            super().__setitem__(key, later)
+
+    node._reporters = Late()
+
+
+def hasty(node: SimulatorNode) -> None:
+    """It simulates further than it was granted."""
+    advance = node.advance
+    replace_method(node, advance=lambda until: advance(until + 0.1))
+
+
+def forgetful(node: SimulatorNode) -> None:
+    """Its time goes back."""
+    advance = node.advance
+
+    async def spoiled(until: float) -> float:
+        return min(until, await advance(until))
+
+    replace_method(node, advance=spoiled)
+
+
+def restless(node: SimulatorNode) -> None:
+    """Time passes while it is asked for poses."""
+    ask = node.relative_pose
+
+    async def spoiled(frame: str, parent_frame: str, distance: float) -> Pose3D:
+        pose = await ask(frame, parent_frame, distance)
+        await node.step_simulation(1)
+        return pose
+
+    replace_method(node, relative_pose=spoiled)
+
+
+def noisy(node: SimulatorNode) -> None:
+    """Its poses have noise without a seed."""
+    ask = node.relative_pose
+
+    async def spoiled(frame: str, parent_frame: str, distance: float) -> Pose3D:
+        pose = await ask(frame, parent_frame, distance)
+        return replace(pose, position=replace(pose.position, x=pose.position.x + 1e-12 * next(DRAWS)))
+
+    replace_method(node, relative_pose=spoiled)
+
+
+def stubborn(node: SimulatorNode) -> None:
+    """It cancels no goals."""
+    replace_method(node, cancel_goal=_do_nothing)
+
+
+def touchy(node: SimulatorNode) -> None:
+    """It refuses to cancel what has ended."""
+
+    async def spoiled(watch: str) -> None:
+        raise BackendRefused(f"there is no watch {watch}", 2)
+
+    replace_method(node, cancel_watch=spoiled)
+
+
+def persistent(node: SimulatorNode) -> None:
+    """It goes on watching."""
+    replace_method(node, cancel_watch=_do_nothing)
+
+
+def credulous(node: SimulatorNode) -> None:
+    """It takes every goal, and says later that it cannot."""
+    navigate = node.navigate
+
+    async def spoiled(robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
+        try:
+            return await navigate(robot, poses, stop_at_each=stop_at_each, report=report)
+        except BackendRefused:
+            return "taken"
+
+    replace_method(node, navigate=spoiled)
+
+
+def curt(node: SimulatorNode) -> None:
+    """It says no, and nothing more."""
+    delete = node.delete_entity
+
+    async def spoiled(name: str) -> None:
+        try:
+            await delete(name)
+        except BackendRefused as refused:
+            raise BackendRefused("no", refused.code) from None
+
+    replace_method(node, delete_entity=spoiled)
+
+
+def hoarding(node: SimulatorNode) -> None:
+    """It deletes nothing."""
+    replace_method(node, delete_entity=_do_nothing)
+
+
+def accommodating(node: SimulatorNode) -> None:
+    """It renames without being asked."""
+    spawn = node.spawn_entity
+
+    async def spoiled(name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
+        return await spawn(name, model, pose, allow_renaming=True)
+
+    replace_method(node, spawn_entity=spoiled)
+
+
+def sticky(node: SimulatorNode) -> None:
+    """A reset deletes nothing."""
+    replace_method(node, reset_simulation=_do_nothing)
+
+
+def unattended(node: SimulatorNode) -> None:
+    """Its robots drive on after the run."""
+    replace_method(node, end_run=_do_nothing)
+
+
+def discreet(node: SimulatorNode) -> None:
+    """It tells of no contacts."""
+    start = node.start_run
+
+    async def spoiled(happened: Callable[[str, Mapping[str, Any]], None], lost: Callable[[str], None]) -> None:
+        await start(lambda name, arguments: None, lost)
+
+    replace_method(node, start_run=spoiled)
+
+
+def amnesic(node: SimulatorNode) -> None:
+    """It restores nothing."""
+    replace_method(node, restore_snapshot=_do_nothing)
+
+
+async def _do_nothing(*arguments: object) -> None:
+    """Do nothing, and say nothing of it."""
+
+
+def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[object]]) -> None:
+    vars(node).update(methods)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "rule", "words"),
+    [
+        (deaf, robots.goals_end_once, "reported as nothing"),
+        (deaf, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
+        (stuttering, robots.robots_drive_as_long_as_they_are_told, "succeeded, succeeded"),
+        (late, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
+        (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s came to 0.12"),
+        (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s came to 0.5 s"),
+        (restless, passing.time_stands_still_without_grants, "while no time was granted"),
+        (noisy, passing.equal_runs_are_equal_to_the_bit, "in a second run"),
+        (stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved"),
+        (touchy, robots.watches_fire_once, "a request is refused: there is no watch"),
+        (persistent, robots.cancelled_watches_are_silent, "reported as succeeded"),
+        (credulous, robots.impossible_goals_are_refused, "without an initial pose is not refused"),
+        (curt, entities.what_cannot_be_spawned_is_refused, "'no', which is no sentence"),
+        (hoarding, entities.what_is_spawned_is_there_until_it_is_deleted, "still listed"),
+        (accommodating, entities.names_are_unique, "a second entity of a name is not refused"),
+        (sticky, entities.a_reset_puts_the_world_back, "after a reset the robot is at"),
+        (unattended, robots.robots_stand_still_after_a_run, "its robot moves"),
+        (discreet, entities.contacts_are_told, "no contact was told"),
+        (amnesic, snapshots.what_was_saved_goes_on_as_it_did, "restored, the robot is at"),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+async def test_backends_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule: Rule, words: str) -> None:
+    @asynccontextmanager
+    async def spoiled() -> AsyncIterator[SimulatedBackend]:
+        async with make() as backend:
+            assert isinstance(backend, SimulatorNode)
+            spoil(backend)
+            yield backend
+
+    with pytest.raises(AssertionError) as broken:
+        await check_rule(rule, spoiled)
+    message = str(broken.value)
+    assert message.startswith(str(rule.__doc__).partition("\n")[0])
+    assert words in message
