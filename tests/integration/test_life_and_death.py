@@ -21,6 +21,8 @@ from tests.integration.conftest import (
     wait_until,
 )
 
+pytestmark = pytest.mark.engine("mujoco")
+
 
 def test_the_death_of_the_simulator_ends_the_run_as_an_error(start_seoro: StartSeoro, tmp_path: Path) -> None:
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco", "-o", str(tmp_path))

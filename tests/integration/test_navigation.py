@@ -9,6 +9,8 @@ import pytest
 from seoro.cli.main import main
 from tests.integration.conftest import GO_TO_POSE, OBSTACLE, read_trace
 
+pytestmark = pytest.mark.engine("mujoco")
+
 
 def run(
     scenario: str, folder: Path, seed: int, *arguments: str, simulator: str = "mujoco"

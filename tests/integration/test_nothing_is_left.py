@@ -20,6 +20,8 @@ from tests.embedding.conftest import holdings
 from tests.integration.conftest import StartSeoro, children, is_alive, marked, wait_until
 from tests.integration.test_embedding import folders
 
+pytestmark = pytest.mark.engine("mujoco")
+
 SCENARIO = """
 import osc.helpers
 import osc.ros

@@ -25,10 +25,13 @@ from sim_nodes.check import (
 )
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
-from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.physics import BodyModel, BodyState, Scene
 from sim_nodes.views import NoRendering, Picture, View
 from tests.sim_nodes.engines import needs_pictures
+
+pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+
+from sim_nodes.mujoco.engine import MujocoEngine
 
 
 class Deaf(MujocoEngine):

@@ -9,8 +9,11 @@ import pytest
 
 from sim_nodes.check import arms, check_rule
 from sim_nodes.geometry import Array
-from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.physics import BodyModel, BodyState, Carried, JointStates, Overlap, Scene
+
+pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+
+from sim_nodes.mujoco.engine import MujocoEngine
 
 
 class Sagging(MujocoEngine):

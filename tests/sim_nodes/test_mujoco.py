@@ -5,10 +5,13 @@ import sys
 import pytest
 
 from sim_nodes.check.bench import CUBE, ORIGIN, at, body, built
-from sim_nodes.mujoco import camera
-from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.physics import IDENTITY, BodyState, UnstablePhysics
 from sim_nodes.views import Lens, NoRendering, View
+
+pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+
+from sim_nodes.mujoco import camera
+from sim_nodes.mujoco.engine import MujocoEngine
 
 
 def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:

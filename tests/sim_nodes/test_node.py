@@ -31,6 +31,8 @@ from sim_nodes.node import answer, keep_pace
 from tests.sim_nodes.client import A, Client, Q, pose
 from tests.sim_nodes.engines import make_engine
 
+pytestmark = pytest.mark.engine("mujoco")
+
 STARTED_WITHIN = 20.0  # [s]
 
 

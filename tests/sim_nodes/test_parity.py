@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from functools import partial
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -14,10 +13,15 @@ from sim_nodes.check.bodies import LOPSIDED
 from sim_nodes.check.rays import DIRECTIONS, LIMIT
 from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
 from sim_nodes.inertia import inertia
-from sim_nodes.mujoco.model import add_body, robot_spec
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine
+
+pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+
+import mujoco
+
+from sim_nodes.mujoco.model import add_body, robot_spec
 
 DIRECT = 2  # pybullet.DIRECT
 LINKS = ("base_link", "left_wheel", "right_wheel", "front_caster", "rplidar_link")

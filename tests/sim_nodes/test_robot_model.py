@@ -2,15 +2,19 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import pytest
 
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import yaw_of
-from sim_nodes.mujoco.look import SEEN_BY_RAYS
-from sim_nodes.mujoco.model import robot_spec
 from sim_nodes.robots.declaration import available_robots, load_robot
 from sim_nodes.robots.diff_drive import Velocity, base_motion, wheel_speeds
+
+pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+
+import mujoco
+
+from sim_nodes.mujoco.look import SEEN_BY_RAYS
+from sim_nodes.mujoco.model import robot_spec
 
 
 @pytest.fixture(scope="module")
