@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import assert_never
 
-import numpy as np
-
-from seoro.bridges.wire import Result, SpawnResult
+from seoro.bridges.wire import Result, SpawnResult, WorldResult
 from sim_nodes.cameras import Cameras
-from sim_nodes.geometry import Array, Vector, rotation_matrix
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere
+from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
+from sim_nodes.geometry import Vector
+from sim_nodes.physics import BodyModel, BodyState, Engine
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
@@ -19,7 +17,6 @@ from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.schema import NAME
 
 MAX_SPAWNED = 200
-FLOOR_TOLERANCE = 1e-3  # [m] that a body may begin below the floor
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
 
 
@@ -34,6 +31,9 @@ class Spawned:
 class Entities(Stateful):
     """The entities of a world.
 
+    Raises:
+        RequestRefused: A prop that can move overlaps something.
+
     Attributes:
         spawned: The bodies that were spawned, by name, in order.
         cameras: All cameras, of which the free ones are entities.
@@ -45,8 +45,22 @@ class Entities(Stateful):
         self._engine = engine
         self._robots = frozenset(robot.name for robot in world.robots)
         self._walls = frozenset(wall.name for wall in world.walls)
+        self._props = {prop.name: prop.model for prop in world.props}
+        self._add_props(world)
+        self._of_the_world = self._robots | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
         self.cameras = Cameras(engine, world)
+
+    def _add_props(self, world: World) -> None:
+        for prop in world.props:
+            self._engine.add_body(prop.name, prop.model, prop.state)
+        for prop in world.props:
+            in_the_way = () if prop.model.static else self._engine.overlaps(prop.name)
+            if in_the_way:
+                raise RequestRefused(
+                    WorldResult.RESOURCE_PARSE_ERROR,
+                    f"{world.name}: the prop {_at(prop.name, prop.state)} overlaps {listed(in_the_way)}",
+                )
 
     def begin(self) -> None:
         """A run begins with what is there."""
@@ -54,7 +68,7 @@ class Entities(Stateful):
 
     def names(self) -> tuple[str, ...]:
         """Names of all entities, sorted."""
-        return tuple(sorted(self._robots | self._walls | self.cameras.free | self.spawned.keys()))
+        return tuple(sorted(self._of_the_world | self.cameras.free | self.spawned.keys()))
 
     def matching(self, pattern: str) -> tuple[str, ...]:
         """Names that match a regular expression as a whole, sorted.
@@ -143,7 +157,7 @@ class Entities(Stateful):
         return next(new for i in range(1, MAX_SPAWNED + 2) if (new := f"{name[:58]}_{i}") not in taken)
 
     def move(self, name: str, state: BodyState) -> None:
-        """Put a robot or a spawned body somewhere.
+        """Put a robot, a prop or a spawned body somewhere.
 
         Raises:
             RequestRefused: It is a wall, unknown, or there is something at that place.
@@ -156,8 +170,9 @@ class Entities(Stateful):
         if name in self.cameras.free:
             self.cameras.place(name, state)
             return
-        if name in self.spawned:
-            _check_floor(name, self.spawned[name].model, state)
+        model = self.spawned[name].model if name in self.spawned else self._props.get(name)
+        if model is not None:
+            _check_floor(name, model, state)
         before = self._engine.body_state(name)
         self._engine.set_body_state(name, state)
         in_the_way = self._engine.overlaps(name)
@@ -210,24 +225,3 @@ def _check_floor(name: str, model: BodyModel, state: BodyState) -> None:
             SpawnResult.INVALID_POSE,
             f"{_at(name, state)} would be {-lowest:.3f} m inside the floor: z has to be {needed:.3f} m or more",
         )
-
-
-def lowest_point(model: BodyModel, state: BodyState) -> float:
-    """Height of the lowest point of a body in a state [m]."""
-    body = rotation_matrix(state.orientation)
-    return min(_lowest_of(part, body) for part in model.parts) + state.position[2]
-
-
-def _lowest_of(part: Part, body: Array) -> float:
-    """Height of the lowest point of a part above its body's origin, the body rotated by a (3, 3) matrix."""
-    centre = float((body @ part.position)[2])
-    up = (body @ rotation_matrix(part.orientation))[2]  # the world's z axis in the part's frame
-    match part.shape:
-        case Box(size=size):
-            return centre - float(np.abs(up) @ size) / 2
-        case Cylinder(radius=radius, length=length):
-            return centre - abs(float(up[2])) * length / 2 - float(np.hypot(up[0], up[1])) * radius
-        case Sphere(radius=radius):
-            return centre - radius
-        case _:
-            assert_never(part.shape)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterable
 from itertools import pairwise
-from typing import assert_never
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,11 +15,11 @@ from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
-from scipy.spatial import ConvexHull
 
 from sim_nodes.entities import Spawned
-from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
-from sim_nodes.physics import BodyState, Box, Cylinder, Part, Sphere
+from sim_nodes.extents import outline
+from sim_nodes.geometry import Array, Pose2, quaternion
+from sim_nodes.physics import BodyState, Box, Part
 from sim_nodes.record import RobotRecord
 from sim_nodes.robots.robot import Robot
 from sim_nodes.simulation import Simulation
@@ -29,6 +27,7 @@ from sim_nodes.simulation import Simulation
 WIDTH = 1400  # [pixels]
 DPI = 140
 WALL, FLOOR, GRID, INK = "#3b4252", "#fbfaf7", "#e6e3dc", "#2b303b"
+PROP = "#b8bdc9"  # of the world, but movable
 SPAWNED, SPAWNED_EDGE, START = "#e8953a", "#a85f12", "#3a9d5d"
 ROBOTS = ("#2f6fb7", "#b7442f", "#7a4fb5", "#2f9a9a")  # one after the other, by robot
 GOAL = "#c8322b"
@@ -95,8 +94,13 @@ def _draw_floor(axes: Axes, simulation: Simulation) -> None:
         part = Part(
             Box((wall.length, wall.thickness, wall.height)), (wall.x, wall.y, 0.0), quaternion(0, 0, wall.yaw)
         )
-        outline = _outline(part, BodyState((0.0, 0.0, 0.0)))
-        axes.add_patch(Polygon(outline, facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=2))
+        corners = outline(part, BodyState((0.0, 0.0, 0.0)))
+        axes.add_patch(Polygon(corners, facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=2))
+    for prop in simulation.world.props:
+        colour = WALL if prop.model.static else PROP
+        for part in prop.model.parts:
+            corners = outline(part, simulation.engine.body_state(prop.name))
+            axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=WALL, linewidth=0.8, zorder=2))
 
 
 def _draw_titles(axes: Axes, simulation: Simulation) -> None:
@@ -165,7 +169,7 @@ def _draw_direction(axes: Axes, path: Array, colour: str) -> None:
 def _draw_spawned(axes: Axes, spawned: Spawned, state: BodyState) -> None:
     for part in spawned.model.parts:
         axes.add_patch(
-            Polygon(_outline(part, state), facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, linewidth=1.4, zorder=7)
+            Polygon(outline(part, state), facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, linewidth=1.4, zorder=7)
         )
 
 
@@ -196,7 +200,7 @@ def _taken(simulation: Simulation) -> Array:
 def _label(axes: Axes, text: str, spawned: Spawned, state: BodyState, taken: Array) -> None:
     """Write a text beside a body, on the side where it covers least of what is taken."""
     x, y, _ = state.position
-    reach = max(float(np.abs(_outline(part, state) - (x, y)).max()) for part in spawned.model.parts) + LABEL_GAP
+    reach = max(float(np.abs(outline(part, state) - (x, y)).max()) for part in spawned.model.parts) + LABEL_GAP
     label = axes.text(
         x,
         y,
@@ -232,29 +236,3 @@ def _draw_robot(axes: Axes, robot: Robot, pose: Pose2, colour: str) -> None:
     axes.add_patch(Circle((pose.x, pose.y), radius, facecolor=colour, edgecolor="white", linewidth=1.2, zorder=8))
     nose = [pose.compose(Pose2(x * radius, y * radius, 0.0)) for x, y in ((0.8, 0.0), (-0.45, 0.5), (-0.45, -0.5))]
     axes.add_patch(Polygon([(p.x, p.y) for p in nose], facecolor="white", linewidth=0, zorder=8))
-
-
-def _outline(part: Part, state: BodyState) -> Array:
-    """The outline of a part of a body seen from above, shape (n, 2) [m]."""
-    body = rotation_matrix(state.orientation)
-    corners = np.array(list(_corners(part))) @ rotation_matrix(part.orientation).T + part.position
-    seen = (corners @ body.T + state.position)[:, :2]
-    if isinstance(part.shape, Sphere):
-        angles = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
-        circle: Array = seen[0] + part.shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-        return circle
-    hull: Array = seen[ConvexHull(seen).vertices]
-    return hull
-
-
-def _corners(part: Part) -> Iterable[tuple[float, float, float]]:
-    match part.shape:
-        case Box(size=(x, y, z)):
-            return [(i * x / 2, j * y / 2, k * z / 2) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-        case Cylinder(radius=radius, length=length):
-            angles = np.linspace(0.0, 2 * math.pi, 48, endpoint=False).tolist()
-            return [(radius * math.cos(a), radius * math.sin(a), k * length / 2) for a in angles for k in (-1, 1)]
-        case Sphere():
-            return [(0.0, 0.0, 0.0)]
-        case _:
-            assert_never(part.shape)

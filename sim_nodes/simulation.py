@@ -18,7 +18,7 @@ from sim_nodes.films import Films
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.measurements import Measuring
-from sim_nodes.navigation.grid import build_map
+from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
 from sim_nodes.record import RobotRecord
@@ -68,7 +68,7 @@ class Simulation(Stateful):
         self.engine = engine
         self.world = world
         self.seed = seed
-        self._map = build_map(world.extent, world.walls)
+        self._map = build_map(world.extent, world.walls, world.outlines)
         self._tick_steps = round(TICK * engine.steps_per_second)
         self.films = Films(engine, world, lambda: self.entities)
         self._start_over()

@@ -31,7 +31,7 @@ from sim_nodes.models import FORMATS
 from sim_nodes.physics import Engine, SavesState
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulation import Simulation
-from sim_nodes.worlds.loader import WorldError, available_worlds, load_world
+from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
 NEEDS: Mapping[str, type] = {verb.name: SavesState for verb in (SAVE_STATE, RESTORE_STATE)}
 """What an engine has to offer beyond `Engine`, by verb."""
@@ -55,24 +55,27 @@ class Simulator:
     def __init__(self, engine: Engine, world: str, seed: int) -> None:
         self._engine = engine
         self._source = world
-        self.load(world, seed)
+        self.simulation = Simulation(engine, _read(world), seed)
+        self._state = SimulationState.STOPPED
 
     def load(self, world: str, seed: int) -> None:
         """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
+
+        When things in it overlap, which only the engine can tell, the world before is started over.
 
         Args:
             world: Name or path; empty for the one that is loaded already.
             seed: All randomness follows from it.
         """
         world = world or self._source
-        try:
-            loaded = load_world(world)
-        except WorldError as error:
-            code = WorldResult.NO_RESOURCE if error.missing else WorldResult.RESOURCE_PARSE_ERROR
-            raise RequestRefused(code, str(error)) from error
-        self._source = world
-        self.simulation = Simulation(self._engine, loaded, seed)
+        loaded = _read(world)
         self._state = SimulationState.STOPPED
+        try:
+            self.simulation = Simulation(self._engine, loaded, seed)
+        except RequestRefused:
+            self.simulation.reset(ResetScope.ALL)
+            raise
+        self._source = world
 
     def save(self) -> Snapshot:
         """A snapshot of everything; the simulation goes on as without it."""
@@ -216,6 +219,14 @@ class Simulator:
         while self.simulation.time < stop:
             self.simulation.step()
         return max(0.0, self.simulation.time + SLICE - due) if self.simulation.time >= due else 0.0
+
+
+def _read(world: str) -> World:
+    try:
+        return load_world(world)
+    except WorldError as error:
+        code = WorldResult.NO_RESOURCE if error.missing else WorldResult.RESOURCE_PARSE_ERROR
+        raise RequestRefused(code, str(error)) from error
 
 
 def _version() -> str:

@@ -30,7 +30,7 @@ assert UR10E.arm is not None
 ARM = UR10E.arm
 GRIPPER = ARM.gripper
 LEFT, RIGHT = GRIPPER.links
-CHAIN = Chain(UR10E.urdf_text(), UR10E.base_link, ARM.tool_link, [joint.name for joint in ARM.joints])
+CHAIN = Chain(UR10E.urdf, UR10E.base_link, ARM.tool_link, [joint.name for joint in ARM.joints])
 JOINTS = len(ARM.joints)
 HOME = np.array([joint.home for joint in ARM.joints])
 OUTSTRETCHED = np.zeros(JOINTS)

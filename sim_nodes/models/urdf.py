@@ -141,8 +141,8 @@ def _moved(part: Part, frame: Frame) -> Part:
     return Part(part.shape, position, orientation, part.mass)
 
 
-def read_shape(element: Any) -> Shape:
-    """The shape of a <collision> or <visual>.
+def read_shape(element: Any, sizes: tuple[float, float] = SIZES) -> Shape:
+    """The shape of a <collision> or <visual>, whose edges, radii and lengths are within some sizes [m].
 
     Raises:
         RequestRefused: It has none, or one that is not supported.
@@ -154,16 +154,16 @@ def read_shape(element: Any) -> Shape:
     shape = children[0]
     match shape.tag:
         case "box":
-            return Box(vector(shape.get("size"), "size of <box>", SIZES))
+            return Box(vector(shape.get("size"), "size of <box>", sizes))
         case "cylinder":
-            return Cylinder(_length(shape, "radius"), _length(shape, "length"))
+            return Cylinder(_length(shape, "radius", sizes), _length(shape, "length", sizes))
         case "sphere":
-            return Sphere(_length(shape, "radius"))
+            return Sphere(_length(shape, "radius", sizes))
         case "mesh":
             raise no_meshes(SHAPES)
         case other:
             raise wrong(f"<geometry> contains <{other}>, which is not supported: use {SHAPES}")
 
 
-def _length(shape: Any, name: str) -> float:
-    return numbers(shape.get(name), f"{name} of <{shape.tag}>", 1, SIZES)[0]
+def _length(shape: Any, name: str, sizes: tuple[float, float]) -> float:
+    return numbers(shape.get(name), f"{name} of <{shape.tag}>", 1, sizes)[0]

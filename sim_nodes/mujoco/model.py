@@ -76,7 +76,7 @@ def _add_robot(spec: Any, robot: PlacedRobot) -> None:
 
 def robot_spec(declaration: RobotDeclaration) -> Any:
     """The specification of a robot: its URDF, free to move, with its motors."""
-    spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf_text()))
+    spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf))
     base = spec.body(declaration.base_link)
     if not declaration.fixed:
         base.add_freejoint()

@@ -1,4 +1,4 @@
-"""Grids over the plane, and the map of a world's walls as a field of distances.
+"""Grids over the plane, and what is known of a world on one.
 
 Arrays are indexed [column along x, row along y]; the centre of cell (0, 0) is half a cell inside the lower corner.
 """
@@ -6,14 +6,12 @@ Arrays are indexed [column along x, row along y]; the centre of cell (0, 0) is h
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array
-from sim_nodes.physics import Wall
 
 Cells = NDArray[np.int64]
 RESOLUTION = 0.05  # [m]
@@ -95,22 +93,3 @@ class NavigationMap:
 
     grid: Grid
     distance: Array  # [m], shape (columns, rows)
-
-
-def build_map(extent: tuple[float, float, float, float], walls: Iterable[Wall]) -> NavigationMap:
-    """The map of a world. Distances are exact, not counted in cells."""
-    grid = Grid.over(extent)
-    xs, ys = grid.centres()
-    distance = np.full(xs.shape, FAR)
-    for wall in walls:
-        np.minimum(distance, _distance_to(wall, xs, ys), out=distance)
-    return NavigationMap(grid, distance)
-
-
-def _distance_to(wall: Wall, xs: Array, ys: Array) -> Array:
-    cos, sin = math.cos(wall.yaw), math.sin(wall.yaw)
-    dx, dy = xs - wall.x, ys - wall.y
-    along = np.abs(cos * dx + sin * dy) - wall.length / 2
-    across = np.abs(cos * dy - sin * dx) - wall.thickness / 2
-    distance: Array = np.hypot(along.clip(0.0), across.clip(0.0))
-    return distance

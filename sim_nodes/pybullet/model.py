@@ -59,7 +59,7 @@ def wxyz(orientation: XYZW) -> Quaternion:
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     """Load a robot; returns the number of its body and the indices of its links."""
     declaration = robot.declaration
-    body = _load(bullet, declaration.urdf_text(), robot.state, static=declaration.fixed)
+    body = _load(bullet, declaration.urdf, robot.state, static=declaration.fixed)
     links = Links(bullet, body)
     for index in links.links.values():
         bullet.changeDynamics(

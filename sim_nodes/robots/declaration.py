@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
 import yaml
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, PositiveInt, ValidationError
 
+from sim_nodes.files import FileError, problems, read_text
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import Lens
 
@@ -170,7 +172,8 @@ class ArmDeclaration(_Declared):
 class RobotDeclaration(_Declared):
     """A kind of robot, made of the parts that it has.
 
-    `kinds` are the actor types it can stand for, most specific first; `low_friction_links` slide, such as casters.
+    `urdf` is the text of its URDF, which the file of the declaration names; `kinds` are the actor types
+    it can stand for, most specific first; `low_friction_links` slide, such as casters.
     """
 
     model: str
@@ -184,10 +187,6 @@ class RobotDeclaration(_Declared):
     arm: ArmDeclaration | None = None
     cameras: tuple[CameraDeclaration, ...] = ()
 
-    def urdf_text(self) -> str:
-        """The URDF."""
-        return resources.files(__package__).joinpath(self.urdf).read_text(encoding="utf-8")
-
 
 def available_robots() -> tuple[str, ...]:
     """Names of the kinds of robot that can be put into a world."""
@@ -198,5 +197,22 @@ def available_robots() -> tuple[str, ...]:
 @cache
 def load_robot(model: str) -> RobotDeclaration:
     """The declaration of a kind of robot by name, one of `available_robots()`."""
-    text = resources.files(__package__).joinpath(f"{model}.yaml").read_text(encoding="utf-8")
-    return RobotDeclaration.model_validate(yaml.safe_load(text))
+    return read_robot(Path(__file__).parent / f"{model}.yaml")
+
+
+def read_robot(path: Path) -> RobotDeclaration:
+    """The declaration of a robot in a file, with the URDF that it names, from its folder.
+
+    Raises:
+        FileError: One of the two cannot be read, or the declaration is wrong.
+    """
+    try:
+        content = yaml.safe_load(read_text(path))
+    except yaml.YAMLError as error:
+        raise FileError(f"{path} is no valid YAML: {error}") from error
+    if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
+        raise FileError(f"{path}: it has to name its `urdf`, a file beside it")
+    try:
+        return RobotDeclaration.model_validate({**content, "urdf": read_text(path.parent / content["urdf"])})
+    except ValidationError as error:
+        raise FileError(f"{path}: {problems(error)}") from error

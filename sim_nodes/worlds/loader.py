@@ -12,13 +12,19 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
-from sim_nodes.geometry import Pose2, quaternion
+from sim_nodes.extents import lowest_of, outline
+from sim_nodes.files import FileError, problems
+from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.robots.declaration import available_robots, load_robot
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.robots.checking import check_urdf
+from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.props import Prop, read_prop
 from sim_nodes.worlds.schema import CameraFile, WallFile, WorldFile
 
 MAX_FILE = 1_000_000  # [bytes]
+OVERHEAD = 0.5  # [m] above the floor; what begins higher is in no robot's way, and above what its lidar sees
 
 
 class WorldError(Exception):
@@ -38,11 +44,18 @@ class World:
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
     cameras: Mapping[str, View] = field(default_factory=dict)  # free ones, by name
+    props: tuple[Prop, ...] = ()
 
     @property
     def scene(self) -> Scene:
         """What an engine builds."""
         return Scene(self.walls, self.robots, self.extent)
+
+    @property
+    def outlines(self) -> tuple[Array, ...]:
+        """What the map has besides walls: parts of static props, but those above all that drives."""
+        static = [(part, prop.state) for prop in self.props if prop.model.static for part in prop.model.parts]
+        return tuple(outline(part, state) for part, state in static if lowest_of(part, state) < OVERHEAD)
 
 
 def available_worlds() -> tuple[str, ...]:
@@ -62,7 +75,7 @@ def load_world(world: str) -> World:
     """
     if world in available_worlds():
         text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
-        return parse_world(text, f"{world}.yaml")
+        return parse_world(text, f"{world}.yaml", Path(__file__).parent)
     path = Path(world)
     if path.suffix != ".yaml":
         known = ", ".join(available_worlds())
@@ -75,11 +88,16 @@ def load_world(world: str) -> World:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError(f"cannot read the world file {world}: {error}", missing=True) from error
-    return parse_world(text, world)
+    return parse_world(text, world, path.parent)
 
 
-def parse_world(text: str, source: str) -> World:
-    """The world that the text of a world file describes; `source` names the file in errors.
+def parse_world(text: str, source: str, folder: Path = Path()) -> World:
+    """The world that the text of a world file describes.
+
+    Args:
+        text: The text.
+        source: What messages call the file.
+        folder: The folder from which it names others.
 
     Raises:
         WorldError: The file is wrong; the message lists everything that is.
@@ -90,28 +108,58 @@ def parse_world(text: str, source: str) -> World:
     except yaml.YAMLError as error:
         raise WorldError(f"{source} is no valid YAML: {error}") from error
     except ValidationError as error:
-        problems = "; ".join(f"{_place(item['loc'])}: {item['msg']}" for item in error.errors())
-        raise WorldError(f"{source}: {problems}") from error
+        raise WorldError(f"{source}: {problems(error)}") from error
+    try:
+        return _world(file, source, folder)
+    except FileError as error:
+        raise WorldError(f"{source}: {error}") from error
+
+
+def _world(file: WorldFile, source: str, folder: Path) -> World:
     walls = tuple(part for wall in file.walls for part in _standing(wall, file))
+    extent = file.extent
+    if file.floor_plan is not None:
+        from sim_nodes.worlds.floor_plan import load_floor_plan  # noqa: PLC0415 - pictures, for worlds with one
+
+        planned, covered = load_floor_plan(file.floor_plan, folder, file.wall_height)
+        walls, extent = (*planned, *walls), extent or covered
+    assert extent is not None, "the schema asks for one or the other"
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
-    return World(file.name, file.extent, walls, _robots(file, source), cameras)
+    props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
+    return World(file.name, extent, walls, _robots(file, source, folder), cameras, props)
 
 
-def _place(location: tuple[int | str, ...]) -> str:
-    return ".".join(str(part) for part in location) or "the file"
-
-
-def _robots(file: WorldFile, source: str) -> tuple[PlacedRobot, ...]:
+def _robots(file: WorldFile, source: str, folder: Path) -> tuple[PlacedRobot, ...]:
     placed = []
     for index, robot in enumerate(file.robots):
-        if robot.robot not in available_robots():
-            known = ", ".join(available_robots())
-            raise WorldError(f"{source}: robots.{index}.robot: unknown kind {robot.robot!r}, known are {known}")
-        pose, declaration = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw), load_robot(robot.robot)
+        declaration = _declaration(robot.robot, f"{source}: robots.{index}.robot", folder)
+        pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
         if robot.pose.z and not declaration.fixed:
             raise WorldError(f"{source}: robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
+
+
+def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
+    if robot.endswith(".yaml"):
+        return _own_robot(folder / robot, place)
+    if robot not in available_robots():
+        known = ", ".join(available_robots())
+        raise WorldError(
+            f"{place}: unknown kind {robot!r}, known are {known}, or give the path of a declaration (.yaml)"
+        )
+    return load_robot(robot)
+
+
+def _own_robot(path: Path, place: str) -> RobotDeclaration:
+    try:
+        declaration = read_robot(path)
+        check_urdf(declaration)
+    except FileError as error:
+        raise WorldError(f"{place}: {error}") from error
+    except RequestRefused as error:
+        raise WorldError(f"{place}: the URDF of {path}: {error.message}") from error
+    return declaration
 
 
 def _camera(camera: CameraFile) -> View:

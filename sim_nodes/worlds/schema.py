@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from sim_nodes.models.reading import FRICTIONS, MASSES, SIZES
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 
 MAX_WALLS = 500
 MAX_ROBOTS = 16
 MAX_CAMERAS = 16
+MAX_PROPS = 100
+PROP_FORMS = ("box", "cube", "cylinder", "sphere", "model")
 NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
 Name = Annotated[str, Field(pattern=NAME)]
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
 Length = Annotated[float, Field(gt=0.0, le=200.0)]  # [m]
+Edge = Annotated[float, Field(ge=SIZES[0], le=SIZES[1])]  # [m]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Point = tuple[Coordinate, Coordinate]
 
 
@@ -63,8 +68,79 @@ class PoseFile(_Part):
     yaw: float = 0.0
 
 
+class PropPoseFile(_Part):
+    """Where a prop is [m, rad]; without z it stands or lies on the floor."""
+
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
+    z: Coordinate | None = None
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+class CylinderFile(_Part):
+    """A cylinder along z [m]."""
+
+    radius: Edge
+    length: Edge
+
+
+class PropFile(_Part):
+    """A body that belongs to the world: of one shape, or of a model in a file.
+
+    Without a mass a shape stands fixed, and robots have it in their maps.
+    """
+
+    name: Name
+    box: tuple[Edge, Edge, Edge] | None = None
+    cube: Edge | None = None  # its edge
+    cylinder: CylinderFile | None = None
+    sphere: Edge | None = None  # its radius
+    model: str | None = None  # an SDF, URDF or MJCF file, named from the folder of the world
+    mass: Annotated[float, Field(ge=MASSES[0], le=MASSES[1])] | None = None  # [kg], of a shape
+    static: bool = False  # a model stands fixed, whatever its file says
+    friction: Annotated[float, Field(ge=FRICTIONS[0], le=FRICTIONS[1])] = 1.0  # of a shape
+    colour: tuple[Share, Share, Share] | None = None  # red, green, blue, from 0 to 1
+    pose: PropPoseFile = PropPoseFile()
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        forms = [form for form in PROP_FORMS if getattr(self, form) is not None]
+        if len(forms) != 1:
+            raise ValueError(f"a prop has one of {', '.join(PROP_FORMS)}, not {' and '.join(forms) or 'none'}")
+        if forms == ["model"]:
+            if self.mass is not None or "friction" in self.model_fields_set:
+                raise ValueError("`mass` and `friction` of a model are in its file")
+        elif "static" in self.model_fields_set:
+            raise ValueError("a shape without `mass` is static, `static` is for models")
+        return self
+
+
+class FloorPlanFile(_Part):
+    """A floor plan, in the terms of the map server of ROS.
+
+    What is darker than `occupied_thresh` (0 white, 1 black) is wall, anything else is floor, also what a map
+    server would take for unknown.
+    """
+
+    image: str  # PNG or PGM, named from the folder of the file
+    resolution: Annotated[float, Field(ge=0.005, le=1.0)]  # [m] that a pixel is wide
+    origin: tuple[Coordinate, Coordinate, float]  # of the lower left pixel's corner: x, y [m], yaw [rad]
+    negate: bool = False  # light pixels are wall
+    occupied_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.65
+    free_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.25
+    mode: Literal["trinary"] = "trinary"
+
+    @model_validator(mode="after")
+    def _thresholds(self) -> Self:
+        if self.free_thresh >= self.occupied_thresh:
+            raise ValueError("`free_thresh` has to be less than `occupied_thresh`")
+        return self
+
+
 class RobotFile(_Part):
-    """A robot of the world."""
+    """A robot of the world: a kind that comes with the node, or the path of a declaration (.yaml)."""
 
     name: Name
     robot: str
@@ -98,28 +174,43 @@ class WorldFile(_Part):
 
     name: Name
     description: str = ""
-    extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate]  # lower x, y, upper x, y
+    extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # lower x, y, upper x, y
+    floor_plan: FloorPlanFile | str | None = None  # or the name of a file of the map server
     wall_height: Length = 0.5
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
     robots: Annotated[tuple[RobotFile, ...], Field(max_length=MAX_ROBOTS)] = ()
+    props: Annotated[tuple[PropFile, ...], Field(max_length=MAX_PROPS)] = ()
     cameras: Annotated[tuple[CameraFile, ...], Field(max_length=MAX_CAMERAS)] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        left, bottom, right, top = self.extent
-        if right - left < 1.0 or top - bottom < 1.0:
-            raise ValueError("`extent` is [lower x, lower y, upper x, upper y] and at least 1 m wide")
-        if (right - left) * (top - bottom) > 10_000.0:
-            raise ValueError("`extent` covers more than 10000 m^2")
+        if self.extent is None and self.floor_plan is None:
+            raise ValueError("a world has an `extent`, or a `floor_plan` that says it")
+        if self.extent is not None:
+            check_extent(self.extent)
         names = [robot.name for robot in self.robots]
         if len(set(names)) < len(names):
             raise ValueError("two robots have the same name")
         taken = {wall.name for wall in self.walls} | {"walls", "floor"}
         if taken & set(names):
             raise ValueError(f"robot and wall have the same name: {', '.join(sorted(taken & set(names)))}")
-        for camera in self.cameras:
-            if camera.name in taken | set(names):
-                raise ValueError(f"the name of camera {camera.name!r} is taken")
-            names.append(camera.name)
+        for kind, others in (("prop", self.props), ("camera", self.cameras)):
+            for other in others:
+                if other.name in taken | set(names):
+                    raise ValueError(f"the name of {kind} {other.name!r} is taken")
+                names.append(other.name)
         return self
+
+
+def check_extent(extent: tuple[float, float, float, float]) -> None:
+    """Refuse an extent that is none, or too large.
+
+    Raises:
+        ValueError: The message says what is wrong.
+    """
+    left, bottom, right, top = extent
+    if right - left < 1.0 or top - bottom < 1.0:
+        raise ValueError("`extent` is [lower x, lower y, upper x, upper y] and at least 1 m wide")
+    if (right - left) * (top - bottom) > 10_000.0:
+        raise ValueError("`extent` covers more than 10000 m^2")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from sim_nodes.navigation.grid import build_map
+from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.planner import plan_to
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.loader import WorldError, available_worlds, load_world, parse_world
@@ -88,7 +88,7 @@ def test_walls_are_boxes_or_lines() -> None:
 )
 def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> None:
     with pytest.raises(WorldError, match=words) as error:
-        parse_world(text, "w.yaml")
+        parse_world(text, "w.yaml", Path())
     assert str(error.value).startswith("w.yaml")
 
 

@@ -83,4 +83,4 @@ def test_a_pose_and_its_inverse_cancel() -> None:
 )
 def test_a_way_that_is_not_the_declared_one_is_refused(tool: str, joints: tuple[str, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        Chain(UR10E.urdf_text(), "base_link", tool, joints)
+        Chain(UR10E.urdf, "base_link", tool, joints)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from seoro.bridges.wire import SpawnResult
-from sim_nodes.entities import lowest_point
+from sim_nodes.extents import lowest_point
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyState, Box, Cylinder, Sphere

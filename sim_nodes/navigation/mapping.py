@@ -1,0 +1,94 @@
+"""The map of a world: how far each cell is from the next of what stands in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from sim_nodes.geometry import Array
+from sim_nodes.navigation.grid import FAR, Grid, NavigationMap
+from sim_nodes.physics import Wall
+
+Outline = Array  # of something convex, counterclockwise, shape (n, 2) [m]
+
+
+def build_map(
+    extent: tuple[float, float, float, float], walls: Iterable[Wall], outlines: Iterable[Outline] = ()
+) -> NavigationMap:
+    """The map of a world. Distances are exact, not counted in cells.
+
+    Args:
+        extent: Of the map: lower x, lower y, upper x, upper y [m].
+        walls: What stands in it.
+        outlines: Of what else stands in it.
+    """
+    grid = Grid.over(extent)
+    solids: list[Wall | Outline] = [*walls, *outlines]
+    xs, ys = grid.centres()
+    distance = np.full(xs.shape, FAR)
+    reach = _reach(grid, solids, xs, ys)
+    for solid in solids:
+        near = _window(grid, solid, reach)
+        np.minimum(distance[near], _distance_to(solid, xs[near], ys[near]), out=distance[near])
+    return NavigationMap(grid, distance)
+
+
+def _reach(grid: Grid, solids: Sequence[Wall | Outline], xs: Array, ys: Array) -> float:
+    """A distance within which every cell has something, so that there is no need to look further [m]."""
+    covered = np.zeros(xs.shape, dtype=np.bool_)
+    for solid in solids:
+        near = _window(grid, solid, grid.resolution)
+        covered[near] |= _distance_to(solid, xs[near], ys[near]) == 0.0
+    if not covered.any():
+        return FAR
+    furthest = float(distance_transform_edt(~covered).max()) * grid.resolution
+    return min(FAR, furthest + grid.resolution)
+
+
+def _window(grid: Grid, solid: Wall | Outline, reach: float) -> tuple[slice, slice]:
+    """The cells within a distance of the box about something."""
+    left, bottom, right, top = _bounds(solid)
+    first = grid.cell(left - reach, bottom - reach)
+    last = grid.cell(right + reach, top + reach)
+    return slice(first[0], last[0] + 1), slice(first[1], last[1] + 1)
+
+
+def _bounds(solid: Wall | Outline) -> tuple[float, float, float, float]:
+    if isinstance(solid, Wall):
+        cos, sin = abs(math.cos(solid.yaw)), abs(math.sin(solid.yaw))
+        x = (cos * solid.length + sin * solid.thickness) / 2
+        y = (sin * solid.length + cos * solid.thickness) / 2
+        return solid.x - x, solid.y - y, solid.x + x, solid.y + y
+    (left, bottom), (right, top) = solid.min(axis=0).tolist(), solid.max(axis=0).tolist()
+    return left, bottom, right, top
+
+
+def _distance_to(solid: Wall | Outline, xs: Array, ys: Array) -> Array:
+    return _distance_to_wall(solid, xs, ys) if isinstance(solid, Wall) else _distance_to_outline(solid, xs, ys)
+
+
+def _distance_to_wall(wall: Wall, xs: Array, ys: Array) -> Array:
+    cos, sin = math.cos(wall.yaw), math.sin(wall.yaw)
+    dx, dy = xs - wall.x, ys - wall.y
+    along = np.abs(cos * dx + sin * dy) - wall.length / 2
+    across = np.abs(cos * dy - sin * dx) - wall.thickness / 2
+    distance: Array = np.hypot(along.clip(0.0), across.clip(0.0))
+    return distance
+
+
+def _distance_to_outline(outline: Outline, xs: Array, ys: Array) -> Array:
+    """The distance to the nearest edge, 0 inside, which is to the left of all edges."""
+    squares = np.full(xs.shape, np.inf)
+    inside = np.ones(xs.shape, dtype=np.bool_)
+    corners = outline.tolist()
+    for (ax, ay), (bx, by) in pairwise([*corners, corners[0]]):
+        dx, dy, px, py = bx - ax, by - ay, xs - ax, ys - ay
+        along = ((px * dx + py * dy) / (dx * dx + dy * dy)).clip(0.0, 1.0)
+        np.minimum(squares, (px - along * dx) ** 2 + (py - along * dy) ** 2, out=squares)
+        inside &= dx * py >= dy * px
+    distance: Array = np.where(inside, 0.0, np.sqrt(squares))
+    return distance

@@ -1,0 +1,154 @@
+"""Whether a robot's URDF is what its declaration says, and what every engine can simulate.
+
+Engines forgive much in silence: one leaves out what it does not know, another gives links without mass a kilogram.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from sim_nodes.geometry import wrap, yaw_of
+from sim_nodes.models.reading import (
+    MASSES,
+    MAX_DEPTH,
+    ORIGIN,
+    Frame,
+    check_children,
+    inside,
+    named,
+    numbers,
+    parse_xml,
+    wrong,
+)
+from sim_nodes.models.urdf import read_origin, read_shape
+from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
+
+ELEMENTS = frozenset({"link", "joint", "material"})
+LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
+JOINT_ELEMENTS = frozenset({"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"})
+JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic")
+SHAPES = (1e-3, 10.0)  # [m]
+MOMENTS = (1e-9, 1e4)  # [kg m^2]
+TOLERANCE = 1e-3  # [m], [rad] between what URDF and declaration say of the same
+
+
+def check_urdf(declaration: RobotDeclaration) -> None:
+    """Check the URDF of a robot.
+
+    Raises:
+        RequestRefused: It has something that is not supported, or does not fit the declaration.
+    """
+    root = parse_xml(declaration.urdf)
+    if root.tag != "robot":
+        raise wrong(f"the root element is <{root.tag}>: it has to be <robot>")
+    check_children(root, ELEMENTS)
+    links, joints = _by_name(root, "link"), _by_name(root, "joint")
+    for link in links.values():
+        _check_link(link)
+    for joint in joints.values():
+        _check_joint(joint, links)
+    _check_tree(declaration, links, joints)
+    _check_names(declaration, links, joints)
+    if declaration.mobile is not None:
+        _check_base(declaration.mobile, joints)
+
+
+def _by_name(root: Any, tag: str) -> dict[str, Any]:
+    elements = root.findall(tag)
+    found = {str(element.get("name")): element for element in elements if element.get("name")}
+    if len(found) != len(elements):
+        raise wrong(f"each <{tag}> has to have a name of its own")
+    return found
+
+
+def _check_link(link: Any) -> None:
+    check_children(link, LINK_ELEMENTS)
+    for element in (*link.findall("visual"), *link.findall("collision")):
+        read_shape(element, SHAPES)
+    mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
+    if mass is None or inertia is None:
+        raise wrong(f"{named(link)} has to have an <inertial> with <mass> and <inertia>; give a mere frame a gram")
+    numbers(mass.get("value"), f"mass of {named(link)}", 1, MASSES)
+    for moment in ("ixx", "iyy", "izz"):
+        numbers(inertia.get(moment), f"{moment} of {named(link)}", 1, MOMENTS)
+
+
+def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
+    check_children(joint, JOINT_ELEMENTS)
+    if joint.get("type") not in JOINT_TYPES:
+        raise wrong(f"{named(joint)} is of type {joint.get('type')!r}: supported are {', '.join(JOINT_TYPES)}")
+    for tag in ("parent", "child"):
+        element = joint.find(tag)
+        name = None if element is None else element.get("link")
+        if name not in links:
+            raise wrong(f"{named(joint)}: there is no link {name!r} to be its {tag}")
+
+
+def _check_tree(declaration: RobotDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
+    children = [joint.find("child").get("link") for joint in joints.values()]
+    twice = next((child for child in children if children.count(child) > 1), None)
+    if twice is not None:
+        raise wrong(f"the link {twice!r} is the child of two joints")
+    roots = sorted(links.keys() - set(children))
+    if roots != [declaration.base_link]:
+        raise wrong(
+            f"the links that hang on no other are {', '.join(roots) or 'none'}: "
+            f"it has to be the `base_link` of the declaration alone, {declaration.base_link!r}"
+        )
+
+
+def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
+    mobile, arm = declaration.mobile, declaration.arm
+    wanted_links = {*declaration.low_friction_links, *(camera.link for camera in declaration.cameras)}
+    wanted_joints: set[str] = set()
+    if mobile is not None:
+        wanted_links.add(mobile.lidar.link)
+        wanted_joints |= {mobile.drive.left_joint, mobile.drive.right_joint}
+    if arm is not None:
+        wanted_links |= {arm.tool_link, *arm.gripper.links}
+        wanted_joints |= {*arm.gripper.joints, *(joint.name for joint in arm.joints)}
+    _check_known("link", wanted_links, links)
+    _check_known("joint", wanted_joints, joints)
+
+
+def _check_known(what: str, wanted: Iterable[str], known: Mapping[str, Any]) -> None:
+    missing = sorted(set(wanted) - known.keys())
+    if missing:
+        raise wrong(
+            f"there is no {what} {missing[0]!r}, which the declaration names: there are {', '.join(known)}"
+        )
+
+
+def _check_base(mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
+    """Wheels and lidar have to be where the declaration, by which odometry and scans are computed, has them."""
+    drive, lidar = mobile.drive, mobile.lidar
+    for name, side in ((drive.left_joint, 1.0), (drive.right_joint, -1.0)):
+        if joints[name].get("type") != "continuous":
+            raise wrong(f"{named(joints[name])} turns a wheel: it has to be 'continuous'")
+        (x, y, _), _ = _place(joints[name].find("child").get("link"), joints)
+        wanted = side * drive.wheel_separation / 2
+        if abs(x) > TOLERANCE or abs(y - wanted) > TOLERANCE:
+            raise wrong(
+                f"the wheel of {named(joints[name])} is at ({x:.4f}, {y:.4f}) of the base: "
+                f"by the declaration's `wheel_separation` it is at (0, {wanted:.4f})"
+            )
+    (x, y, _), orientation = _place(lidar.link, joints)
+    yaw = yaw_of(orientation)
+    if max(abs(x - lidar.x), abs(y - lidar.y), abs(wrap(yaw - lidar.yaw))) > TOLERANCE:
+        raise wrong(
+            f"the link {lidar.link!r} is at ({x:.4f}, {y:.4f}) of the base, turned by {yaw:.4f} rad: "
+            f"the declaration has the lidar at ({lidar.x:.4f}, {lidar.y:.4f}), turned by {lidar.yaw:.4f} rad"
+        )
+
+
+def _place(link: str, joints: Mapping[str, Any]) -> Frame:
+    """The frame of a link in that of the base, all joints at zero."""
+    above = {joint.find("child").get("link"): joint for joint in joints.values()}
+    frame = ORIGIN
+    for _ in range(MAX_DEPTH):
+        if link not in above:
+            return frame
+        frame = inside(read_origin(above[link]), frame)
+        link = above[link].find("parent").get("link")
+    raise wrong(f"the link {link!r} hangs on itself, or on more than {MAX_DEPTH} others")

@@ -1,0 +1,144 @@
+"""Walls from a picture: a floor plan as the map server of ROS has it.
+
+Each pixel is a square of floor; dark ones are wall. They are merged into boxes, so that what physics collides with
+and what robots know as their map are the same walls.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+from pydantic import ValidationError
+
+from sim_nodes.files import FileError, read_text
+from sim_nodes.geometry import Pose2
+from sim_nodes.physics import Wall
+from sim_nodes.worlds.schema import FloorPlanFile, check_extent
+
+MAX_FILE = 16_000_000  # [bytes]
+MAX_PIXELS = 4_000_000
+MAX_BOXES = 2000
+OPAQUE_16_BIT = 65535.0
+
+Mask = NDArray[np.bool_]
+Box = tuple[int, int, int, int]  # first column, first row, and those behind the last
+Extent = tuple[float, float, float, float]
+
+
+def load_floor_plan(plan: FloorPlanFile | str, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
+    """The walls of a floor plan, and what it covers.
+
+    Args:
+        plan: The floor plan, or the name of a file of the map server that has it.
+        folder: The folder from which files are named.
+        height: Of the walls [m].
+
+    Returns:
+        The walls, and lower x, lower y, upper x, upper y of the picture [m].
+
+    Raises:
+        FileError: There is no such file, or walls cannot be made of it.
+    """
+    try:
+        if isinstance(plan, str):
+            path = folder / plan
+            plan, folder = _described(path), path.parent
+        return _walls(plan, folder, height)
+    except FileError as error:
+        raise FileError(f"floor_plan: {error}") from error
+
+
+def _described(path: Path) -> FloorPlanFile:
+    try:
+        return FloorPlanFile.model_validate(yaml.safe_load(read_text(path)))
+    except yaml.YAMLError as error:
+        raise FileError(f"{path} is no valid YAML: {error}") from error
+    except ValidationError as error:
+        problems = "; ".join(
+            f"{'.'.join(map(str, item['loc'])) or 'the file'}: {item['msg']}" for item in error.errors()
+        )
+        raise FileError(f"{path}: {problems}") from error
+
+
+def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
+    darkness = _read(folder / plan.image)
+    mask = (1.0 - darkness if plan.negate else darkness) > plan.occupied_thresh
+    boxes = merged(mask)
+    if len(boxes) > MAX_BOXES:
+        raise FileError(
+            f"{plan.image}: its walls make {len(boxes)} boxes, more than {MAX_BOXES}: clean it of stray pixels, "
+            "or make it coarser"
+        )
+    extent = _extent(plan, mask)
+    try:
+        check_extent(extent)
+    except ValueError as error:
+        raise FileError(f"{plan.image}: {error}") from error
+    return tuple(_wall(box, plan, mask.shape[0], height) for box in boxes), extent
+
+
+def _read(path: Path) -> NDArray[np.float64]:
+    """How dark the pixels of a picture are, 0 white to 1 black, shape (rows, columns), the top row first."""
+    try:
+        if path.stat().st_size > MAX_FILE:
+            raise FileError(f"{path} is larger than the {MAX_FILE} bytes that a floor plan may have")
+        with Image.open(path, formats=("PNG", "PPM")) as image:
+            if image.width * image.height > MAX_PIXELS:
+                raise FileError(
+                    f"{path} has {image.width} by {image.height} pixels, more than {MAX_PIXELS} altogether"
+                )
+            return _darkness(image)
+    except UnidentifiedImageError as error:
+        raise FileError(f"{path} is neither PNG nor PGM") from error
+    except (OSError, ValueError, SyntaxError) as error:  # what Pillow raises for broken files
+        raise FileError(f"cannot read the floor plan {path}: {error}") from error
+
+
+def _darkness(image: Image.Image) -> NDArray[np.float64]:
+    if image.mode.startswith("I"):
+        return 1.0 - np.asarray(image, dtype=np.float64) / OPAQUE_16_BIT
+    pixels = np.asarray(image.convert("RGBA"), dtype=np.float64) / 255.0
+    # What shows through where a picture is transparent is white paper.
+    darkness: NDArray[np.float64] = (1.0 - pixels[:, :, :3].mean(axis=2)) * pixels[:, :, 3]
+    return darkness
+
+
+def merged(mask: Mask) -> list[Box]:
+    """Boxes that cover what is true in a mask, each pixel once, by rows or by columns, whichever takes fewer."""
+    by_rows = _by_rows(mask)
+    by_columns = [(top, left, bottom, right) for left, top, right, bottom in _by_rows(mask.T)]
+    return min(by_rows, by_columns, key=len)
+
+
+def _by_rows(mask: Mask) -> list[Box]:
+    """Runs of each row; the same run in rows below each other is one box."""
+    boxes: list[Box] = []
+    begun: dict[tuple[int, int], int] = {}  # runs of the row above, and the first row that they are in
+    steps = np.diff(np.pad(mask.astype(np.int8), ((0, 1), (1, 1))), axis=1)  # with an empty row, which ends all
+    for row, step in enumerate(steps):
+        runs = zip(np.flatnonzero(step == 1).tolist(), np.flatnonzero(step == -1).tolist(), strict=True)
+        goes_on = {run: begun.get(run, row) for run in runs}
+        boxes += [(run[0], first, run[1], row) for run, first in begun.items() if run not in goes_on]
+        begun = goes_on
+    return boxes
+
+
+def _wall(box: Box, plan: FloorPlanFile, rows: int, height: float) -> Wall:
+    left, top, right, bottom = box
+    size = plan.resolution
+    inside = Pose2((left + right) / 2 * size, (rows - (top + bottom) / 2) * size, 0.0)
+    x, y, yaw = Pose2(*plan.origin).compose(inside)
+    return Wall("walls", x, y, yaw, (right - left) * size, (bottom - top) * size, height)
+
+
+def _extent(plan: FloorPlanFile, mask: Mask) -> Extent:
+    origin = Pose2(*plan.origin)
+    width, height = mask.shape[1] * plan.resolution, mask.shape[0] * plan.resolution
+    corners = [origin.compose(Pose2(x, y, 0.0)) for x in (0.0, width) for y in (0.0, height)]
+    xs, ys = [corner.x for corner in corners], [corner.y for corner in corners]
+    # Rounding must not make a plan of 6 m one of 6 m and a cell.
+    return tuple(round(value, 6) for value in (min(xs), min(ys), max(xs), max(ys)))  # type: ignore[return-value]

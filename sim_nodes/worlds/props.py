@@ -1,0 +1,73 @@
+"""Props of a world: bodies that stand or lie in it from the start, and belong to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
+from sim_nodes.files import FileError, read_text
+from sim_nodes.geometry import quaternion
+from sim_nodes.models import parse_model
+from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.worlds.schema import PropFile
+
+
+@dataclass(frozen=True)
+class Prop:
+    """A body that belongs to a world, and where it starts."""
+
+    name: str
+    model: BodyModel
+    state: BodyState
+
+
+def read_prop(prop: PropFile, index: int, folder: Path) -> Prop:
+    """A prop of a world file.
+
+    Args:
+        prop: What the file says.
+        index: Which of the props it is, from 0.
+        folder: The folder from which models are named.
+
+    Raises:
+        FileError: Its model cannot be read, or is wrong, or it would stand in the floor.
+    """
+    model = _model(prop, index, folder)
+    pose = prop.pose
+    state = BodyState((pose.x, pose.y, 0.0), quaternion(pose.roll, pose.pitch, pose.yaw))
+    needed = -lowest_point(model, state)
+    z = needed if pose.z is None else pose.z
+    if z < needed - FLOOR_TOLERANCE:
+        raise FileError(
+            f"props.{index}.pose.z: {prop.name!r} would be {needed - z:.3f} m inside the floor: "
+            f"z has to be {needed:.3f} m or more, or left out"
+        )
+    return Prop(prop.name, model, replace(state, position=(pose.x, pose.y, z)))
+
+
+def _model(prop: PropFile, index: int, folder: Path) -> BodyModel:
+    colour = None if prop.colour is None else (*prop.colour, 1.0)
+    if prop.model is None:
+        parts = (Part(_shape(prop)),)
+        static = prop.mass is None
+        return BodyModel(parts, prop.mass or 1.0, prop.friction, static=static, colour=colour)
+    try:
+        model = parse_model(read_text(folder / prop.model), static=prop.static)
+    except FileError as error:
+        raise FileError(f"props.{index}.model: {error}") from error
+    except RequestRefused as error:
+        raise FileError(f"props.{index}.model: {prop.model}: {error.message}") from error
+    return model if colour is None else replace(model, colour=colour)
+
+
+def _shape(prop: PropFile) -> Shape:
+    if prop.box is not None:
+        return Box(prop.box)
+    if prop.cube is not None:
+        return Box((prop.cube, prop.cube, prop.cube))
+    if prop.cylinder is not None:
+        return Cylinder(prop.cylinder.radius, prop.cylinder.length)
+    assert prop.sphere is not None, "props have one form"
+    return Sphere(prop.sphere)

@@ -1,0 +1,116 @@
+"""Robots of users: a declaration and a URDF, named by a world file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges import wire
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.worlds.loader import WorldError, load_world
+from tests.sim_nodes.client import Client
+
+WORKSHOP = Path(__file__).parents[2] / "examples" / "workshop"
+WORLD = "name: w\nextent: [-4, -4, 4, 4]\nrobots: [{name: mine, robot: robots/cart.yaml, pose: {x: 1.0}}]\n"
+
+Change = Callable[[str], str]
+
+
+def world_with(folder: Path, *, urdf: Change = str, declaration: Change = str) -> str:
+    """A world with the cart of the example, its files changed."""
+    robots = folder / "robots"
+    robots.mkdir()
+    (robots / "cart.urdf").write_text(urdf((WORKSHOP / "cart.urdf").read_text()))
+    (robots / "cart.yaml").write_text(declaration((WORKSHOP / "cart.yaml").read_text()))
+    path = folder / "w.yaml"
+    path.write_text(WORLD)
+    return str(path)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_robot_of_ones_own_drives_as_far_as_its_wheels_turn(engine: str, tmp_path: Path) -> None:
+    client = Client(world_with(tmp_path), engine=engine)
+    [robot] = client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).robots
+    assert (robot.name, robot.kinds[0]) == ("mine", "differential_drive_robot")
+    client.ask(wire.DRIVE, wire.Drive(id="d", robot="mine", linear=0.3, angular=0.0, duration=3.0))
+    client.run_until("d")
+    pose = client.simulator.simulation.true_pose("mine")
+    # 0.9 m, less what speeding up to 0.3 m/s with 0.8 m/s^2 takes.
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.84, 0.0, 0.0), abs=0.02)
+
+
+def replaced(old: str, new: str) -> Change:
+    def change(text: str) -> str:
+        assert old in text
+        return text.replace(old, new, 1)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("urdf", "words"),
+    [
+        (replaced("<robot", "<robot"), None),
+        (replaced('<box size="0.4 0.24 0.14"/>', '<mesh filename="a.stl"/>'), "meshes"),
+        (replaced('<link name="lidar">', '<link name="eye">'), "no link 'lidar' to be its child"),
+        (replaced('type="continuous"', 'type="planar"'), "'planar'"),
+        (replaced('type="continuous"', 'type="fixed"'), "'continuous'"),
+        (replaced('<mass value="6"/>', ""), "give a mere frame a gram"),
+        (replaced('ixx="0.053"', ""), "ixx of <link name='base_link'>"),
+        (replaced('xyz="0 0.15 0.06"', 'xyz="0 0.2 0.06"'), "`wheel_separation`"),
+        (replaced('xyz="0 -0.15 0.06"', 'xyz="0.1 -0.15 0.06"'), "`wheel_separation`"),
+        (replaced('xyz="0.1 0 0.22"', 'xyz="0.1 0 0.22" rpy="0 0 1"'), "turned by 1.0000 rad"),
+        (replaced('<link name="lidar">', '<link name="left_wheel">'), "name of its own"),
+        (replaced('<child link="lidar"/>', '<child link="left_wheel"/>'), "child of two joints"),
+        (
+            replaced('<child link="front_caster"/>', '<child link="base_link"/>'),
+            "hang on no other",
+        ),
+        (replaced('<joint name="rear', '<gazebo/><joint name="rear'), "<gazebo>"),
+        (replaced("<robot", "<sdf"), "no well-formed XML"),
+    ],
+)
+def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tmp_path: Path) -> None:
+    path = world_with(tmp_path, urdf=urdf)
+    if words is None:
+        assert load_world(path).robots[0].declaration.model == "cart"
+        return
+    with pytest.raises(WorldError, match=words) as error:
+        load_world(path)
+    assert f"{path}: robots.0.robot: the URDF of {tmp_path / 'robots' / 'cart.yaml'}: " in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("declaration", "words"),
+    [
+        (replaced("urdf: cart.urdf", "urdf: none.urdf"), "cannot read .*none.urdf"),
+        (replaced("urdf: cart.urdf\n", ""), "has to name its `urdf`"),
+        (replaced("model: cart", "model: [cart"), "no valid YAML"),
+        (replaced("wheel_radius: 0.06", "wheel_radius: -1"), "mobile.drive.wheel_radius"),
+        (replaced("wheel_radius", "wheel_diameter"), "wheel_diameter: Extra inputs"),
+        (replaced("left_joint: left_wheel_joint", "left_joint: wheel"), "no joint 'wheel', which the declaration"),
+        (replaced("rear_caster", "caster"), "no link 'caster', which the declaration"),
+    ],
+)
+def test_a_declaration_that_is_wrong_is_refused(declaration: Change, words: str, tmp_path: Path) -> None:
+    path = world_with(tmp_path, declaration=declaration)
+    with pytest.raises(WorldError, match=words) as error:
+        load_world(path)
+    assert str(error.value).startswith(f"{path}: robots.0.robot: ")
+
+
+def test_a_robot_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "w.yaml"
+    path.write_text(WORLD)
+    with pytest.raises(WorldError, match=r"cannot read .*robots/cart.yaml"):
+        load_world(str(path))
+
+
+@pytest.mark.parametrize("name", ["turtlebot4", "ur10e"])
+def test_the_robots_that_come_along_pass_the_same_check(name: str, tmp_path: Path) -> None:
+    from sim_nodes.robots.checking import check_urdf
+    from sim_nodes.robots.declaration import load_robot
+
+    check_urdf(load_robot(name))
