@@ -202,6 +202,12 @@ class Engine(Protocol):
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """Set the speeds that the wheels of a robot are to turn at [rad/s]."""
 
+    def power_wheels(self, robot: str, on: bool) -> None:
+        """Cut off the motors of a robot's wheels, which roll freely then, or let them obey their last command.
+
+        After `build` and `reset` they have power.
+        """
+
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """Distances along rays from a robot's lidar to what they hit first, the robot itself left out.
 

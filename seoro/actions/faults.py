@@ -24,6 +24,7 @@ from seoro.runtime.device_faults import (
     GaussianNoise,
     MessageLoss,
     PowerLoss,
+    WheelSlip,
 )
 from seoro.runtime.values import Actor
 
@@ -107,6 +108,14 @@ async def inject_freeze(ctx: ActionContext, robot: Actor, device: str, confirm_w
 async def inject_delay(ctx: ActionContext, robot: Actor, device: str, delay: float, confirm_within: float) -> None:
     """Let the samples of a sensor come late."""
     await _inject(ctx, robot, device, Delay(delay), confirm_within)
+
+
+@action("robot.inject_wheel_slip", home=Faults)
+async def inject_wheel_slip(
+    ctx: ActionContext, robot: Actor, left: float, right: float, confirm_within: float
+) -> None:
+    """Let wheels turn without moving the robot, by shares of what they turn."""
+    await _inject(ctx, robot, "motors", WheelSlip(left, right), confirm_within)
 
 
 @action("robot.inject_power_loss", home=Faults)

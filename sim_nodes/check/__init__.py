@@ -37,6 +37,8 @@ RULES: tuple[Rule, ...] = (
     robots.robots_turn_in_place,
     robots.robots_stop_when_told_to,
     robots.robots_obey_their_own_commands_only,
+    robots.wheels_without_power_roll_freely,
+    robots.a_reset_brings_power_back,
     robots.a_robot_that_is_put_somewhere_rests_there,
     rays.rays_end_at_walls,
     rays.rays_start_where_the_robot_is,

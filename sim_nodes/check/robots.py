@@ -6,10 +6,14 @@ import math
 
 from sim_nodes.check.bench import (
     BASE,
+    CUBE,
+    EDGE,
     ORIGIN,
     OTHER,
     ROBOT,
     Make,
+    at,
+    body,
     built,
     drive,
     expect,
@@ -98,6 +102,43 @@ def robots_obey_their_own_commands_only(make: Make) -> None:
     )
     driven = engine.body_state(OTHER).position[0]
     expect(driven > 2.5, f"the robot with commands is at x = {driven:.3f} m after 2 s at 0.3 m/s from x = 2 m")
+
+
+def wheels_without_power_roll_freely(make: Make) -> None:
+    """Wheels without power come to rest, obey no command, can be pushed, and obey their last one with power."""
+    engine = built(make, ORIGIN, Pose2(-3.0, 3.0, 0.0))
+    drive(engine, 0.3, 0.0)
+    drive(engine, 0.3, 0.0, OTHER)
+    run(engine, 1.0)
+    engine.power_wheels(ROBOT, False)
+    run(engine, 5.0)
+    expect_near("the velocity 5 s after", engine.body_state(ROBOT).linear, (0.0, 0.0, 0.0), 5e-3)
+    before = engine.body_state(ROBOT).position[0]
+    drive(engine, -0.3, 0.0)
+    run(engine, 1.0)
+    expect_near("the place after another command", engine.body_state(ROBOT).position[0], before, 5e-3)
+    driven = engine.body_state(OTHER).linear[0]
+    expect(driven > 0.25, f"another robot is at {driven:.3f} m/s instead of 0.3 m/s")
+    engine.set_body_state(ROBOT, BodyState((1.0, 0.0, 0.0), linear=(0.5, 0.0, 0.0)))
+    run(engine, 0.4)
+    pushed = engine.body_state(ROBOT).position[0] - 1.0
+    expect(pushed > 0.03, f"a robot without power that is pushed at 0.5 m/s comes {pushed:.3f} m far in 0.4 s")
+    engine.add_body("box", body(CUBE), at(3.0, 3.0, EDGE / 2))
+    run(engine, 5.0)
+    expect_near("its velocity after a body was added", engine.body_state(ROBOT).linear, (0.0, 0.0, 0.0), 5e-3)
+    engine.power_wheels(ROBOT, True)
+    run(engine, 1.0)
+    expect_near("the velocity with power again", engine.body_state(ROBOT).linear[0], -0.3, 0.015)
+
+
+def a_reset_brings_power_back(make: Make) -> None:
+    """After a reset, wheels have power."""
+    engine = built(make, ORIGIN)
+    engine.power_wheels(ROBOT, False)
+    engine.reset()
+    drive(engine, 0.3, 0.0)
+    run(engine, 1.0)
+    expect_near("the velocity", engine.body_state(ROBOT).linear[0], 0.3, 0.015)
 
 
 def a_robot_that_is_put_somewhere_rests_there(make: Make) -> None:

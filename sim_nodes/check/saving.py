@@ -77,6 +77,7 @@ def eventful(make: Make) -> tuple[Engine, tuple[str, ...]]:
     engine.add_body("thing", LOPSIDED, MOVING)
     engine.add_body("table", body(CUBE, static=True), at(0.8, -0.5, EDGE / 2))
     run(engine, 0.3)
+    engine.power_wheels(OTHER, False)
     engine.set_body_state("table", at(0.8, -0.7, EDGE / 2))
     drive(engine, 0.25, 0.3)
     return engine, (*names, "thing", "table")

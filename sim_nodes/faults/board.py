@@ -5,32 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, assert_never
 
-from seoro.bridges.wire import (
-    BeamLoss,
-    Bias,
-    DeadBeams,
-    DeadSector,
-    Delay,
-    Fault,
-    Freeze,
-    GaussianNoise,
-    MessageLoss,
-    Outcome,
-    PowerLoss,
-    Result,
-    SensorFault,
-    WheelSlip,
-)
-from sim_nodes.faults.arrivals import arrival_check
-from sim_nodes.faults.check import Observation, SensorCheck
-from sim_nodes.faults.fitting import check_fault
-from sim_nodes.faults.values import value_check
+from seoro.bridges.wire import Fault, Outcome, Result
+from sim_nodes.faults.check import Check
+from sim_nodes.faults.devices import Device
 from sim_nodes.goals import Ended
 from sim_nodes.refusal import RequestRefused, listed
-from sim_nodes.sensors.feed import Feed
-from sim_nodes.sensors.sensor import Sensor
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 
@@ -42,8 +22,8 @@ class _Measurement:
     """A fault that is being measured."""
 
     device: str
-    fault: SensorFault
-    check: SensorCheck
+    fault: Fault
+    check: Check
     deadline: int  # tick
 
 
@@ -52,7 +32,7 @@ class _Saved:
     """A measurement as it is saved."""
 
     device: str
-    fault: SensorFault
+    fault: Fault
     check: State
     deadline: int
 
@@ -62,19 +42,19 @@ class FaultBoard(Stateful):
 
     Args:
         robot: Its name.
-        sensors: The ways of its sensors' samples, by the sensors' names.
+        devices: What of it can have faults, by their names.
     """
 
-    def __init__(self, robot: str, sensors: Mapping[str, Feed[Any]]) -> None:
+    def __init__(self, robot: str, devices: Mapping[str, Device]) -> None:
         self._robot = robot
-        self._sensors = sensors
+        self._devices = devices
         self._measured: dict[str, _Measurement] = {}  # by id
         self._ended: list[Ended] = []
 
     @property
     def devices(self) -> tuple[str, ...]:
         """Names of what can have faults."""
-        return tuple(self._sensors)
+        return tuple(self._devices)
 
     @property
     def goals(self) -> tuple[str, ...]:
@@ -83,18 +63,22 @@ class FaultBoard(Stateful):
 
     def save(self) -> State:
         """See `Stateful`; what is being measured was not made with the robot."""
+        devices = {name: device.save() for name, device in self._devices.items()}
         measured = {
             identifier: _Saved(each.device, each.fault, each.check.save(), each.deadline)
             for identifier, each in self._measured.items()
         }
-        return State(type(self).__name__, {"_measured": measured, "_ended": tuple(self._ended)})
+        values = {"devices": devices, "measured": measured, "ended": list(self._ended)}
+        return State(type(self).__name__, values)
 
     def restore(self, state: State) -> None:
         """See `Stateful`."""
-        self._ended = list(state.values["_ended"])
+        for name, device in self._devices.items():
+            device.restore(state.values["devices"][name])
+        self._ended = state.values["ended"]
         self._measured = {}
-        for identifier, saved in state.values["_measured"].items():
-            check = sensor_check(saved.fault, self._sensors[saved.device].sensor)
+        for identifier, saved in state.values["measured"].items():
+            check = self._devices[saved.device].begin(saved.fault)
             check.restore(saved.check)
             self._measured[identifier] = _Measurement(saved.device, saved.fault, check, saved.deadline)
 
@@ -121,16 +105,12 @@ class FaultBoard(Stateful):
                 Result.OPERATION_FAILED,
                 f"the limit is {limit:g} s: it has to be above 0 s, and {LONGEST_LIMIT:g} s at most",
             )
-        feed = self._feed(device)
-        if isinstance(fault, WheelSlip):
-            raise RequestRefused(Result.OPERATION_FAILED, f"{device} has no wheels that could slip")
-        check_fault(fault, device, feed.sensor)
+        found = self._device(device)
+        found.check(fault)
         self._drop(device, fault.kind, "another fault of its kind took its place")
-        feed.put(fault)
-        feed.in_use = True
-        self._measured[identifier] = _Measurement(
-            device, fault, sensor_check(fault, feed.sensor), tick + math.ceil(limit / TICK)
-        )
+        found.put(fault)
+        deadline = tick + math.ceil(limit / TICK)
+        self._measured[identifier] = _Measurement(device, fault, found.begin(fault), deadline)
         self._begin_again(device)
 
     def clear(self, device: str, kind: str) -> None:
@@ -140,10 +120,10 @@ class FaultBoard(Stateful):
             RequestRefused: There is no such device.
         """
         for name in [device] if device else self.devices:
-            feed = self._feed(name)
-            for each in [kind] if kind else list(feed.faults):
+            found = self._device(name)
+            for each in [kind] if kind else list(found.kinds):
                 self._drop(name, each, "it was cleared")
-                feed.lift(each)
+                found.lift(each)
             self._begin_again(name)
 
     def cancel(self, identifier: str) -> Iterator[Ended]:
@@ -156,25 +136,25 @@ class FaultBoard(Stateful):
     def tick(self, tick: int) -> Iterator[Ended]:
         """Measure what has happened in a tick; gives the measurements that ended."""
         for identifier, measured in tuple(self._measured.items()):
-            feed = self._sensors[measured.device]
-            measured.check.observe(Observation(tick, feed.truth, feed.arrived, feed.faults))
+            self._devices[measured.device].measure(measured.check, tick)
             what = f"{measured.fault.kind} of {self._robot}/{measured.device}"
             if measured.check.holds:
                 del self._measured[identifier]
                 yield Ended(identifier, Outcome.SUCCEEDED, f"{what} takes effect: {measured.check.figures()}")
             elif tick >= measured.deadline:
-                message = f"{what} was not found to take effect: {measured.check.figures()}"
+                del self._measured[identifier]
                 self.clear(measured.device, measured.fault.kind)
+                message = f"{what} was not found to take effect: {measured.check.figures()}"
                 yield Ended(identifier, Outcome.ABORTED, message)
         ended, self._ended = self._ended, []
         yield from ended
 
-    def _feed(self, device: str) -> Feed[Any]:
-        if device not in self._sensors:
+    def _device(self, name: str) -> Device:
+        if name not in self._devices:
             raise RequestRefused(
-                Result.NOT_FOUND, f"{self._robot} has no device {device!r}: it has {listed(self.devices)}"
+                Result.NOT_FOUND, f"{self._robot} has no device {name!r}: it has {listed(self.devices)}"
             )
-        return self._sensors[device]
+        return self._devices[name]
 
     def _drop(self, device: str, kind: str, why: str) -> None:
         """Stop measuring a fault of a device; its end is told in the next tick."""
@@ -187,15 +167,4 @@ class FaultBoard(Stateful):
         """Measure a device anew, since its other faults have to be allowed for."""
         for measured in self._measured.values():
             if measured.device == device:
-                measured.check = sensor_check(measured.fault, self._sensors[device].sensor)
-
-
-def sensor_check(fault: SensorFault, sensor: Sensor[Any]) -> SensorCheck:
-    """The measurement of a fault of a sensor."""
-    match fault:
-        case GaussianNoise() | Bias() | BeamLoss() | DeadSector() | DeadBeams():
-            return value_check(fault, sensor)
-        case MessageLoss() | Freeze() | Delay() | PowerLoss():
-            return arrival_check(fault, sensor)
-        case _:
-            assert_never(fault)
+                measured.check = self._devices[device].begin(measured.fault)

@@ -37,12 +37,8 @@ class Observation(Generic[T]):
     faults: Mapping[str, SensorFault]
 
 
-class SensorCheck(Stateful, ABC):
-    """A measurement of a fault of a sensor."""
-
-    @abstractmethod
-    def observe(self, seen: Observation[Any]) -> None:
-        """Take in a tick."""
+class Check(Stateful, ABC):
+    """A measurement of a fault."""
 
     @property
     @abstractmethod
@@ -52,6 +48,14 @@ class SensorCheck(Stateful, ABC):
     @abstractmethod
     def figures(self) -> str:
         """What has been measured, in words."""
+
+
+class SensorCheck(Check):
+    """A measurement of a fault of a sensor."""
+
+    @abstractmethod
+    def observe(self, seen: Observation[Any]) -> None:
+        """Take in a tick."""
 
 
 @dataclass(frozen=True)

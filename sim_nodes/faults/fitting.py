@@ -19,7 +19,9 @@ from seoro.bridges.wire import (
     Quantity,
     Result,
     SensorFault,
+    WheelSlip,
 )
+from sim_nodes.faults.motors import LEAST_SLIP
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.beams import dead_beams, lost_beams
 from sim_nodes.sensors.sensor import Sensor
@@ -68,6 +70,20 @@ def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
             return
         case _:
             assert_never(fault)
+
+
+def check_slip(fault: WheelSlip) -> None:
+    """Refuse slips that make no sense.
+
+    Raises:
+        RequestRefused: The message says why.
+    """
+    slips = (fault.left, fault.right)
+    if not all(slip == 0.0 or LEAST_SLIP <= slip <= 1.0 for slip in slips) or slips == (0.0, 0.0):
+        raise _refused(
+            f"a slip of {fault.left:g} and {fault.right:g}: each is 0, or from {LEAST_SLIP:g} on, below which it "
+            "cannot be measured, up to 1; and not both are 0"
+        )
 
 
 def _check_quantities(kind: str, amounts: Mapping[Quantity, float], device: str, sensor: Sensor[Any]) -> None:

@@ -52,6 +52,13 @@ class _Drive:
         self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
         self.wheel_speeds = [int(joint.dofadr[0]) for joint in joints]
         self.motors = [model.actuator(joint.name).id for joint in joints]
+        self._gain = drive.motor_gain
+
+    def power(self, model: Any, *, on: bool) -> None:
+        """Give the motors torque, or take it."""
+        gain = self._gain if on else 0.0
+        model.actuator_gainprm[self.motors, 0] = gain
+        model.actuator_biasprm[self.motors, 2] = -gain
 
 
 class MujocoEngine:
@@ -80,6 +87,7 @@ class MujocoEngine:
     def _start(self) -> None:
         """Find everything in a new state, and put arms to where they start."""
         self._arms: dict[str, MujocoArm] = {}
+        self._without_power: set[str] = set()  # robots
         self._bind()
         for arm in self._arms.values():
             arm.go_home(self._data)
@@ -98,6 +106,8 @@ class MujocoEngine:
             for robot in self._scene.robots
             if robot.declaration.mobile is not None
         }
+        for name, drive in self._drives.items():
+            drive.power(model, on=name not in self._without_power)
         commands = {name: arm.command for name, arm in self._arms.items()}
         self._arms = {
             robot.name: MujocoArm(model, robot.name, robot.declaration.arm, commands.get(robot.name))
@@ -129,6 +139,7 @@ class MujocoEngine:
             "added": self._added,
             "model": digest_of(self._model),
             "state": state_of(self._model, self._data),
+            "without_power": self._without_power,
             "arms": {name: (arm.command.rates, arm.command.force) for name, arm in self._arms.items()},
             "last": self._last or self._seen_of_last_step(),
         }
@@ -143,6 +154,7 @@ class MujocoEngine:
         for name, (model, state) in saved["added"].items():
             add_body(self._spec, name, model, state)
             self._added[name] = (model, state)
+        self._without_power = saved["without_power"]
         self._recompile()
         for name, (rates, force) in saved["arms"].items():
             self._arms[name].take_up(self._model, ArmCommand(rates, force))
@@ -255,6 +267,11 @@ class MujocoEngine:
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
         self._data.ctrl[self._drives[robot].motors] = left, right
+
+    def power_wheels(self, robot: str, on: bool) -> None:
+        """See `Engine.power_wheels`."""
+        (self._without_power.discard if on else self._without_power.add)(robot)
+        self._drives[robot].power(self._model, on=on)
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""

@@ -135,6 +135,8 @@ class PybulletEngine:
             model = walls_body(wall for wall in walls if wall.name == name)
             self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0)), WALL), static=True)
         self._drives: dict[str, _Drive] = {}
+        self._commands: dict[str, tuple[float, float]] = {}  # to the wheels of robots [rad/s]
+        self._without_power: set[str] = set()  # robots
         self._arms: dict[str, PybulletArm] = {}
         self._ghosts = Ghosts(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -160,7 +162,7 @@ class PybulletEngine:
             lidar = links.links[mobile.lidar.link]
             drive = _Drive(number, wheels(links, mobile.drive), lidar, mobile.drive.motor_torque, group)
             self._drives[robot.name] = drive
-            self._command(drive, 0.0, 0.0)
+            self._command(robot.name, 0.0, 0.0)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
@@ -261,15 +263,24 @@ class PybulletEngine:
     @journaled
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
-        self._command(self._drives[robot], left, right)
+        self._command(robot, left, right)
 
-    def _command(self, drive: _Drive, left: float, right: float) -> None:
+    @journaled
+    def power_wheels(self, robot: str, on: bool) -> None:
+        """See `Engine.power_wheels`."""
+        (self._without_power.discard if on else self._without_power.add)(robot)
+        self._command(robot, *self._commands[robot])
+
+    def _command(self, robot: str, left: float, right: float) -> None:
+        self._commands[robot] = (left, right)
+        drive = self._drives[robot]
+        torque = 0.0 if robot in self._without_power else drive.torque
         self._bullet.setJointMotorControlArray(
             drive.body,
             drive.wheels,
             pybullet.VELOCITY_CONTROL,
             targetVelocities=[left, right],
-            forces=[drive.torque, drive.torque],
+            forces=[torque, torque],
         )
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:

@@ -17,10 +17,16 @@ class Velocity(NamedTuple):
 AT_REST = Velocity(0.0, 0.0)
 
 
+def wheel_ways(drive: DriveDeclaration, velocity: Velocity) -> tuple[float, float]:
+    """Speeds of the base at the left and right wheel [m/s]."""
+    half = velocity.angular * drive.wheel_separation / 2.0
+    return velocity.linear - half, velocity.linear + half
+
+
 def wheel_speeds(drive: DriveDeclaration, velocity: Velocity) -> tuple[float, float]:
     """Speeds of the left and right wheel [rad/s] at which the base moves with a velocity."""
-    half = velocity.angular * drive.wheel_separation / 2.0
-    return (velocity.linear - half) / drive.wheel_radius, (velocity.linear + half) / drive.wheel_radius
+    left, right = wheel_ways(drive, velocity)
+    return left / drive.wheel_radius, right / drive.wheel_radius
 
 
 def base_motion(drive: DriveDeclaration, left: float, right: float) -> tuple[float, float]:

@@ -6,12 +6,15 @@ layer at the rate of its lidar, control every `CONTROL_TICKS`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from seoro.bridges.wire import Result
+from sim_nodes.faults.devices import Motors
+from sim_nodes.faults.motors import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
@@ -22,8 +25,9 @@ from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds
+from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds, wheel_ways
 from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
+from sim_nodes.robots.wheels import Wheels
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.sensors.lidar import Lidar, Scan
 from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
@@ -44,10 +48,12 @@ class MobileBase(Stateful):
         seed: Seed of the simulation.
 
     Attributes:
+        wheels: Its wheels.
+        motors: Those of the wheels, which can have faults.
         sensors: The ways of its sensors' samples, by the sensors' names.
     """
 
-    STATE = ("sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
+    STATE = ("wheels", "sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
 
     def __init__(
         self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
@@ -55,6 +61,7 @@ class MobileBase(Stateful):
         self.name = name
         self.declaration = declaration
         self._engine = engine
+        self.wheels = Wheels(name, engine)
         self._lidar = Feed(
             Lidar(declaration.lidar, Noise(seed, f"{name}/lidar"), partial(engine.cast_rays, name)),
             lambda purpose: Noise(seed, f"{name}/lidar/{purpose}"),
@@ -64,12 +71,13 @@ class MobileBase(Stateful):
                 declaration.drive,
                 declaration.odometry,
                 Noise(seed, f"{name}/odometry"),
-                partial(engine.wheel_angles, name),
+                self.wheels.encoders,
             ),
             lambda purpose: Noise(seed, f"{name}/odometry/{purpose}"),
         )
         self._odometry.in_use = True
         self.sensors: dict[str, Feed[Any]] = {"lidar": self._lidar, "odometry": self._odometry}
+        self.motors = Motors(self.wheels, self.motion)
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
@@ -86,6 +94,18 @@ class MobileBase(Stateful):
     def goal(self) -> str | None:
         """The id of the goal that the robot is driving for."""
         return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
+
+    def motion(self) -> Motion:
+        """What the wheels do in the present tick."""
+        state, drive, arrived = self._engine.body_state(self.name), self.declaration.drive, self._odometry.arrived
+        (vx, vy, _), yaw = state.linear, state.planar.yaw
+        moved = Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), state.angular[2])
+        return Motion(
+            command=self.wheels.command,
+            turning=self.wheels.turning,
+            counted=None if arrived is None else wheel_ways(drive, arrived.data.velocity),
+            moved=wheel_ways(drive, moved),
+        )
 
     def localised_pose(self) -> Pose2 | None:
         """The pose in the map as the robot believes it, None until it has an initial pose."""
@@ -107,6 +127,7 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
+        self.wheels.pass_tick()
         self._odometry.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
         self._lidar.pass_tick(tick)
@@ -206,4 +227,4 @@ class MobileBase(Stateful):
         return goal
 
     def _command(self, velocity: Velocity) -> None:
-        self._engine.command_wheels(self.name, *wheel_speeds(self.declaration.drive, velocity))
+        self.wheels.turn(*wheel_speeds(self.declaration.drive, velocity))

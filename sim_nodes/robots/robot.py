@@ -6,6 +6,7 @@ from collections.abc import Container, Iterator
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.faults.board import FaultBoard
+from sim_nodes.faults.devices import Device, SensorDevice, WholeRobot
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.physics import Engine, PlacedRobot
@@ -31,7 +32,15 @@ class Robot(Stateful):
         self.declaration = declaration = placed.declaration
         mobile = declaration.mobile
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
-        self.faults = FaultBoard(self.name, self._mobile.sensors if self._mobile is not None else {})
+        self.faults = FaultBoard(self.name, self._devices())
+
+    def _devices(self) -> dict[str, Device]:
+        """What of it can have faults, by names."""
+        base = self._mobile
+        if base is None:
+            return {}
+        sensors = {name: SensorDevice(name, feed) for name, feed in base.sensors.items()}
+        return {**sensors, "motors": base.motors, "robot": WholeRobot(base.sensors, base.motors, base.motion)}
 
     @property
     def drives(self) -> bool:

@@ -49,7 +49,7 @@ class Feed(Stateful, Generic[T]):
         latest: The sample that has arrived last.
     """
 
-    STATE = ("sensor", "in_use", "faults", "truth", "arrived", "latest", "_frozen", "_under_way")
+    STATE = ("sensor", "in_use", "_has_supply", "faults", "truth", "arrived", "latest", "_frozen", "_under_way")
 
     def __init__(self, sensor: Sensor[T], noise: Callable[[str], Noise]) -> None:
         self.sensor = sensor
@@ -61,6 +61,7 @@ class Feed(Stateful, Generic[T]):
         self._noise = {quantity: noise(f"gaussian_noise/{quantity}") for quantity in sensor.quantities}
         self._noise_of_beams = noise("beam_loss")
         self._noise_of_messages = noise("message_loss")
+        self._has_supply = True
         self._frozen: T | None = None
         self._under_way: deque[tuple[int, Sample[T]]] = deque()  # with the ticks in which they arrive
 
@@ -73,6 +74,11 @@ class Feed(Stateful, Generic[T]):
         """Take a fault off the way."""
         self.faults.pop(kind, None)
         self._start_over(kind)
+
+    def supply(self, on: bool) -> None:
+        """Cut off the supply of power, or bring it back."""
+        self._has_supply = on
+        self._start_over("power_loss")
 
     def _start_over(self, kind: str) -> None:
         if kind == "freeze":
@@ -91,7 +97,7 @@ class Feed(Stateful, Generic[T]):
 
     def _send(self, truth: Sample[T]) -> None:
         """Send a sample, as the faults leave it."""
-        if "power_loss" in self.faults:
+        if "power_loss" in self.faults or not self._has_supply:
             return
         loss = self.faults.get("message_loss")
         if isinstance(loss, MessageLoss) and self._noise_of_messages.at(truth.tick).random() < loss.probability:

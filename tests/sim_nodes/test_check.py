@@ -69,6 +69,31 @@ class Shared(MujocoEngine):
             super().command_wheels(name, left, right)
 
 
+class Tireless(MujocoEngine):
+    def power_wheels(self, robot: str, on: bool) -> None:
+        return
+
+
+class Braked(MujocoEngine):
+    """Its wheels are held when they have no power."""
+
+    def power_wheels(self, robot: str, on: bool) -> None:
+        self.command_wheels(robot, 0.0, 0.0)
+        self._off = not on
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        if not getattr(self, "_off", False):
+            super().command_wheels(robot, left, right)
+
+
+class Forgetful(MujocoEngine):
+    """New bodies bring power back."""
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        self._without_power.clear()
+        super().add_body(name, model, state)
+
+
 class ShortSighted(MujocoEngine):
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         return super().cast_rays(robot, directions, limit) - 0.02
@@ -273,6 +298,9 @@ class Blind(MujocoEngine):
         (Fast, robots.robots_drive_straight, "instead of 3: off by"),
         (Swapped, robots.robots_turn_in_place, "heading"),
         (Shared, robots.robots_obey_their_own_commands_only, "without commands"),
+        (Tireless, robots.wheels_without_power_roll_freely, "the velocity 5 s after"),
+        (Braked, robots.wheels_without_power_roll_freely, "that is pushed"),
+        (Forgetful, robots.wheels_without_power_roll_freely, "after a body was added"),
         (ShortSighted, rays.rays_end_at_walls, "instead of"),
         (ShortSighted, rays.rays_end_at_every_shape, "the ray to a box"),
         (Boundless, rays.rays_end_at_walls, "limit of 1 m"),

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity
+from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity, WheelSlip
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
@@ -39,6 +39,7 @@ def busy(engine: str, seed: int = 3) -> Client:
     client.run_until("late")
     while client.simulator.simulation.time < 1.5:
         client.advance(1.5)
+    inject(client, "slips", "motors", WheelSlip(left=0.1, right=0.1))
     inject(client, "noisy", "odometry", GaussianNoise(deviation={Quantity.LENGTH: 0.002}))
     client.ask(wire.DELETE_ENTITY, wire.EntityName(name="gone"))
     client.spawn("falling", pose(client.truth.x, client.truth.y, z=0.5))

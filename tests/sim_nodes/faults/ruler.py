@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from seoro.bridges.wire import Quantity, SensorFault
-from sim_nodes.faults.board import sensor_check
 from sim_nodes.faults.check import Observation, SensorCheck
+from sim_nodes.faults.devices import sensor_check
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
 from sim_nodes.sensors.feed import Feed

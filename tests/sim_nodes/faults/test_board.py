@@ -16,8 +16,11 @@ from seoro.bridges.wire import (
     GaussianNoise,
     MessageLoss,
     Outcome,
+    PowerLoss,
     Quantity,
+    WheelSlip,
 )
+from sim_nodes.__main__ import ENGINES
 from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client
 
@@ -39,7 +42,7 @@ def test_the_devices_of_a_robot_are_told(maze: Client) -> None:
     assert {"lidar", "odometry"} <= set(robot.devices)
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_is_reported_with_what_was_measured(engine: str) -> None:
     client = Client(engine=engine)
     inject(client, NOISE)
@@ -127,6 +130,91 @@ def test_faults_change_nothing_that_others_draw(maze: Client) -> None:
     assert odometers[0] == odometers[1]
 
 
+def driven(engine: str = "mujoco", linear: float = 0.25, angular: float = 0.0) -> Client:
+    """A robot that drives with a velocity for a long time."""
+    client = Client("empty", engine=engine)
+    client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=linear, angular=angular, duration=100.0))
+    return client
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("left", "right", "linear", "angular"), [(0.5, 0.5, 0.25, 0.0), (1.0, 0.0, 0.25, 0.0), (0.2, 0.2, -0.2, 0.3)]
+)
+def test_wheels_slip_by_their_shares(
+    left: float, right: float, linear: float, angular: float, engine: str
+) -> None:
+    client = driven(engine, linear, angular)
+    inject(client, WheelSlip(left=left, right=right), "motors")
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+    assert "by odometry and moved" in ended.message
+
+
+def test_odometry_counts_what_slips_and_the_robot_does_not_come_far() -> None:
+    client = driven()
+    inject(client, WheelSlip(left=0.5, right=0.5), "motors")
+    client.run_until("fault")
+    for _ in range(5):
+        client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    counted = client.simulator.simulation.robot(ROBOT).mobile.odometry.travelled
+    assert client.truth.x == pytest.approx(counted / 2, rel=0.05)
+    clear(client, "motors")
+    before = client.truth.x
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=500))
+    assert client.truth.x - before == pytest.approx(0.5, rel=0.05)
+
+
+def test_slip_of_a_robot_that_stands_is_not_found(empty: Client) -> None:
+    inject(empty, WheelSlip(left=0.5, right=0.5), "motors", limit=1.0)
+    ended, _ = empty.run_until("fault")
+    assert ended.outcome is Outcome.ABORTED
+    assert ended.message.endswith("by odometry the wheels have turned 0.00 and 0.00 m")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_motors_without_power_let_the_robot_stand(engine: str) -> None:
+    client = driven(engine)
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
+    inject(client, PowerLoss(), "motors")
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+    clear(client, "motors")
+    before = client.truth.x
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    assert client.truth.x > before + 0.2
+
+
+def test_that_motors_have_no_power_shows_when_they_are_commanded(empty: Client) -> None:
+    inject(empty, PowerLoss(), "motors", limit=5.0)
+    empty.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    empty.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.0, duration=9.0))
+    assert empty.run_until("fault")[0].time == pytest.approx(1.5, abs=0.1)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_robot_without_power_sends_nothing_and_stands(engine: str) -> None:
+    client = driven(engine)
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
+    base = client.simulator.simulation.robot(ROBOT).mobile
+    inject(client, PowerLoss(), "lidar", name="own")
+    inject(client, PowerLoss(), "robot")
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+    assert "lidar: " in ended.message
+    assert "the wheels have been at rest" in ended.message
+    clear(client, "robot")
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    assert base.odometry.velocity.linear == pytest.approx(0.25, rel=0.1)
+    assert base.sensors["lidar"].latest is None  # it is still without power of its own
+
+
+@pytest.mark.parametrize(("left", "right"), [(0.0, 0.0), (0.05, 0.5), (1.2, 0.0), (-0.3, 0.0), (NAN, 0.3)])
+def test_slips_that_make_no_sense_are_refused(left: float, right: float, maze: Client) -> None:
+    with pytest.raises(RequestRefused, match=r"each is 0, or from 0\.1 on"):
+        inject(maze, WheelSlip(left=left, right=right), "motors")
+
+
 @pytest.mark.parametrize(
     ("fault", "message"),
     [
@@ -158,6 +246,9 @@ def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str, maze:
     [
         (Freeze(), "nose", "turtlebot4 has no device 'nose': it has lidar, "),
         (BeamLoss(share=0.5), "odometry", "odometry cannot have beam_loss: it has no beams"),
+        (WheelSlip(left=0.5, right=0.5), "lidar", "lidar cannot have wheel_slip: it has no wheels"),
+        (Freeze(), "motors", "motors cannot have freeze: they can have wheel_slip and power_loss"),
+        (Freeze(), "robot", "robot cannot have freeze: it can have power_loss"),
     ],
 )
 def test_faults_of_devices_that_cannot_have_them_are_refused(

@@ -1,0 +1,72 @@
+"""The wheels of a robot between those who command and read them and the engine, with their faults.
+
+A wheel that slips by a share turns on the floor by so much less than it turns about its axle: the engine is told
+to turn it by what is left, and its encoder counts what was commanded beyond that. So slip has a size, which
+friction alone has not: how much a wheel slips by that hangs on what it has to pull.
+"""
+
+from __future__ import annotations
+
+from sim_nodes.physics import Engine
+from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
+
+GRIP = (0.0, 0.0)
+
+
+class Wheels(Stateful):
+    """The left and the right wheel of a robot.
+
+    Args:
+        robot: Name of the robot.
+        engine: The engine that it is in.
+
+    Attributes:
+        command: Speeds that were commanded last [rad/s].
+        turning: Speeds at which they have turned on the floor over the last tick [rad/s].
+    """
+
+    STATE = ("command", "turning", "_on_floor", "_slip", "_lost", "_has_power")
+
+    def __init__(self, robot: str, engine: Engine) -> None:
+        self._robot = robot
+        self._engine = engine
+        self.command = (0.0, 0.0)
+        self.turning = (0.0, 0.0)
+        self._on_floor = engine.wheel_angles(robot)  # [rad]
+        self._slip = GRIP
+        self._lost = (0.0, 0.0)  # angles that the encoders counted beyond what was turned on the floor [rad]
+        self._has_power = True
+
+    def turn(self, left: float, right: float) -> None:
+        """Command speeds [rad/s]."""
+        self.command = (left, right)
+        slip_left, slip_right = self._slip
+        self._engine.command_wheels(self._robot, (1.0 - slip_left) * left, (1.0 - slip_right) * right)
+
+    def slip(self, left: float, right: float) -> None:
+        """Let the wheels slip by shares of what they turn."""
+        if self._slip != (left, right):
+            self._slip = (left, right)
+            self.turn(*self.command)
+
+    def power(self, on: bool) -> None:
+        """Cut off the power of the motors, or bring it back."""
+        if self._has_power != on:
+            self._has_power = on
+            self._engine.power_wheels(self._robot, on)
+
+    def pass_tick(self) -> None:
+        """See how the wheels have turned since the last tick."""
+        (left, right), (was_left, was_right) = self._engine.wheel_angles(self._robot), self._on_floor
+        self.turning = ((left - was_left) / TICK, (right - was_right) / TICK)
+        self._on_floor = (left, right)
+        if self._has_power and self._slip != GRIP:
+            (left, right), (slip_left, slip_right) = self.command, self._slip
+            lost_left, lost_right = self._lost
+            self._lost = (lost_left + slip_left * left * TICK, lost_right + slip_right * right * TICK)
+
+    def encoders(self) -> tuple[float, float]:
+        """Angles that the encoders had counted in the last tick [rad]."""
+        (left, right), (lost_left, lost_right) = self._on_floor, self._lost
+        return left + lost_left, right + lost_right
