@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 
 from seoro.bridges import wire
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
+from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
 from sim_nodes.refusal import RequestRefused
 
@@ -63,3 +65,8 @@ def twist_of(state: BodyState) -> wire.Twist:
 def flat_pose(pose: Pose2) -> wire.Pose:
     """A pose in the plane as it is said."""
     return wire.Pose(position=wire.Vector3(x=pose.x, y=pose.y), orientation=wire.Orientation(yaw=pose.yaw))
+
+
+def feedback_message(robot: str, time: float, feedback: Feedback) -> wire.NavigationFeedback:
+    """How far a robot is at a time [s], as it is said."""
+    return wire.NavigationFeedback(robot=robot, time=time, **asdict(feedback))

@@ -11,13 +11,23 @@ from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from seoro.bridges.wire import Contact, Fault, Measurements, Occurrence, Outcome, ResetScope, Result
+from seoro.bridges.wire import (
+    Contact,
+    Fault,
+    Measurements,
+    NavigationFeedback,
+    Occurrence,
+    Outcome,
+    ResetScope,
+    Result,
+)
 from sim_nodes.clearance import Surroundings
 from sim_nodes.entities import Entities
 from sim_nodes.films import Films
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.measurements import Measuring
+from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
@@ -27,7 +37,7 @@ from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
-from sim_nodes.watches import DistanceWatch, ProximityWatch, Watch
+from sim_nodes.watches import DistanceWatch, LocalisationWatch, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
 RELEASE_TIME = 0.5  # [s] apart before a contact counts as over: things that rattle touch once
@@ -40,6 +50,7 @@ class Happened:
 
     occurrences: tuple[Occurrence, ...]
     contacts: tuple[Contact, ...]
+    feedback: tuple[NavigationFeedback, ...]
 
 
 class Simulation(Stateful):
@@ -62,6 +73,7 @@ class Simulation(Stateful):
         "_measuring",
         "_occurrences",
         "_contacts",
+        "_feedback",
     )
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
@@ -83,6 +95,7 @@ class Simulation(Stateful):
         self._make_robots()
         self._occurrences: list[Occurrence] = []
         self._contacts: list[Contact] = []
+        self._feedback: list[NavigationFeedback] = []
 
     def _make_robots(self) -> None:
         placed = self.world.robots
@@ -137,7 +150,7 @@ class Simulation(Stateful):
 
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
-        while not (self._occurrences or self._contacts) and self.time < until:
+        while not (self._occurrences or self._contacts or self._feedback) and self.time < until:
             self.step()
 
     def step(self) -> None:
@@ -150,8 +163,8 @@ class Simulation(Stateful):
 
     def collect(self) -> Happened:
         """What has happened since this was last asked."""
-        happened = Happened(tuple(self._occurrences), tuple(self._contacts))
-        self._occurrences, self._contacts = [], []
+        happened = Happened(tuple(self._occurrences), tuple(self._contacts), tuple(self._feedback))
+        self._occurrences, self._contacts, self._feedback = [], [], []
         return happened
 
     def _tick(self, tick: int) -> None:
@@ -161,6 +174,8 @@ class Simulation(Stateful):
             self.records[robot.name].passed(pose, self.time)
             if robot.drives:
                 self._measuring[robot.name].passed(pose, robot.mobile.localised_pose(), robot.mobile.deviation())
+                if (feedback := robot.mobile.feedback_due()) is not None:
+                    self._feedback.append(feedback_message(robot.name, self.time, feedback))
         self._check_watches()
         self.films.tick()
 
@@ -193,6 +208,10 @@ class Simulation(Stateful):
         """Tell the localisation of a robot where it is."""
         self.robot(robot).mobile.set_initial_pose(pose, self._steps // self._tick_steps)
 
+    def search_pose(self, robot: str) -> None:
+        """Have a robot forget where it is, and look for itself on the whole map."""
+        self.robot(robot).mobile.search_pose(self._steps // self._tick_steps)
+
     def navigate(self, robot: str, goal: Goal) -> None:
         """Send a robot to a goal; its end is reported."""
         self._claim(goal.id)
@@ -209,6 +228,10 @@ class Simulation(Stateful):
         """Command a robot's velocity; no name is the first robot that drives."""
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
         self.robot(name).mobile.command(velocity, self._steps // self._tick_steps)
+
+    def feedback(self, robot: str) -> NavigationFeedback:
+        """How far a robot is on its way."""
+        return feedback_message(robot, self.time, self.robot(robot).mobile.feedback())
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
@@ -287,6 +310,10 @@ class Simulation(Stateful):
         """Report when a robot's odometry has counted a distance more."""
         self._watch(identifier, DistanceWatch(robot, self.travelled(robot) + distance))
 
+    def watch_localisation(self, identifier: str, robot: str) -> None:
+        """Report when a robot knows where it is; at once if it does."""
+        self._watch(identifier, LocalisationWatch(self.robot(robot).mobile.name))
+
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
         if identifier not in self._watches:
@@ -338,7 +365,7 @@ class Simulation(Stateful):
         self._epoch = self._steps
         self._disown_all_but(())
         self._watches = {}
-        self._occurrences, self._contacts = [], []
+        self._occurrences, self._contacts, self._feedback = [], [], []
         self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
         self._measuring = dict(self._measurings())
         self.entities.begin()

@@ -158,6 +158,7 @@ class Simulator:
             contacts=happened.contacts,
             film=film,
             film_error=film_error,
+            feedback=happened.feedback,
         )
 
     def step(self, steps: int) -> float:

@@ -56,4 +56,15 @@ class DistanceWatch:
         return replace(self, target=self.target - now + then)
 
 
-Watch = ProximityWatch | DistanceWatch
+@dataclass(frozen=True)
+class LocalisationWatch:
+    """True when a robot knows where it is."""
+
+    robot: str
+
+    def holds(self, world: Watched) -> bool:
+        """Whether it is true now."""
+        return world.pose(f"{self.robot}/base_link") is not None
+
+
+Watch = ProximityWatch | DistanceWatch | LocalisationWatch

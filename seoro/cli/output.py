@@ -102,6 +102,7 @@ class Progress:
         )
         self._running: dict[int, tuple[str, float]] = {}
         self._left_out = 0
+        self._recovered: dict[str, int] = {}
 
     def record(self, record: dict[str, Any]) -> None:
         """An observer of the trace."""
@@ -117,6 +118,16 @@ class Progress:
             case "event" if record["name"] == "contact":
                 arguments = record["arguments"]
                 self._line(record["t"], _RED, "!", f"{arguments['first']} touches {arguments['second']}")
+            case "event" if record["name"] == "navigation_feedback":
+                self._recoveries(record)
+
+    def _recoveries(self, record: dict[str, Any]) -> None:
+        """A line when a robot has had to recover since it last said how far it is."""
+        robot, count = record["arguments"]["robot"], record["arguments"]["number_of_recoveries"]
+        if count > self._recovered.get(robot, 0):
+            left = record["arguments"]["distance_remaining"]
+            self._line(record["t"], _RED, "!", f"{robot} backs up to get free, {left:.1f} m from its goal")
+        self._recovered[robot] = count
 
     def _end(self, record: dict[str, Any]) -> None:
         name, started = self._running.pop(record["id"])

@@ -46,6 +46,27 @@ class MobileRobots(Protocol):
 
 
 @runtime_checkable
+class LocalisedRobots(Protocol):
+    """Robots that find out where they are on a map."""
+
+    async def reinitialize_global_localization(self, robot: str) -> None:
+        """Have a robot forget where it is, and look for itself on the whole map."""
+        ...
+
+    async def watch_localization(self, robot: str, report: Reporter) -> str:
+        """Report when a robot knows where it is; returns the watch's id."""
+        ...
+
+    async def cancel_watch(self, watch: str) -> None:
+        """Forget a watch; one that has fired is left alone."""
+        ...
+
+    async def localization_error(self, robot: str) -> float | None:
+        """How far a robot is from where it believes to be [m]; None when it does not know where it is."""
+        ...
+
+
+@runtime_checkable
 class DrivenRobots(Protocol):
     """Robots that are driven by velocities, without knowing where they are."""
 

@@ -49,6 +49,7 @@ class Goal:
     id: str
     poses: tuple[Pose2, ...]
     stop_at_each: bool
+    feedback_period: float = 0.0  # [s]; 0 for none
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ class Navigator(Stateful):
         "_taken",
         "_recovered_before",
         "_way",
+        "_told",
         "_phase",
         "_plan",
         "_planned_for",
@@ -180,6 +182,7 @@ class Navigator(Stateful):
         self._taken = 0  # cycles
         self._recovered_before = self.recoveries
         self._way: float | None = None  # when it was first known [m]
+        self._told = 0  # cycle of the last feedback that was due
         self._begin_leg(pose)
 
     def _begin_leg(self, pose: Pose2) -> None:
@@ -216,6 +219,15 @@ class Navigator(Stateful):
                 return self._recover(now)
             case _:
                 assert_never(self._phase)
+
+    def feedback_due(self) -> bool:
+        """Whether it is time, once in a period, to say how far the robot is."""
+        if self.goal is None or self.goal.feedback_period == 0.0:
+            return False
+        if (self._taken - self._told) * self._interval < self.goal.feedback_period - 1e-9:
+            return False
+        self._told = self._taken
+        return True
 
     def feedback(self, pose: Pose2) -> Feedback:
         """How far the robot is, from its pose in the map. Only with a goal."""

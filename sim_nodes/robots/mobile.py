@@ -19,7 +19,7 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import Localisation
-from sim_nodes.navigation.navigator import Goal, Navigator, Situation
+from sim_nodes.navigation.navigator import Feedback, Goal, Navigator, Situation
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
@@ -125,6 +125,21 @@ class MobileBase(Stateful):
         """How often it has recovered, on its way to any goal."""
         return self._navigator.recoveries
 
+    def feedback_due(self) -> Feedback | None:
+        """How far it is on its way, where it is time to say so."""
+        return self.feedback() if self._navigator.feedback_due() else None
+
+    def feedback(self) -> Feedback:
+        """How far it is on its way.
+
+        Raises:
+            RequestRefused: It is on no way.
+        """
+        pose = self.localised_pose()
+        if pose is None or self._navigator.goal is None:
+            raise RequestRefused(Result.INCORRECT_STATE, f"{self.name} is not on its way to a goal")
+        return self._navigator.feedback(pose)
+
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
         self.wheels.pass_tick()
@@ -155,6 +170,21 @@ class MobileBase(Stateful):
         self._obstacles.clear()
         self._scan = None
 
+    def search_pose(self, tick: int) -> None:
+        """Forget where the robot is, and look for it on the whole map.
+
+        Raises:
+            RequestRefused: It is on its way to a goal, which it can find only while it knows where it is.
+        """
+        if self._navigator.goal is not None:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"{self.name} is driving to goal {self.goal!r}: cancel it before the robot forgets where it is",
+            )
+        self.localisation.search(self.odometry.pose, tick)
+        self._obstacles.clear()
+        self._scan = None
+
     def navigate(self, goal: Goal) -> None:
         """Take up a goal. What the robot does for nobody ends, or is taken over if it is the same.
 
@@ -164,7 +194,7 @@ class MobileBase(Stateful):
         pose = self.localised_pose()
         if pose is None:
             raise RequestRefused(
-                Result.INCORRECT_STATE, f"{self.name} is not localised yet: set its initial pose first"
+                Result.INCORRECT_STATE, f"{self.name} does not know where it is: set its initial pose first"
             )
         self._check_free()
         present = self._navigator.goal

@@ -18,6 +18,7 @@ from sim_nodes.verbs import (
     driving,
     entities,
     faults,
+    localisation,
     mobile,
     recording,
     snapshots,
@@ -33,6 +34,7 @@ PARTS = (
     cameras,
     recording,
     faults,
+    localisation,
     snapshots,
     artifacts,
 )

@@ -13,6 +13,7 @@ from sim_nodes.verbs.checks import check_finite, check_id, check_length
 from sim_nodes.verbs.handling import Handling
 
 MAX_POSES = 100
+MAX_PERIOD = 3600.0  # [s]
 
 
 def _set_initial_pose(simulator: Simulator, request: wire.SetInitialPose) -> Empty:
@@ -27,8 +28,18 @@ def _navigate_through_poses(simulator: Simulator, request: wire.NavigateThroughP
             Result.OPERATION_FAILED, f"{len(request.poses)} poses were given: give 1 to {MAX_POSES}"
         )
     poses = tuple(planar(pose) for pose in request.poses)
-    simulator.simulation.navigate(request.robot, Goal(request.id, poses, request.stop_at_each))
+    if not 0.0 <= request.feedback_period <= MAX_PERIOD:
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"the period of feedback is {request.feedback_period} s: give 0 for none, {MAX_PERIOD:g} s at most",
+        )
+    goal = Goal(request.id, poses, request.stop_at_each, request.feedback_period)
+    simulator.simulation.navigate(request.robot, goal)
     return Empty()
+
+
+def _get_navigation_feedback(simulator: Simulator, request: wire.FeedbackRequest) -> wire.NavigationFeedback:
+    return simulator.simulation.feedback(request.robot)
 
 
 def _stop_robot(simulator: Simulator, request: wire.StopRobot) -> Empty:
@@ -70,6 +81,7 @@ def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire
 HANDLERS: tuple[Handling, ...] = (
     (wire.SET_INITIAL_POSE, _set_initial_pose),
     (wire.NAVIGATE_THROUGH_POSES, _navigate_through_poses),
+    (wire.GET_NAVIGATION_FEEDBACK, _get_navigation_feedback),
     (wire.STOP_ROBOT, _stop_robot),
     (wire.WATCH_PROXIMITY, _watch_proximity),
     (wire.WATCH_DISTANCE, _watch_distance),

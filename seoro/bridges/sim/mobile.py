@@ -9,6 +9,8 @@ from seoro.bridges.sim.messages import pose_message, vector_message
 from seoro.bridges.sim.requests import Requests
 from seoro.runtime.contracts import Pose3D, Position3D, Reporter
 
+FEEDBACK_PERIOD = 1.0  # [s] between two notes of how far a robot is
+
 
 class MobileRequests(Requests):
     """The capability `MobileRobots` of a node."""
@@ -21,7 +23,11 @@ class MobileRequests(Requests):
         """See `MobileRobots`."""
         goal = f"goal-{next(self._ids)}"
         request = wire.NavigateThroughPoses(
-            id=goal, robot=robot, poses=tuple(map(pose_message, poses)), stop_at_each=stop_at_each
+            id=goal,
+            robot=robot,
+            poses=tuple(map(pose_message, poses)),
+            stop_at_each=stop_at_each,
+            feedback_period=FEEDBACK_PERIOD,
         )
         self._reporters[goal] = report
         return await self.ask_reported(wire.NAVIGATE_THROUGH_POSES, request, goal)

@@ -9,6 +9,7 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.faults import FaultRequests
+from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import NodeAddress
@@ -22,6 +23,7 @@ GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 class SimulatorNode(
     MobileRequests,
+    LocalisationRequests,
     DrivingRequests,
     CameraRequests,
     RecordingRequests,
@@ -76,6 +78,8 @@ class SimulatorNode(
         advanced = await self.ask(wire.ADVANCE, wire.Advance(until=until), GRANT_TIMEOUT)
         for contact in advanced.contacts:
             self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
+        for feedback in advanced.feedback:
+            self._happened("navigation_feedback", feedback.model_dump())
         for occurrence in advanced.occurrences:
             report = self._reporters.pop(occurrence.id, None)
             if report is not None:

@@ -19,8 +19,10 @@ from seoro.bridges.wire.cameras import *
 from seoro.bridges.wire.driving import *
 from seoro.bridges.wire.entities import *
 from seoro.bridges.wire.faults import *
+from seoro.bridges.wire.feedback import *
 from seoro.bridges.wire.geometry import *
 from seoro.bridges.wire.keys import *
+from seoro.bridges.wire.localisation import *
 from seoro.bridges.wire.measurements import *
 from seoro.bridges.wire.message import *
 from seoro.bridges.wire.message import Verb

@@ -17,13 +17,15 @@ class NavigateThroughPoses(Message):
     """Drive a robot through poses, in order; one at a time, a new goal while one is active is refused.
 
     `stop_at_each` makes every pose a goal of its own, as `follow_waypoints` of Nav2 does. The end is
-    reported as the `Occurrence` with this `id`.
+    reported as the `Occurrence` with this `id`. With a `feedback_period` above 0 [s], grants of time end that
+    often with how far the robot is.
     """
 
     id: str
     robot: str
     poses: tuple[Pose, ...]
     stop_at_each: bool = False
+    feedback_period: float = 0.0
 
 
 class StopRobot(Message):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -33,7 +34,7 @@ class Contact(Message):
 
 
 class Advance(Message):
-    """Grant of time: simulate to `until`, or to the first occurrence or contact before it."""
+    """Grant of time: simulate to `until`, or to the first occurrence, contact or feedback before it."""
 
     until: float
 
@@ -46,6 +47,7 @@ class Advanced(Message):
     contacts: tuple[Contact, ...] = ()
     film: bytes = b""  # the next part of what is recorded, since the last answer
     film_error: str = ""  # why nothing more is recorded
+    feedback: tuple[NavigationFeedback, ...] = ()
 
 
 class CancelGoal(Message):

@@ -1,0 +1,126 @@
+"""Does a robot that is put somewhere in the maze find itself, and what does noise of its lidar do to it?
+
+    python benchmarks/localisation.py [--places N] [--seeds N]
+
+Both in MuJoCo, in this process, without Zenoh. The second part drives through the maze with noise in the ranges: as
+nodes do it, and without what keeps noise from freezing the robot, which is the count of hits that makes an
+obstacle, and the neighbours that have to agree on what is right ahead.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from sim_nodes.geometry import Pose2, quaternion
+from sim_nodes.mujoco.engine import MujocoEngine
+from sim_nodes.navigation import controller, obstacles
+from sim_nodes.navigation.navigator import Goal
+from sim_nodes.physics import BodyState
+from sim_nodes.robots.diff_drive import Velocity
+from sim_nodes.sensors.lidar import Lidar, Scan
+from sim_nodes.simulator import Simulator
+
+ROBOT = "turtlebot4"
+TURNING = 0.8  # [rad/s]
+GIVEN_UP = 30.0  # [s]
+FOUND = 0.2  # [m]
+GOAL = Pose2(3.0, -3.0, 0.0)
+LATEST = 90.0  # [s]
+
+
+def place(number: int) -> Pose2:
+    """A place in the maze: one in two anywhere, the others in the middle of where corridors meet."""
+    random = np.random.default_rng(number)
+    x, y = random.integers(-3, 4, 2) * 1.5
+    if number % 2:
+        x, y = x + random.uniform(-0.4, 0.4), y + random.uniform(-0.4, 0.4)
+    return Pose2(float(x), float(y), float(random.uniform(-math.pi, math.pi)))
+
+
+def find_itself(number: int) -> tuple[float, float]:
+    """How long a robot turned until it had found itself [s], and how far that is from where it is [m]."""
+    simulator = Simulator(MujocoEngine(), "maze", number)
+    simulation = simulator.simulation
+    start = place(number)
+    state = BodyState((start.x, start.y, 0.001), quaternion(0.0, 0.0, start.yaw))
+    simulation.engine.set_body_state(ROBOT, state)
+    base = simulation.robot(ROBOT).mobile
+    simulation.search_pose(ROBOT)
+    simulation.drive(ROBOT, "turn", Velocity(0.0, TURNING), GIVEN_UP)
+    while base.localised_pose() is None and simulation.time < GIVEN_UP:
+        simulation.advance(simulation.time + 0.1)
+    found, truth = base.localised_pose(), simulation.true_pose(ROBOT)
+    return simulation.time, math.inf if found is None else found.distance(truth.x, truth.y)
+
+
+@contextmanager
+def noisy(std: float, seed: int) -> Iterator[None]:
+    """In the block, ranges of lidars have more noise [m]."""
+    random = np.random.default_rng(seed)
+    scan: Callable[..., Scan] = Lidar.scan
+
+    def disturbed(lidar: Lidar, *arguments: object) -> Scan:
+        clean = scan(lidar, *arguments)
+        ranges = clean.ranges + random.normal(0.0, std, len(clean.ranges))
+        ranges[ranges < 0.164] = np.inf
+        hit = np.isfinite(ranges)
+        finite = np.where(hit, ranges, 0.0)
+        x = np.where(hit, clean.mount.x + finite * np.cos(clean.angles), np.inf)
+        y = np.where(hit, clean.mount.y + finite * np.sin(clean.angles), np.inf)
+        return Scan(ranges, clean.angles, clean.mount, x, y)
+
+    Lidar.scan = disturbed  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        Lidar.scan = scan  # type: ignore[method-assign]
+
+
+def drive(std: float, seed: int) -> tuple[str, float, float, float]:
+    """How a drive through the maze ended, its length [s] and its path's [m], and the mean error [m]."""
+    simulator = Simulator(MujocoEngine(), "maze", seed)
+    simulation = simulator.simulation
+    with noisy(std, seed):
+        simulation.set_initial_pose(ROBOT, Pose2(0.0, 0.0, 0.0))
+        simulation.navigate(ROBOT, Goal("goal", (GOAL,), stop_at_each=False))
+        ended = "under way"
+        while ended == "under way" and simulation.time < LATEST:
+            simulation.advance(LATEST)
+            ended = next((each.outcome.value for each in simulation.collect().occurrences), ended)
+    measured = simulation.measurements().robots[ROBOT]
+    return ended, simulation.time, measured.path_length, measured.localisation_error or 0.0
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
+    parser.add_argument("--places", type=int, default=60, metavar="N")
+    parser.add_argument("--seeds", type=int, default=3, metavar="N")
+    options = parser.parse_args()
+
+    results = [find_itself(number) for number in range(options.places)]
+    found = [time for time, error in results if error < FOUND]
+    wrong = sum(1 for _, error in results if FOUND <= error < math.inf)
+    print(f"{len(found)} of {options.places} found themselves, {wrong} elsewhere")
+    print(f"in {statistics.median(found):.1f} s (median), {max(found):.1f} s at most\n")
+
+    print("noise  count  neighbours  seed  ended      simulated  path    error")
+    hits, most, neighbours = obstacles.HITS, obstacles.MOST, controller.NEIGHBOURS
+    for count, agree in ((True, True), (False, True), (True, False), (False, False)):
+        obstacles.HITS, obstacles.MOST = (hits, most) if count else (1, 1)
+        controller.NEIGHBOURS = neighbours if agree else 1
+        for std in (0.2, 0.4, 0.6):
+            for seed in range(options.seeds):
+                ended, time, path, error = drive(std, seed)
+                words = f"{'yes' if count else 'no':5}  {'yes' if agree else 'no':10}"
+                print(f"{std:4} m  {words}  {seed:4}  {ended:9}  {time:7.1f} s  {path:4.1f} m  {error:.3f} m")
+
+
+if __name__ == "__main__":
+    main()

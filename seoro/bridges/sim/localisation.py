@@ -1,0 +1,27 @@
+"""Robots that find out where they are; see `LocalisedRobots` for what the methods do."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.sim.requests import Requests
+from seoro.runtime.contracts import Reporter
+
+
+class LocalisationRequests(Requests):
+    """The capability `LocalisedRobots` of a node."""
+
+    async def reinitialize_global_localization(self, robot: str) -> None:
+        """See `LocalisedRobots`."""
+        await self.ask(wire.REINITIALIZE_GLOBAL_LOCALIZATION, wire.LocalisedRobot(robot=robot))
+
+    async def watch_localization(self, robot: str, report: Reporter) -> str:
+        """See `LocalisedRobots`."""
+        watch = f"watch-{next(self._ids)}"
+        self._reporters[watch] = report
+        return await self.ask_reported(
+            wire.WATCH_LOCALIZATION, wire.WatchLocalization(id=watch, robot=robot), watch
+        )
+
+    async def localization_error(self, robot: str) -> float | None:
+        """See `LocalisedRobots`."""
+        return (await self.ask(wire.GET_LOCALIZATION, wire.LocalisedRobot(robot=robot))).error
