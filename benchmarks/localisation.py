@@ -2,8 +2,8 @@
 
     python benchmarks/localisation.py [--places N] [--seeds N]
 
-Both in MuJoCo, in this process, without Zenoh. The second part drives through the maze with noise in the ranges: as
-nodes do it, and without what keeps noise from freezing the robot, which is the count of hits that makes an
+Both in MuJoCo, in this process, without Zenoh. The second part drives through the maze with noise in the ranges:
+as nodes do it, and without what keeps noise from freezing the robot, which is the count of hits that makes an
 obstacle, and the neighbours that have to agree on what is right ahead.
 """
 
