@@ -36,6 +36,11 @@ class Films:
         self._entities = entities
         self._recorder: Recorder | None = None
 
+    @property
+    def is_recording(self) -> bool:
+        """Whether a film is being recorded, which needs every tick."""
+        return self._recorder is not None
+
     def start(self, request: StartRecording) -> None:
         """Start to record.
 

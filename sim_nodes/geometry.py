@@ -97,6 +97,15 @@ def conjugate(orientation: Quaternion) -> Quaternion:
     return w, -x, -y, -z
 
 
+def rotated(orientation: Quaternion, vector: Vector) -> Vector:
+    """A vector of the rotated frame, in its parent."""
+    w, x, y, z = orientation
+    a, b, c = vector
+    # v + 2 w (q x v) + 2 q x (q x v), q the vector part
+    i, j, k = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+    return a + w * i + y * k - z * j, b + w * j + z * i - x * k, c + w * k + x * j - y * i
+
+
 def rotation_matrix(orientation: Quaternion) -> Array:
     """The (3, 3) matrix that takes vectors of the rotated frame to its parent."""
     w, x, y, z = orientation

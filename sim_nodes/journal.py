@@ -29,9 +29,9 @@ class Journal:
         self._calls: list[tuple[int, str, tuple[Any, ...]]] = []
         self._is_full = False
 
-    def step(self) -> None:
-        """Note a step."""
-        self._steps += 1
+    def step(self, count: int) -> None:
+        """Note that steps were made."""
+        self._steps += count
 
     def note(self, method: str, arguments: tuple[Any, ...]) -> None:
         """Note a call; when there are too many, none is kept."""
@@ -80,13 +80,13 @@ def journaled(method: Callable[Concatenate[J, P], R]) -> Callable[Concatenate[J,
     return call
 
 
-def replay(saved: Mapping[str, Any], engine: Journaling, step: Callable[[], object]) -> None:
+def replay(saved: Mapping[str, Any], engine: Journaling, step: Callable[[int], int]) -> None:
     """Make the calls of another engine again; they stand in the journal of this one then.
 
     Args:
         saved: What `Journal.save` returned.
         engine: The engine; its scene has just been built, and its journal is empty.
-        step: Makes one step.
+        step: Makes up to a number of steps; returns how many.
 
     Raises:
         UnsavableState: There are calls that are none of this engine.
@@ -96,9 +96,8 @@ def replay(saved: Mapping[str, Any], engine: Journaling, step: Callable[[], obje
         method = getattr(type(engine), name, None)
         if not getattr(method, MARK, False):
             raise UnsavableState(f"{name!r} is nothing that this engine can be told")
-        for _ in range(steps - made):
-            step()
-        made = steps
+        while made < steps:
+            made += step(steps - made)
         getattr(engine, name)(*arguments)
-    for _ in range(saved["steps"] - made):
-        step()
+    while made < saved["steps"]:
+        made += step(saved["steps"] - made)

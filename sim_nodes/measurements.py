@@ -49,6 +49,7 @@ class Measuring(Stateful):
 
     STATE = (
         "_pose",
+        "_tick",
         "_looked_from",
         "_path_length",
         "_driving_ticks",
@@ -62,6 +63,7 @@ class Measuring(Stateful):
 
     def __init__(self, pose: Pose2, room: Callable[[Pose2], float], interval: float) -> None:
         self._pose = self._looked_from = pose
+        self._tick: int | None = None  # of the last look at it
         self._room = room
         self._interval = interval
         self._path_length = 0.0
@@ -71,21 +73,25 @@ class Measuring(Stateful):
         self._contacts = 0
         self._goals = dict.fromkeys(Outcome, 0)
 
-    def passed(self, pose: Pose2, believed: Pose2 | None, deviation: float | None) -> None:
+    def passed(self, pose: Pose2, believed: Pose2 | None, deviation: float | None, tick: int) -> None:
         """Take in where the robot is.
 
         Args:
             pose: In truth.
             believed: By its localisation, if that has a pose.
             deviation: Standard deviation of its position that the localisation itself states [m].
+            tick: The present one; a robot that is idle is looked at now and then only.
         """
         way = pose.distance(self._pose.x, self._pose.y)
         turn = abs(wrap(pose.yaw - self._pose.yaw))
-        moving = way > MOVING[0] * self._interval or turn > MOVING[1] * self._interval
+        ticks = 1 if self._tick is None else tick - self._tick
+        self._tick = tick
+        interval = ticks * self._interval
+        moving = way > MOVING[0] * interval or turn > MOVING[1] * interval
         self._pose = pose
         if moving:
             self._path_length += way
-            self._driving_ticks += 1
+            self._driving_ticks += ticks
             if pose.distance(self._looked_from.x, self._looked_from.y) >= STEP:
                 self._looked_from = pose
                 self._closest = min(self._closest, self._room(pose))

@@ -171,15 +171,23 @@ class Engine(Protocol):
     def reset(self) -> None:
         """Put every body back to where it was built or added, at rest."""
 
-    def step(self) -> None:
-        """Make one physics step.
+    def step(self, count: int = 1) -> int:
+        """Make up to `count` physics steps, to the end of the first after which other pairs of entities touch.
+
+        How many are asked for at once changes nothing: states are the same, bit for bit.
+
+        Returns:
+            How many were made, at least one.
 
         Raises:
             UnstablePhysics: The engine could not, and the world is lost.
         """
 
     def touching(self) -> frozenset[tuple[str, str]]:
-        """The pairs of entities, names in order, in contact in the last step; the floor is left out."""
+        """The pairs of entities, names in order, in contact in the last step; the floor is left out.
+
+        In the steps of one call of `step` before its last they are those of before the call.
+        """
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """The entities other than the floor that an entity interpenetrates now, sorted."""

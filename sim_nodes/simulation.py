@@ -1,7 +1,8 @@
 """One simulated world: time, entities, goals, watches and contacts. It knows neither an engine nor Zenoh.
 
 Time is counted in physics steps. Everything besides physics happens in ticks of 20 ms: robots sense and act,
-watches are checked. Contacts are looked at after every step. What happens is held until it is collected.
+watches are checked. Contacts are noticed in the step in which they begin. What happens is held until it is
+collected.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
-from sim_nodes.ticks import TICK
+from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import DistanceWatch, LocalisationWatch, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
@@ -66,7 +67,8 @@ class Simulation(Stateful):
         "_steps",
         "_epoch",
         "_watches",
-        "_latched",
+        "_touching",
+        "_released",
         "entities",
         "robots",
         "records",
@@ -90,7 +92,9 @@ class Simulation(Stateful):
         self._steps = 0
         self._epoch = 0  # step at which the clock shows zero
         self._watches: dict[str, Watch] = {}
-        self._latched: dict[tuple[str, str], int] = {}  # touching pairs, and the last step in which they did
+        self._touching: frozenset[tuple[str, str]] = frozenset()
+        # Pairs that have touched, and the last step in which they did.
+        self._released: dict[tuple[str, str], int] = {}
         self.entities = Entities(self.engine, self.world)
         self._make_robots()
         self._occurrences: list[Occurrence] = []
@@ -151,12 +155,37 @@ class Simulation(Stateful):
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
         while not (self._occurrences or self._contacts or self._feedback) and self.time < until:
-            self.step()
+            self._pass(until)
 
-    def step(self) -> None:
-        """Make one physics step, and the tick that is due after it."""
-        self.engine.step()
-        self._steps += 1
+    def run(self, until: float) -> None:
+        """Simulate to the first step at or after a time, whatever happens."""
+        while self.time < until:
+            self._pass(until)
+
+    def step(self, count: int) -> None:
+        """Make physics steps, whatever happens."""
+        end = self._steps + count
+        while self._steps < end:
+            self._make(min(end - self._steps, self._steps_to_tick(1)))
+
+    def _pass(self, until: float) -> None:
+        """Make the steps to a time that has not come, or to the next tick in which something is due, if before."""
+        watched = bool(self._watches) or self.films.is_recording
+        idle = not watched and all(robot.is_idle for robot in self.robots.values())
+        count = self._steps_to_tick(IDLE_TICKS if idle else 1)
+        # No step is made that begins at that time or after it.
+        while count > 1 and (self._steps + count - 1 - self._epoch) / self.engine.steps_per_second >= until:
+            count -= 1
+        self._make(count)
+
+    def _steps_to_tick(self, every: int) -> int:
+        """Steps to the next tick of those that come once in `every`."""
+        steps = every * self._tick_steps
+        return steps - self._steps % steps
+
+    def _make(self, count: int) -> None:
+        """Make steps up to the next tick and that, or fewer, to a change of what touches."""
+        self._steps += self.engine.step(count)
         self._note_contacts()
         if self._steps % self._tick_steps == 0:
             self._tick(self._steps // self._tick_steps)
@@ -169,28 +198,34 @@ class Simulation(Stateful):
 
     def _tick(self, tick: int) -> None:
         for robot in self.robots.values():
+            if tick % IDLE_TICKS and robot.is_idle:
+                continue
             self._report(robot, robot.tick(tick))
             pose = self.true_pose(robot.name)
             self.records[robot.name].passed(pose, self.time)
             if robot.drives:
-                self._measuring[robot.name].passed(pose, robot.mobile.localised_pose(), robot.mobile.deviation())
-                if (feedback := robot.mobile.feedback_due()) is not None:
+                base = robot.mobile
+                self._measuring[robot.name].passed(pose, base.localised_pose(), base.deviation(), tick)
+                if (feedback := base.feedback_due()) is not None:
                     self._feedback.append(feedback_message(robot.name, self.time, feedback))
-        self._check_watches()
+        if self._watches:
+            self._check_watches()
         self.films.tick()
 
     def _note_contacts(self) -> None:
         touching = self.engine.touching()
-        if not (touching or self._latched):
+        if touching == self._touching:
             return
-        for first, second in sorted(touching):
-            if (first, second) not in self._latched:
-                self._contacts.append(Contact(time=self.time, first=first, second=second))
-                for robot in {first, second} & self._measuring.keys():
+        for pair in self._touching - touching:
+            self._released[pair] = self._steps - 1
+        oldest = self._steps - 1 - round(RELEASE_TIME * self.engine.steps_per_second)
+        self._released = {pair: last for pair, last in self._released.items() if last >= oldest}
+        for pair in sorted(touching - self._touching):
+            if self._released.pop(pair, None) is None:
+                self._contacts.append(Contact(time=self.time, first=pair[0], second=pair[1]))
+                for robot in self._measuring.keys() & pair:
                     self._measuring[robot].touched()
-            self._latched[first, second] = self._steps
-        oldest = self._steps - round(RELEASE_TIME * self.engine.steps_per_second)
-        self._latched = {pair: last for pair, last in self._latched.items() if last >= oldest}
+        self._touching = touching
 
     # ------------------------------------------------------------ goals
 
@@ -353,7 +388,7 @@ class Simulation(Stateful):
                 self.stop_robot(robot)
             self.engine.reset()
             self.entities.cameras.reset()
-            self._latched = {}
+            self._touching, self._released = frozenset(), {}
             self._make_robots()
         if ResetScope.TIME in scope:
             self._epoch = self._steps

@@ -168,8 +168,7 @@ class Simulator:
                 Result.OPERATION_FAILED, f"{steps} steps were asked for: ask for 1 to {MAX_STEPS}"
             )
         self._hold_still("step_simulation")
-        for _ in range(steps):
-            self.simulation.step()
+        self.simulation.step(steps)
         return self.simulation.time
 
     def _hold_still(self, verb: str) -> None:
@@ -217,8 +216,7 @@ class Simulator:
             self._anchor = (clock, now)
         due = self._anchor[1] + clock - self._anchor[0]
         stop = min(due, now + SLICE)
-        while self.simulation.time < stop:
-            self.simulation.step()
+        self.simulation.run(stop)
         return max(0.0, self.simulation.time + SLICE - due) if self.simulation.time >= due else 0.0
 
 

@@ -65,6 +65,8 @@ RULES: tuple[Rule, ...] = (
     pictures.pictures_show_what_is_where,
     pictures.pictures_show_the_present,
     pictures.pictures_change_nothing,
+    repeating.many_steps_are_as_single_ones,
+    repeating.many_steps_end_where_contacts_change,
     repeating.equal_runs_are_equal_to_the_bit,
     repeating.building_forgets_everything,
     repeating.a_reset_puts_everything_back,

@@ -63,8 +63,13 @@ def at(x: float, y: float, z: float) -> BodyState:
 
 def run(engine: Engine, seconds: float) -> None:
     """Make the steps of a time [s]."""
-    for _ in range(round(seconds * engine.steps_per_second)):
-        engine.step()
+    steps(engine, round(seconds * engine.steps_per_second))
+
+
+def steps(engine: Engine, count: int) -> None:
+    """Make steps, whatever touches."""
+    while count > 0:
+        count -= engine.step(count)
 
 
 def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT) -> None:

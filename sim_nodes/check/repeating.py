@@ -22,11 +22,12 @@ from sim_nodes.check.bench import (
     expect_state,
     run,
     scene,
+    steps,
 )
 from sim_nodes.check.bodies import LOPSIDED, MOVING
 from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.geometry import Pose2
-from sim_nodes.physics import BodyState, Engine, UnstablePhysics
+from sim_nodes.physics import BodyState, Engine, Sphere, UnstablePhysics
 from sim_nodes.ticks import TICK
 
 SECOND = Pose2(1.0, 0.2, 3.0)
@@ -64,6 +65,50 @@ def eventful(engine: Engine) -> list[object]:
     engine.add_body("thing", body(CUBE, static=True), at(0.8, -0.5, EDGE / 2))
     look("box", "thing")
     return seen
+
+
+def many_steps_are_as_single_ones(make: Make) -> None:
+    """Steps that are made at once give the states of single ones, bit for bit."""
+    singly, at_once = (built(make, ORIGIN, SECOND, walls=ROOM) for _ in range(2))
+    for engine in (singly, at_once):
+        engine.add_body("box", body(CUBE), at(0.5, 0.1, EDGE / 2))
+        engine.add_body("thing", LOPSIDED, MOVING)
+        drive(engine, 0.3, 0.4)
+        drive(engine, 0.2, -0.3, OTHER)
+    for count in (1, 2, 3, 5, 17, 100, 3, 150, 1, 40):
+        for _ in range(count):
+            singly.step()
+        steps(at_once, count)
+        for name in (ROBOT, OTHER, "box", "thing"):
+            one, other = singly.body_state(name), at_once.body_state(name)
+            expect(one == other, f"after {count} steps at once {name} is at {other} instead of {one}")
+        expect(
+            singly.touching() == at_once.touching(), f"after {count} steps at once {set(at_once.touching())} touch"
+        )
+
+
+def many_steps_end_where_contacts_change(make: Make) -> None:
+    """Many steps end with the first in which other pairs touch than before, and say how many that were."""
+    singly, at_once = (built(make, ORIGIN) for _ in range(2))
+    for engine in (singly, at_once):
+        engine.add_body("table", body(CUBE, static=True), at(2.0, 0.0, EDGE / 2))
+        engine.add_body("ball", body(Sphere(EDGE / 2)), at(2.0, 0.0, 2.0))  # bounces or not, and rolls off
+        engine.set_body_state("ball", BodyState((2.0, 0.0, 2.0), linear=(0.05, 0.0, 0.0)))
+        drive(engine, 0.3, 0.0)
+    made, wanted, limit = 0, 0, 2 * engine.steps_per_second
+    touching: frozenset[tuple[str, str]] = frozenset()
+    while made < limit:
+        made += at_once.step(limit - made)
+        while wanted < limit and singly.touching() == touching:
+            singly.step()
+            wanted += 1
+        expect(
+            made == wanted, f"a call of `step` ends after step {made} instead of {wanted}, the first with a change"
+        )
+        touching = singly.touching()
+        expect(
+            at_once.touching() == touching, f"after it {set(at_once.touching())} touch instead of {set(touching)}"
+        )
 
 
 def equal_runs_are_equal_to_the_bit(make: Make) -> None:

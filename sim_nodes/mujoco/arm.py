@@ -125,10 +125,14 @@ class MujocoArm:
         self._limit_force(model, force)
         data.ctrl[self._fingers] = position
 
+    @property
+    def is_moving(self) -> bool:
+        """Whether what the motors pull the joints to moves."""
+        return bool(self.command.rates.any())
+
     def follow(self, data: Any, time: float) -> None:
         """Move what the motors pull the joints to, by what it moves in a time [s]."""
-        if self.command.rates.any():
-            data.ctrl[self._motors] += time * self.command.rates
+        data.ctrl[self._motors] += time * self.command.rates
 
     def _limit_force(self, model: Any, force: float) -> None:
         model.actuator_forcerange[self._fingers] = (-force, force)

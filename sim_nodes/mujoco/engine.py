@@ -7,19 +7,19 @@ It gives a new model and new data, so everything that refers to either is found 
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from sim_nodes.geometry import Array, Quaternion, Vector, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.look import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
 from sim_nodes.mujoco.saving import LastStep, digest_of, set_state, state_of
+from sim_nodes.mujoco.stepping import Stepper
 from sim_nodes.physics import (
     FLOOR,
     OVERLAP,
@@ -30,13 +30,9 @@ from sim_nodes.physics import (
     Overlap,
     Scene,
     UnsavableState,
-    UnstablePhysics,
 )
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.views import Picture, View
-
-LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-NOTHING: frozenset[tuple[str, str]] = frozenset()
 
 log = logging.getLogger(__name__)
 
@@ -120,10 +116,8 @@ class MujocoEngine:
         self._owners = [
             names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)
         ]
-        self._time: float = self._data.time
-        self._contact_key = b""
+        self._stepper = Stepper(model, self._data, self._owners)
         self._thought: Any = None  # a second state, to try where an arm would collide
-        self._touching = NOTHING
         self._last: LastStep | None = None
 
     def reset(self) -> None:
@@ -133,7 +127,7 @@ class MujocoEngine:
 
     def save(self) -> Mapping[str, Any]:
         """See `SavesState.save`."""
-        if self._time == math.inf:
+        if self._stepper.is_lost:
             raise UnsavableState("the physics are lost, and so is the state: reset the simulation")
         return {
             "added": self._added,
@@ -161,44 +155,18 @@ class MujocoEngine:
         if digest_of(self._model) != saved["model"]:
             raise UnsavableState("the saved state is of other robots, walls or bodies than these files describe")
         set_state(self._model, self._data, saved["state"])
-        self._time = self._data.time
         self._last = saved["last"]
+        self._stepper = Stepper(self._model, self._data, self._owners, self._last.touching)
         self._data.qfrc_actuator[:] = self._last.efforts
 
-    def step(self) -> None:
+    def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
-        mujoco.mj_step(self._model, self._data)
-        for arm in self._arms.values():
-            arm.follow(self._data, TIMESTEP)
-        time: float = self._data.time
-        # MuJoCo starts over, silently, when states are no numbers. In the first step its time does not tell.
-        if time <= self._time or (self._time == 0.0 and self._has_warned()):
-            self._time = math.inf
-            raise UnstablePhysics("MuJoCo found no accelerations: reset the simulation")
-        self._time = time
-
-    def _has_warned(self) -> bool:
-        return any(self._data.warning[int(kind)].number for kind in LOST)
+        return self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
-        if self._last is not None:
-            return self._last.touching
-        geoms = self._data.contact.geom
-        key = geoms.tobytes()
-        if key != self._contact_key:  # wheels stand on the floor all the time: most steps end here
-            self._contact_key = key
-            self._touching = self._pairs(geoms.tolist())
-        return self._touching
-
-    def _pairs(self, contacts: list[list[int]]) -> frozenset[tuple[str, str]]:
-        pairs = set()
-        for first, second in contacts:
-            a, b = self._owners[first], self._owners[second]
-            if a != b and FLOOR not in (a, b):
-                pairs.add((min(a, b), max(a, b)))
-        return frozenset(pairs)
+        return self._stepper.touching
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""
@@ -236,10 +204,9 @@ class MujocoEngine:
         joint = self._model.body_jntadr[body]
         position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
         x, y, z, w, i, j, k = data.qpos[position : position + 7].tolist()
-        vx, vy, vz, *spin = data.qvel[speed : speed + 6].tolist()
+        vx, vy, vz, p, q, r = data.qvel[speed : speed + 6].tolist()
         # A free joint's angular velocity is in the body's frame, which data.xmat has as of before the last step.
-        angular = rotation_matrix((w, i, j, k)) @ spin
-        return BodyState((x, y, z), (w, i, j, k), (vx, vy, vz), _vector(angular))
+        return BodyState((x, y, z), (w, i, j, k), (vx, vy, vz), rotated((w, i, j, k), (p, q, r)))
 
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""

@@ -15,6 +15,7 @@ from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, hold_firmly
 from sim_nodes.mujoco.look import FLOOR_MATERIAL, SOLID_GROUP, add_look, hide_solids
+from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -55,6 +56,7 @@ def scene_spec(scene: Scene) -> Any:
         _add_robot(spec, robot)
     if any(robot.declaration.arm is not None for robot in scene.robots):
         hold_firmly(spec)
+    add_counters(spec)
     return spec
 
 

@@ -6,7 +6,6 @@ the arm moves.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, assert_never
@@ -91,10 +90,10 @@ class PybulletArm:
         for joint, position in zip(self._joints, positions.tolist(), strict=True):
             self._bullet.resetJointState(self._body, joint, position)
 
-    def is_finite(self) -> bool:
-        """Whether all positions are numbers."""
-        states = self._bullet.getJointStates(self._body, self._joints + self._fingers)
-        return math.isfinite(sum(state[0] for state in states))
+    @property
+    def all_joints(self) -> tuple[int, ...]:
+        """Numbers of the joints of the arm and the fingers."""
+        return (*self._joints, *self._fingers)
 
     def states(self) -> JointStates:
         """See `Engine.joint_states`."""
@@ -107,11 +106,15 @@ class PybulletArm:
         self._targets, self._rates = positions, velocities
         self._pull()
 
+    @property
+    def is_moving(self) -> bool:
+        """Whether what the motors pull the joints to moves."""
+        return bool(self._rates.any())
+
     def follow(self, time: float) -> None:
         """Move what the motors pull the joints to, by what it moves in a time [s]."""
-        if self._rates.any():
-            self._targets = self._targets + time * self._rates
-            self._pull()
+        self._targets = self._targets + time * self._rates
+        self._pull()
 
     def _pull(self) -> None:
         count = len(self._joints)

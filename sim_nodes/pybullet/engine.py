@@ -10,7 +10,6 @@ differently, too, where many bodies touch; so a state is saved as what led to it
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from sim_nodes.colours import WALL, colour_of
-from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix
 from sim_nodes.journal import Journal, journaled, replay
 from sim_nodes.physics import (
     FLOOR,
@@ -31,19 +30,8 @@ from sim_nodes.physics import (
     Overlap,
     PlacedRobot,
     Scene,
-    UnstablePhysics,
 )
-from sim_nodes.pybullet.arm import (
-    BODY_A,
-    BODY_B,
-    DISTANCE,
-    LINK_A,
-    LINK_B,
-    Ghost,
-    Ghosts,
-    PybulletArm,
-    is_touching,
-)
+from sim_nodes.pybullet.arm import DISTANCE, Ghost, Ghosts, PybulletArm
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
 from sim_nodes.pybullet.output import caught
 from sim_nodes.views import Picture, View
@@ -53,6 +41,7 @@ with caught():  # it prints when it was built
     from pybullet_utils.bullet_client import BulletClient
 
 from sim_nodes.pybullet.camera import draw, floor_shapes
+from sim_nodes.pybullet.stepping import RETRY, Stepper
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
@@ -92,6 +81,7 @@ class PybulletEngine:
     def __init__(self) -> None:
         with caught():
             self._bullet: Any = BulletClient(pybullet.DIRECT)
+        self._client: int = self._bullet._client  # calls past the wrapper, which takes its time
 
     def build(self, scene: Scene) -> None:
         """See `Engine.build`."""
@@ -111,7 +101,7 @@ class PybulletEngine:
         """See `SavesState.restore`."""
         self._added = dict(saved["added"])
         self._load()
-        replay(saved, self, self._step)
+        replay(saved, self, self.step)
 
     def _load(self) -> None:
         self.journal = Journal()
@@ -124,12 +114,14 @@ class PybulletEngine:
         )
         self._bodies: dict[str, _Body] = {}
         self._owners: dict[int, str] = {}
+        self._static: set[int] = set()  # of the bodies, those that have a base which does not move
         plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
         tiles, others = floor_shapes(bullet, self._scene.extent)
         floor = bullet.createMultiBody(0.0, plane, tiles)
         bullet.createMultiBody(0.0, NO_SHAPE, others)
         bullet.changeDynamics(floor, BASE, lateralFriction=1.0)
         self._owners[floor] = FLOOR
+        self._static.add(floor)
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
             model = walls_body(wall for wall in walls if wall.name == name)
@@ -144,11 +136,15 @@ class PybulletEngine:
             self._load_robot(index, robot)
         for name, (model, state) in self._added.items():
             self._load_body(name, model, state)
+        jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
+        self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, jointed)
 
     def _note(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
         self._bodies[name] = _Body(number, static, centre, wxyz(axes))
         self._owners[number] = name
+        if static:
+            self._static.add(number)
 
     def _load_robot(self, index: int, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot)
@@ -171,37 +167,15 @@ class PybulletEngine:
         self._note(name, number, static=model.static)
         self._place(self._bodies[name], state)
 
-    def _step(self) -> None:
-        self.journal.step()
-        self._bullet.stepSimulation()
-        for arm in self._arms.values():
-            arm.follow(1.0 / STEPS_PER_SECOND)
-
-    def step(self) -> None:
+    def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
-        bullet = self._bullet
-        self._step()
-        for body in self._bodies.values():
-            if not (body.static or math.isfinite(sum(bullet.getBasePositionAndOrientation(body.number)[0]))):
-                raise UnstablePhysics("Bullet found no positions: reset the simulation")
-        for arm in self._arms.values():
-            if not arm.is_finite():
-                raise UnstablePhysics("Bullet found no positions of joints: reset the simulation")
+        made = self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
+        self.journal.step(made)
+        return made
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
-        pairs = set()
-        for point in self._bullet.getContactPoints():
-            if is_touching(point):
-                a, b = self._owners[point[BODY_A]], self._owners[point[BODY_B]]
-                if a != b and FLOOR not in (a, b) and not self._stand(a, b, point):
-                    pairs.add((min(a, b), max(a, b)))
-        return frozenset(pairs)
-
-    def _stand(self, first: str, second: str, point: Sequence[Any]) -> bool:
-        """Whether neither of the two that touch can move, such as an arm's base and what it stands on."""
-        is_static = self._bodies[first].static and self._bodies[second].static
-        return is_static and point[LINK_A] == point[LINK_B] == BASE
+        return self._stepper.touching
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""
@@ -218,28 +192,34 @@ class PybulletEngine:
         """See `Engine.add_body`."""
         self._load_body(name, model, state)
         self._added[name] = (model, state)
+        self._stepper.disturb()
 
     @journaled
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
         number = self._bodies.pop(name).number
         self._bullet.removeBody(number)
-        del self._owners[number]
-        del self._added[name]
+        del self._owners[number], self._added[name]
+        self._static.discard(number)
+        self._stepper.disturb()
 
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
-        body, bullet = self._bodies[name], self._bullet
-        centre, turn = bullet.getBasePositionAndOrientation(body.number)
-        linear, angular = bullet.getBaseVelocity(body.number)
+        body = self._bodies[name]
+        centre, turn = pybullet.getBasePositionAndOrientation(body.number, self._client)
+        linear, angular = pybullet.getBaseVelocity(body.number, self._client)
         orientation = multiply(wxyz(turn), conjugate(body.axes))
-        arm = rotation_matrix(orientation) @ body.centre
-        return BodyState(_sum(centre, -arm), orientation, _sum(linear, -np.cross(angular, arm)), angular)
+        x, y, z = rotated(orientation, body.centre)
+        (a, b, c), (u, v, w), (p, q, r) = centre, linear, angular
+        # The velocity of the origin is that of the centre less the angular velocity times the arm between them.
+        velocity = (u - q * z + r * y, v - r * x + p * z, w - p * y + q * x)
+        return BodyState((a - x, b - y, c - z), orientation, velocity, angular)
 
     @journaled
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""
         self._place(self._bodies[name], state)
+        self._stepper.disturb()
         if name in self._drives:
             drive = self._drives[name]
             for wheel, angle in zip(drive.wheels, self.wheel_angles(name), strict=True):
@@ -257,7 +237,7 @@ class PybulletEngine:
     def wheel_angles(self, robot: str) -> tuple[float, float]:
         """See `Engine.wheel_angles`."""
         found = self._drives[robot]
-        left, right = self._bullet.getJointStates(found.body, found.wheels)
+        left, right = pybullet.getJointStates(found.body, found.wheels, self._client)
         return left[0], right[0]
 
     @journaled
@@ -302,11 +282,13 @@ class PybulletEngine:
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         self._arms[robot].command_joints(positions, velocities)
+        self._stepper.disturb(RETRY)  # motors may pull hard until they are there
 
     @journaled
     def command_fingers(self, robot: str, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
         self._arms[robot].command_fingers(position, force)
+        self._stepper.disturb(RETRY)
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
         """See `Engine.link_contacts`."""

@@ -1,7 +1,7 @@
 """A base that drives: what it senses, where it believes to be, what drives it.
 
 It does something in ticks of simulated time only: odometry every tick, scan, localisation and obstacle
-layer at the rate of its lidar, control every `CONTROL_TICKS`.
+layer at the rate of its lidar, control every `CONTROL_TICKS`. A base that is idle has ticks now and then only.
 """
 
 from __future__ import annotations
@@ -107,6 +107,18 @@ class MobileBase(Stateful):
             moved=wheel_ways(drive, moved),
         )
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether it neither drives nor localises itself, and nobody uses its sensors."""
+        return (
+            self.goal is None
+            and self._steering.order is None
+            and not self.localisation.running
+            and not any(
+                feed.faults or (feed.in_use and feed is not self._odometry) for feed in self.sensors.values()
+            )
+        )
+
     def localised_pose(self) -> Pose2 | None:
         """The pose in the map as the robot believes it, None until it has an initial pose."""
         return self.localisation.pose(self.odometry.pose)
@@ -142,7 +154,7 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
-        self.wheels.pass_tick()
+        self.wheels.pass_tick(tick)
         self._odometry.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
         self._lidar.pass_tick(tick)

@@ -59,6 +59,11 @@ class Robot(Stateful):
         return self._mobile
 
     @property
+    def is_idle(self) -> bool:
+        """Whether no part of it has to do anything in every tick."""
+        return not self.faults.goals and (self._mobile is None or self._mobile.is_idle)
+
+    @property
     def truth_frame(self) -> str:
         """Name of the frame in which the robot really is."""
         return f"{self.name}_base_link_gt"

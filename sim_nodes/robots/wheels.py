@@ -23,16 +23,17 @@ class Wheels(Stateful):
 
     Attributes:
         command: Speeds that were commanded last [rad/s].
-        turning: Speeds at which they have turned on the floor over the last tick [rad/s].
+        turning: Speeds at which they have turned on the floor of late [rad/s].
     """
 
-    STATE = ("command", "turning", "_on_floor", "_slip", "_lost", "_has_power")
+    STATE = ("command", "turning", "_tick", "_on_floor", "_slip", "_lost", "_has_power")
 
     def __init__(self, robot: str, engine: Engine) -> None:
         self._robot = robot
         self._engine = engine
         self.command = (0.0, 0.0)
         self.turning = (0.0, 0.0)
+        self._tick = 0  # of the last look: a robot that is idle is looked at now and then only
         self._on_floor = engine.wheel_angles(robot)  # [rad]
         self._slip = GRIP
         self._lost = (0.0, 0.0)  # angles that the encoders counted beyond what was turned on the floor [rad]
@@ -56,15 +57,17 @@ class Wheels(Stateful):
             self._has_power = on
             self._engine.power_wheels(self._robot, on)
 
-    def pass_tick(self) -> None:
-        """See how the wheels have turned since the last tick."""
+    def pass_tick(self, tick: int) -> None:
+        """See how the wheels have turned since the last look."""
         (left, right), (was_left, was_right) = self._engine.wheel_angles(self._robot), self._on_floor
-        self.turning = ((left - was_left) / TICK, (right - was_right) / TICK)
+        interval = (tick - self._tick) * TICK
+        self._tick = tick
+        self.turning = ((left - was_left) / interval, (right - was_right) / interval)
         self._on_floor = (left, right)
         if self._has_power and self._slip != GRIP:
             (left, right), (slip_left, slip_right) = self.command, self._slip
             lost_left, lost_right = self._lost
-            self._lost = (lost_left + slip_left * left * TICK, lost_right + slip_right * right * TICK)
+            self._lost = (lost_left + slip_left * left * interval, lost_right + slip_right * right * interval)
 
     def encoders(self) -> tuple[float, float]:
         """Angles that the encoders had counted in the last tick [rad]."""

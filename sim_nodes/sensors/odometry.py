@@ -30,7 +30,7 @@ class Odometer:
     Attributes:
         pose: Pose of the base in `odom`.
         travelled: Length of the path so far [m].
-        velocity: Velocity of the base over the last tick by the wheels alone, without the errors of slip.
+        velocity: Velocity of the base since the last reading by the wheels alone, without the errors of slip.
     """
 
     pose: Pose2
@@ -48,10 +48,10 @@ class Odometry(Stateful):
         drive: The drive.
         declaration: Its errors.
         noise: Source of its random numbers.
-        wheels: Reads the encoders of the wheels; it is called in every tick.
+        wheels: Reads the encoders of the wheels.
     """
 
-    STATE = ("_angles", "_now")
+    STATE = ("_angles", "_now", "_tick")
 
     period = 1
     quantities = (Quantity.LENGTH, Quantity.ANGLE)
@@ -67,13 +67,16 @@ class Odometry(Stateful):
         self._wheels = wheels
         self._angles: tuple[float, float] | None = None
         self._now = AT_START
+        self._tick: int | None = None  # of the last reading: a robot that is idle is read now and then only
 
     def read(self, tick: int) -> Odometer:
-        """Take in what the wheels have turned since the last tick."""
+        """Take in what the wheels have turned since the last reading."""
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
         distance, turn = base_motion(self._drive, angles[0] - last[0], angles[1] - last[1])
-        velocity = Velocity(distance / TICK, turn / TICK)
+        interval = TICK if self._tick is None else TICK * (tick - self._tick)
+        self._tick = tick
+        velocity = Velocity(distance / interval, turn / interval)
         if abs(distance) > STILL or abs(turn) > STILL:
             distance, turn = self._disturbed(distance, turn, tick)
         x, y, yaw = self._now.pose

@@ -25,7 +25,7 @@ from sim_nodes.check import (
 )
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
-from sim_nodes.physics import BodyModel, BodyState, Scene
+from sim_nodes.physics import BodyModel, BodyState, Scene, UnstablePhysics
 from sim_nodes.views import NoRendering, Picture, View
 from tests.sim_nodes.engines import needs_pictures
 
@@ -128,9 +128,10 @@ class Drifting(MujocoEngine):
 
 
 class Random(MujocoEngine):
-    def step(self) -> None:
-        super().step()
+    def step(self, count: int = 1) -> int:
+        made = super().step(count)
         self._data.qvel[0] += np.random.default_rng().normal(0.0, 1e-12)
+        return made
 
 
 class Hoarding(MujocoEngine):
@@ -190,12 +191,34 @@ class Rolling(MujocoEngine):
             self._data.qvel[wheels] = speeds[wheels]
 
 
+class Hasty(MujocoEngine):
+    """Many steps at once are fewer and longer ones."""
+
+    def step(self, count: int = 1) -> int:
+        timestep = self._model.opt.timestep
+        self._model.opt.timestep = timestep * count
+        made = super().step(1)
+        self._model.opt.timestep = timestep
+        return made * count
+
+
+class Glancing(MujocoEngine):
+    """It looks for contacts after the last of many steps only."""
+
+    def step(self, count: int = 1) -> int:
+        for _ in range(count):
+            super().step()
+        return count
+
+
 class Silent(MujocoEngine):
     """It does not say that it has lost its states."""
 
-    def step(self) -> None:
-        self._time = -1.0
-        super().step()
+    def step(self, count: int = 1) -> int:
+        try:
+            return super().step(count)
+        except UnstablePhysics:
+            return count
 
 
 class Cold(MujocoEngine):
@@ -274,10 +297,11 @@ class Shaken(MujocoEngine):
 class Behind(MujocoEngine):
     """Links are where they were one step before."""
 
-    def step(self) -> None:
+    def step(self, count: int = 1) -> int:
         self._poses = {link: super(Behind, self).link_pose(ROBOT, link) for link in ("rplidar_link",)}
         for _ in range(10):
             super().step()
+        return count
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         return self._poses[link]
@@ -326,6 +350,8 @@ class Blind(MujocoEngine):
         (Littering, saving.what_was_added_since_is_gone_again, ""),
         (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
         (Settled, saving.a_restored_engine_resets_as_any_other, "a restored engine that was reset"),
+        (Hasty, repeating.many_steps_are_as_single_ones, ""),
+        (Glancing, repeating.many_steps_end_where_contacts_change, "the first"),
         (Odd, repeating.steps_fit_into_ticks, "4.8 instead of 5"),
     ],
     ids=lambda value: getattr(value, "__name__", None),

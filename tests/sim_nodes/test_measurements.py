@@ -26,11 +26,11 @@ def measured(client: Client) -> RobotMeasurements:
 
 def test_errors_are_means_over_time_and_while_moving() -> None:
     measuring = Measuring(Pose2(0.0, 0.0, 0.0), lambda pose: 2.0 - pose.x, 0.02)
-    measuring.passed(Pose2(0.0, 0.0, 0.0), None, None)  # not localised yet
+    measuring.passed(Pose2(0.0, 0.0, 0.0), None, None, 0)  # not localised yet
     for i in range(1, 101):
-        measuring.passed(Pose2(0.01 * i, 0.0, 0.0), Pose2(0.01 * i, 0.1, 0.0), 0.05)
-    for _ in range(100):
-        measuring.passed(Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.3, 0.0), 0.07)
+        measuring.passed(Pose2(0.01 * i, 0.0, 0.0), Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
+    for i in range(101, 201):
+        measuring.passed(Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.3, 0.0), 0.07, i)
     measuring.touched()
     measuring.ended(Outcome.SUCCEEDED)
     measuring.ended(Outcome.ABORTED)

@@ -161,11 +161,11 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
 
 
 def test_a_fault_while_playing_pauses_the_simulation(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fault() -> None:
+    def fault(count: int) -> int:
         raise ZeroDivisionError("a wheel came off")
 
     empty.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=wire.SimulationState.PLAYING))
-    monkeypatch.setattr(empty.simulator.simulation, "step", fault)
+    monkeypatch.setattr(empty.simulator.simulation.engine, "step", fault)
     keep_pace(empty.simulator, 0.0)
     assert keep_pace(empty.simulator, 0.1) is None
     assert empty.simulator.state is wire.SimulationState.PAUSED

@@ -1,0 +1,209 @@
+"""Steps of Bullet, and none in which a contact begins or ends unseen.
+
+Asking for contacts after each step costs a third of the step itself. So it is left out where nothing can touch:
+when the distances of all bodies have been measured, and no body has moved far since. That bodies touch the floor
+does not count.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import pybullet
+
+from sim_nodes.physics import FLOOR, UnstablePhysics
+from sim_nodes.pybullet.arm import BODY_A, BODY_B, DISTANCE, LINK_A, LINK_B, PybulletArm, is_touching
+from sim_nodes.pybullet.model import BASE, XYZW
+
+Vector = tuple[float, float, float]
+
+REACH = 0.5  # [m] to which distances are measured
+SLOW = 1.0  # [m/s] at which bodies may move when distances are measured
+FAST = 4.0  # [m/s]; from the above, over half of that distance, nothing but a contact makes them as fast
+MANY = 40  # bodies that move; between more, no distances are measured
+RETRY = 40  # steps until distances are measured again, after they were too small
+
+
+class Pose(NamedTuple):
+    """Where a body is: its centre of mass, and its joints but for wheels."""
+
+    place: Vector
+    turn: XYZW
+    joints: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Where bodies were when their distances were measured, and how far each may move from there [m]."""
+
+    poses: tuple[Pose, ...]
+    room: float
+
+
+class Stepper:
+    """Makes the steps of a world.
+
+    Args:
+        client: Number of the connection.
+        timestep: Length of a step [s].
+        owners: The entity of each body, which is kept up to date by the owner.
+        static: The bodies that have a base which does not move, likewise.
+        jointed: Those that have joints which move them, and the joints.
+    """
+
+    def __init__(
+        self,
+        client: int,
+        timestep: float,
+        owners: Mapping[int, str],
+        static: Set[int],
+        jointed: Mapping[int, tuple[int, ...]],
+    ) -> None:
+        self._client = client
+        self._timestep = timestep
+        self._way = FAST * timestep  # [m] that a body may move in a step
+        self._owners, self._static, self._jointed = owners, static, jointed
+        self.touching: frozenset[tuple[str, str]] = frozenset()
+        self.disturb()
+
+    def disturb(self, wait: int = 0) -> None:
+        """Take note that bodies were moved, have come or gone; no distance is measured for `wait` steps."""
+        self._survey: Survey | None = None
+        self._wait = wait
+        still = set(self._static) - self._jointed.keys()
+        self._still = [body for body in still if self._owners[body] != FLOOR]
+        self._moving = [body for body in self._owners if body not in still]
+        self._radii: list[float] = []
+
+    def make(self, count: int, arms: Sequence[PybulletArm]) -> int:
+        """Make up to `count` steps; returns how many, fewer if the pairs in contact have changed in the last.
+
+        Args:
+            count: How many.
+            arms: Those that move, which have to be led on after each step.
+
+        Raises:
+            UnstablePhysics: Bullet found no positions.
+        """
+        made, changed = 0, False
+        while made < count and not changed:
+            some = 0 if arms else min(count - made, self._clear_steps())
+            if some:
+                for _ in range(some):
+                    pybullet.stepSimulation(self._client)
+            else:
+                some, changed = self._watchfully(min(count - made, RETRY), arms)
+            made += some
+            self._follow(self._poses())
+        return made
+
+    def _watchfully(self, count: int, arms: Sequence[PybulletArm]) -> tuple[int, bool]:
+        """Make steps until the pairs in contact change; returns how many, and whether they did."""
+        self._wait -= count
+        for made in range(1, count + 1):
+            pybullet.stepSimulation(self._client)
+            for arm in arms:
+                arm.follow(self._timestep)
+            touching = self._pairs()
+            if touching != self.touching:
+                self.touching = touching
+                return made, True
+        return count, False
+
+    def _pairs(self) -> frozenset[tuple[str, str]]:
+        pairs = set()
+        for point in pybullet.getContactPoints(physicsClientId=self._client):
+            if is_touching(point):
+                a, b = self._owners[point[BODY_A]], self._owners[point[BODY_B]]
+                if a != b and FLOOR not in (a, b) and not self._stand(point):
+                    pairs.add((min(a, b), max(a, b)))
+        return frozenset(pairs)
+
+    def _stand(self, point: Sequence[Any]) -> bool:
+        """Whether neither of the two that touch can move, such as an arm's base and what it stands on."""
+        return point[LINK_A] == BASE and point[LINK_B] == BASE and {point[BODY_A], point[BODY_B]} <= self._static
+
+    # ------------------------------------------------------------ where nothing can touch
+
+    def _poses(self) -> tuple[Pose, ...]:
+        poses = tuple(map(self._pose, self._moving))
+        if not math.isfinite(sum(sum(pose.place) + sum(pose.joints) for pose in poses)):
+            raise UnstablePhysics("Bullet found no positions: reset the simulation")
+        return poses
+
+    def _pose(self, body: int) -> Pose:
+        place, turn = pybullet.getBasePositionAndOrientation(body, self._client)
+        joints = self._jointed.get(body)
+        if joints is None:
+            return Pose(place, turn, ())
+        return Pose(place, turn, tuple(state[0] for state in pybullet.getJointStates(body, joints, self._client)))
+
+    def _follow(self, poses: tuple[Pose, ...]) -> None:
+        """Take note of how far bodies have moved."""
+        if self._survey is not None:
+            self._moved = max(map(_moved, self._radii, self._survey.poses, poses), default=0.0)
+            if self._moved + self._way > self._survey.room:
+                self._survey, self._wait = None, 0
+
+    def _clear_steps(self) -> int:
+        """The number of steps in which nothing can touch."""
+        if self._survey is None and self._wait <= 0 and not self.touching and len(self._moving) <= MANY:
+            self._wait = RETRY
+            self._measure()
+        return 0 if self._survey is None else int((self._survey.room - self._moved) / self._way)
+
+    def _measure(self) -> None:
+        """Measure distances, and keep them if they are any use."""
+        if not self._radii:
+            self._radii = [self._radius(body) for body in self._moving]
+        if any(map(self._is_fast, self._radii, self._moving)):
+            return
+        poses = self._poses()
+        room = self._distance(poses) / 2.0
+        if room > self._way:
+            self._survey, self._moved = Survey(poses, room), 0.0
+
+    def _radius(self, body: int) -> float:
+        """Of a sphere about a body's centre of mass that holds it [m], whatever way it and its joints turn."""
+        count = pybullet.getNumJoints(body, self._client)
+        boxes = [pybullet.getAABB(body, link, self._client) for link in range(BASE, count)]
+        if body in self._jointed:
+            return sum(math.dist(low, high) for low, high in boxes)
+        centre, _ = pybullet.getBasePositionAndOrientation(body, self._client)
+        return math.hypot(
+            *(max(abs(corner[axis] - centre[axis]) for box in boxes for corner in box) for axis in range(3))
+        )
+
+    def _is_fast(self, radius: float, body: int) -> bool:
+        linear, angular = pybullet.getBaseVelocity(body, self._client)
+        joints = self._jointed.get(body, ())
+        rates: list[float] = (
+            [state[1] for state in pybullet.getJointStates(body, joints, self._client)] if joints else []
+        )
+        fastest = math.hypot(*linear) + radius * (math.hypot(*angular) + sum(map(abs, rates)))
+        return bool(fastest > SLOW)
+
+    def _distance(self, poses: tuple[Pose, ...]) -> float:
+        """The least distance of two bodies of which one moves at least, or `REACH` [m]."""
+        least = REACH
+        for index, body in enumerate(self._moving):
+            others = list(self._still)
+            for other in range(index):
+                apart = math.dist(poses[index].place, poses[other].place) - self._radii[index] - self._radii[other]
+                if apart < least:
+                    others.append(self._moving[other])
+            for other in others:
+                points = pybullet.getClosestPoints(body, other, least, physicsClientId=self._client)
+                least = min([least, *(point[DISTANCE] for point in points if not self._stand(point))])
+        return least
+
+
+def _moved(radius: float, then: Pose, now: Pose) -> float:
+    """How far a point of a body, within a radius of its centre and its joints, has moved at most [m]."""
+    # By turning, a point moves by twice the radius times the sine of half the angle, which this is not less than.
+    turned = min(math.dist(then.turn, now.turn), math.dist(then.turn, [-part for part in now.turn]))
+    bent = sum(abs(b - a) for a, b in zip(then.joints, now.joints, strict=True))
+    return math.dist(then.place, now.place) + radius * (2.0 * turned + bent)
