@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Result, SpawnResult, WorldResult
@@ -65,6 +66,11 @@ class Entities(Stateful):
     def begin(self) -> None:
         """A run begins with what is there."""
         self.spawned = {name: replace(body, time=0.0) for name, body in self.spawned.items()}
+
+    @property
+    def bodies(self) -> Mapping[str, BodyModel]:
+        """Props and what was spawned, by name."""
+        return {**self._props, **{name: spawned.model for name, spawned in self.spawned.items()}}
 
     def names(self) -> tuple[str, ...]:
         """Names of all entities, sorted."""
@@ -170,9 +176,8 @@ class Entities(Stateful):
         if name in self.cameras.free:
             self.cameras.place(name, state)
             return
-        model = self.spawned[name].model if name in self.spawned else self._props.get(name)
-        if model is not None:
-            _check_floor(name, model, state)
+        if name in self.bodies:
+            _check_floor(name, self.bodies[name], state)
         before = self._engine.body_state(name)
         self._engine.set_body_state(name, state)
         in_the_way = self._engine.overlaps(name)

@@ -320,23 +320,23 @@ class Simulation(Stateful):
     # ------------------------------------------------------------ watches
 
     def pose(self, frame: str) -> Pose2 | None:
-        """The pose of a frame, or of what was spawned, in the map; None when it has none."""
+        """The pose of a frame, of a prop or of what was spawned, in the map; None when it has none."""
         if frame in self._frames:
             return self._frames[frame]()
-        return self.engine.body_state(frame).planar if frame in self.entities.spawned else None
+        return self.engine.body_state(frame).planar if frame in self.entities.bodies else None
 
     def check_frame(self, name: str) -> None:
-        """Refuse what names neither a frame nor something that was spawned."""
-        known = [*self._frames, *self.entities.spawned]
+        """Refuse what names neither a frame nor a body."""
+        known = [*self._frames, *self.entities.bodies]
         if name not in known:
             raise RequestRefused(
-                Result.NOT_FOUND, f"there is no frame or spawned entity {name!r}: known are {listed(known)}"
+                Result.NOT_FOUND, f"there is no frame or body {name!r}: known are {listed(known)}"
             )
 
     def watch_proximity(
         self, identifier: str, frame: str, parent: str, point: tuple[float, float], threshold: float
     ) -> None:
-        """Report when a frame, or what was spawned, comes near a point; at once if it is near already."""
+        """Report when a frame or a body comes near a point; at once if it is near already."""
         for name in (frame, parent):
             self.check_frame(name)
         self._watch(identifier, ProximityWatch(frame, parent, *point, threshold))

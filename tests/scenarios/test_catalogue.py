@@ -27,7 +27,9 @@ def test_a_scenario_says_what_it_shows_where_and_how_it_ends(file: Path) -> None
     assert found.expect == "passed" or found.reason, "it has to fail for the right reason"
     assert found.simulators == ("mujoco", "pybullet")
     link = rf"\[`{file.stem}`\]\(../scenarios/catalogue/{file.name}\)"
-    row = rf"\| {link} \| `{found.world}` \| .* \| {found.expect} \|"
+    assert found.world is not None
+    world = found.world.removeprefix(f"{file.parent}/")
+    row = rf"\| {link} \| `{world}` \| .* \| {found.expect} \|"
     assert re.search(row, PAGE), f"docs/catalogue.md has no row like: {row}"
 
 

@@ -97,7 +97,7 @@ def test_watches_can_be_canceled_and_have_to_make_sense(empty: Client) -> None:
     with pytest.raises(RequestRefused, match="no watch 'near'") as refused:
         empty.ask(wire.CANCEL_WATCH, wire.CancelWatch(id="near"))
     assert refused.value.code == Result.NOT_FOUND
-    with pytest.raises(RequestRefused, match=f"no frame or spawned entity 'nose': known are .*{TRUTH}") as refused:
+    with pytest.raises(RequestRefused, match=f"no frame or body 'nose': known are .*{TRUTH}") as refused:
         empty.watch(0.0, 0.0, 0.2, frame="nose")
     assert refused.value.code == Result.NOT_FOUND
     with pytest.raises(RequestRefused, match="more than 0 m"):
