@@ -111,7 +111,8 @@ def _load(bullet: Any, urdf: str, state: BodyState, *, static: bool = False) -> 
     flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
     with tempfile.TemporaryDirectory(prefix="seoro-") as folder, caught():
         path = Path(folder) / "model.urdf"
-        path.write_text(urdf, encoding="utf-8")
+        # Bullet breaks lines after 8 KiB, also in the middle of a word.
+        path.write_text(urdf.replace("><", ">\n<"), encoding="utf-8")
         body: int = bullet.loadURDF(
             str(path), state.position, xyzw(state.orientation), useFixedBase=static, flags=flags
         )

@@ -14,6 +14,7 @@ from PIL import Image
 
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.navigation.mapping import build_map
+from sim_nodes.physics import BodyModel, BodyState, Part, Sphere
 from sim_nodes.worlds.floor_plan import merged
 from sim_nodes.worlds.loader import WorldError, parse_world
 from tests.sim_nodes.engines import make_engine
@@ -104,6 +105,19 @@ def test_walls_of_a_plan_stop_what_rolls(engine: str, tmp_path: Path) -> None:
         made.step()
         places.append(made.body_state("ball").position[0])
     assert min(places) == pytest.approx(-0.85, abs=0.02), "the wall's face is at x = -0.95"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_plan_of_many_walls_is_built(engine: str, tmp_path: Path) -> None:
+    dotted = ROOM.copy()
+    dotted[5:-5:4, 5:-5:4] = 0
+    world = parse_world(world_text(), "w", save(tmp_path, dotted))
+    assert len(world.walls) > 100
+    made = make_engine(engine)
+    made.build(world.scene)
+    ball = BodyModel((Part(Sphere(0.05)),))
+    made.add_body("ball", ball, BodyState((-0.5, -0.15, 0.1)))
+    assert made.overlaps("ball") == ("walls",)
 
 
 @pytest.mark.parametrize(
