@@ -6,10 +6,9 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-import yaml
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, PositiveInt, ValidationError
 
-from sim_nodes.files import FileError, problems, read_text
+from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import Lens
 
@@ -206,13 +205,11 @@ def read_robot(path: Path) -> RobotDeclaration:
     Raises:
         FileError: One of the two cannot be read, or the declaration is wrong.
     """
-    try:
-        content = yaml.safe_load(read_text(path))
-    except yaml.YAMLError as error:
-        raise FileError(f"{path} is no valid YAML: {error}") from error
+    text = read_text(path)
+    content = read_yaml(text, str(path))
     if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
         raise FileError(f"{path}: it has to name its `urdf`, a file beside it")
     try:
         return RobotDeclaration.model_validate({**content, "urdf": read_text(path.parent / content["urdf"])})
     except ValidationError as error:
-        raise FileError(f"{path}: {problems(error)}") from error
+        raise FileError(problems(error, Lines(text, str(path)))) from error

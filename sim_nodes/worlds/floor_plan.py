@@ -9,12 +9,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 from pydantic import ValidationError
 
-from sim_nodes.files import FileError, read_text
+from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.schema import FloorPlanFile, check_extent
@@ -53,15 +52,11 @@ def load_floor_plan(plan: FloorPlanFile | str, folder: Path, height: float) -> t
 
 
 def _described(path: Path) -> FloorPlanFile:
+    text = read_text(path)
     try:
-        return FloorPlanFile.model_validate(yaml.safe_load(read_text(path)))
-    except yaml.YAMLError as error:
-        raise FileError(f"{path} is no valid YAML: {error}") from error
+        return FloorPlanFile.model_validate(read_yaml(text, str(path)))
     except ValidationError as error:
-        problems = "; ".join(
-            f"{'.'.join(map(str, item['loc'])) or 'the file'}: {item['msg']}" for item in error.errors()
-        )
-        raise FileError(f"{path}: {problems}") from error
+        raise FileError(problems(error, Lines(text, str(path)))) from error
 
 
 def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:

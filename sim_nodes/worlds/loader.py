@@ -9,11 +9,10 @@ from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
-import yaml
 from pydantic import ValidationError
 
 from sim_nodes.extents import lowest_of, outline
-from sim_nodes.files import FileError, problems
+from sim_nodes.files import FileError, Lines, problems, read_yaml
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
 from sim_nodes.refusal import RequestRefused
@@ -103,19 +102,20 @@ def parse_world(text: str, source: str, folder: Path = Path()) -> World:
         WorldError: The file is wrong; the message lists everything that is.
     """
     try:
-        content = yaml.safe_load(text)
+        content = read_yaml(text, source)
+        lines = Lines(text, source)
         file = WorldFile.model_validate(content)
-    except yaml.YAMLError as error:
-        raise WorldError(f"{source} is no valid YAML: {error}") from error
-    except ValidationError as error:
-        raise WorldError(f"{source}: {problems(error)}") from error
-    try:
-        return _world(file, source, folder)
     except FileError as error:
-        raise WorldError(f"{source}: {error}") from error
+        raise WorldError(str(error)) from error
+    except ValidationError as error:
+        raise WorldError(problems(error, lines)) from error
+    try:
+        return _world(file, folder)
+    except FileError as error:
+        raise WorldError(lines.before(str(error))) from error
 
 
-def _world(file: WorldFile, source: str, folder: Path) -> World:
+def _world(file: WorldFile, folder: Path) -> World:
     walls = tuple(part for wall in file.walls for part in _standing(wall, file))
     extent = file.extent
     if file.floor_plan is not None:
@@ -126,16 +126,16 @@ def _world(file: WorldFile, source: str, folder: Path) -> World:
     assert extent is not None, "the schema asks for one or the other"
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
-    return World(file.name, extent, walls, _robots(file, source, folder), cameras, props)
+    return World(file.name, extent, walls, _robots(file, folder), cameras, props)
 
 
-def _robots(file: WorldFile, source: str, folder: Path) -> tuple[PlacedRobot, ...]:
+def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:
     placed = []
     for index, robot in enumerate(file.robots):
-        declaration = _declaration(robot.robot, f"{source}: robots.{index}.robot", folder)
+        declaration = _declaration(robot.robot, f"robots.{index}.robot", folder)
         pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
         if robot.pose.z and not declaration.fixed:
-            raise WorldError(f"{source}: robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
+            raise FileError(f"robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
 
@@ -145,7 +145,7 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
         return _own_robot(folder / robot, place)
     if robot not in available_robots():
         known = ", ".join(available_robots())
-        raise WorldError(
+        raise FileError(
             f"{place}: unknown kind {robot!r}, known are {known}, or give the path of a declaration (.yaml)"
         )
     return load_robot(robot)
@@ -156,9 +156,9 @@ def _own_robot(path: Path, place: str) -> RobotDeclaration:
         declaration = read_robot(path)
         check_urdf(declaration)
     except FileError as error:
-        raise WorldError(f"{place}: {error}") from error
+        raise FileError(f"{place}: {error}") from error
     except RequestRefused as error:
-        raise WorldError(f"{place}: the URDF of {path}: {error.message}") from error
+        raise FileError(f"{place}: the URDF of {path}: {error.message}") from error
     return declaration
 
 

@@ -79,7 +79,7 @@ def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tm
         return
     with pytest.raises(WorldError, match=words) as error:
         load_world(path)
-    assert f"{path}: robots.0.robot: the URDF of {tmp_path / 'robots' / 'cart.yaml'}: " in str(error.value)
+    assert f"{path}:3: robots.0.robot: the URDF of {tmp_path / 'robots' / 'cart.yaml'}: " in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_a_declaration_that_is_wrong_is_refused(declaration: Change, words: str,
     path = world_with(tmp_path, declaration=declaration)
     with pytest.raises(WorldError, match=words) as error:
         load_world(path)
-    assert str(error.value).startswith(f"{path}: robots.0.robot: ")
+    assert str(error.value).startswith(f"{path}:3: robots.0.robot: ")
 
 
 def test_a_robot_that_is_not_there_is_refused(tmp_path: Path) -> None:

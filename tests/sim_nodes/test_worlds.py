@@ -92,6 +92,48 @@ def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> 
     assert str(error.value).startswith("w.yaml")
 
 
+HALL = """name: hall
+extent: [-3, -3, 3, 3]
+walls:
+  - points: [[-2, -2], [2, -2]]
+robots:
+  - name: turtlebot4
+    robot: turtlebot4
+    pose: {x: 0.0}
+props:
+  - {name: crate, cube: 0.3, pose: {x: 1, y: 1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong", "words"),
+    [
+        (7, "    robot: spot", "robots.0.robot: unknown kind 'spot'"),
+        (7, "    robot: [turtlebot4", "no valid YAML"),
+        (7, "    robot: turtlebot4\n    colour: red", "robots.0.colour: Extra inputs"),
+        (4, "  - points: [[-2, -2], [.nan, -2]]", "walls.0.points.1.0"),
+        (8, "    pose: {x: 0.0, z: 1.0}", "robots.0.pose.z: a turtlebot4 stands on the floor"),
+        (10, "  - {name: crate, cube: 0.3, pose: {x: 1, y: 1, z: 0}}", "props.0.pose.z: 'crate' would be"),
+        (10, "  - {name: crate, model: none.sdf, pose: {x: 1, y: 1}}", "props.0.model: cannot read"),
+        (2, "extent: [3, 3, -3, -3]", "extent"),
+        (7, "\trobot: turtlebot4", "no valid YAML"),
+    ],
+)
+def test_a_mistake_is_refused_with_its_line(line: int, wrong: str, words: str) -> None:
+    lines = HALL.splitlines()
+    lines[line - 1] = wrong
+    where = line + wrong.count("\n")
+    with pytest.raises(WorldError) as error:
+        parse_world("\n".join(lines), "hall.yaml", Path())
+    message = str(error.value)
+    assert words in message
+    if words != "extent":  # which is wrong by what it says as a whole, and so is the file
+        expected = (
+            {where, where + 1} if words == "no valid YAML" else {where}
+        )  # a bracket is missed on the next line
+        assert any(message.startswith(f"hall.yaml:{number}: ") for number in expected), message
+
+
 def test_unknown_worlds_are_told_from_wrong_ones(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match="known are corridor, empty") as unknown:
         load_world("moon")
