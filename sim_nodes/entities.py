@@ -76,6 +76,11 @@ class Entities(Stateful):
         """Names of all entities, sorted."""
         return tuple(sorted(self._of_the_world | self.cameras.free | self.spawned.keys()))
 
+    def movable(self) -> dict[str, float]:
+        """The bodies that something may push or carry, with the times at which they came into the world [s]."""
+        props = {name: 0.0 for name, model in self._props.items() if not model.static}
+        return props | {name: body.time for name, body in self.spawned.items() if not body.model.static}
+
     def matching(self, pattern: str) -> tuple[str, ...]:
         """Names that match a regular expression as a whole, sorted.
 

@@ -1,14 +1,16 @@
-"""A picture of a run from above: the world, the paths that robots drove, and everything where it is now."""
+"""A picture of a run from above: the world, the ways of all that moved, and everything where it is now."""
 
 from __future__ import annotations
 
 import io
 import math
-from itertools import pairwise
+from collections.abc import Iterable, Sequence
+from itertools import cycle, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
@@ -19,9 +21,10 @@ from matplotlib.ticker import MultipleLocator
 from sim_nodes.entities import Spawned
 from sim_nodes.extents import outline
 from sim_nodes.geometry import Array, Pose2, quaternion
-from sim_nodes.physics import BodyState, Box, Part
-from sim_nodes.record import RobotRecord
+from sim_nodes.physics import BodyState, Box, Engine, Part
+from sim_nodes.record import Point, RobotRecord
 from sim_nodes.robots.robot import Robot
+from sim_nodes.robots.shapes import link_parts
 from sim_nodes.simulation import Simulation
 
 WIDTH = 1400  # [pixels]
@@ -31,7 +34,13 @@ PROP = "#b8bdc9"  # of the world, but movable
 SPAWNED, SPAWNED_EDGE, START = "#e8953a", "#a85f12", "#3a9d5d"
 ROBOTS = ("#2f6fb7", "#b7442f", "#7a4fb5", "#2f9a9a")  # one after the other, by robot
 GOAL = "#c8322b"
+FURNITURE = "#e9dcc3"  # what was spawned and does not move
 FLAG = np.array([(0.0, 0.0), (0.0, 0.42), (0.3, 0.31), (0.0, 0.2), (0.0, 0.0)])  # [m], planted at the origin
+FULL_SIZE = 8.0  # [m] of width of a world from which flags and arrows have their full size
+TICKS = ((0.25, 2.5), (0.5, 5.0), (1.0, 25.0), (5.0, 60.0))  # [m] between them, and the widest world
+OUTLINED = (withStroke(linewidth=3.2, foreground="white"),)
+NOTICEABLE = 0.05  # [m] that something has to have moved
+MAX_IN_TITLE, MAX_LABELS = 3, 12
 LABEL_GAP = 0.06  # [m] between a thing and its label
 
 
@@ -44,29 +53,24 @@ def top_down(simulation: Simulation) -> bytes:
     figure = Figure(figsize=(inches, height), dpi=DPI, facecolor="white")
     axes = figure.add_axes((0.085, 0.95 / height, axes_width, (height - 1.55) / height))
     _draw_floor(axes, simulation)
+    size = min(1.0, (right - left) / FULL_SIZE)  # of what is drawn larger than it is
     entries: list[Line2D | Patch] = []
-    mobile = [robot for robot in simulation.robots.values() if robot.drives]
-    for index, robot in enumerate(mobile):
-        colour = ROBOTS[index % len(ROBOTS)]
-        entries += _draw_record(axes, simulation.records[robot.name], robot, colour)
-    for name, spawned in simulation.entities.spawned.items():
-        state = simulation.engine.body_state(name)
-        _draw_spawned(axes, spawned, state)
-        for robot in mobile:
-            _draw_moment(axes, simulation.records[robot.name], robot, spawned, state)
-        _label(axes, f"{name}\nspawned at\n{spawned.time:.2f} s", spawned, state, _taken(simulation))
-    if simulation.entities.spawned:
-        entries.append(
-            Patch(facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, label="spawned, and where the robot was then")
-        )
-    for index, robot in enumerate(mobile):
-        _draw_robot(axes, robot, simulation.engine.body_state(robot.name).planar, ROBOTS[index % len(ROBOTS)])
+    for robot, colour in _coloured(simulation):
+        entries += _draw_record(axes, simulation.records[robot.name], robot, colour, size)
+    for prop in simulation.world.props:
+        way = simulation.trails.paths.get(prop.name, [])
+        if _length(way) > NOTICEABLE:
+            entries.append(_draw_way(axes, way, WALL))
+    entries += _draw_all_spawned(axes, simulation)
+    for robot, colour in _coloured(simulation):
+        _draw_robot(axes, robot, simulation.engine, colour)
     _draw_titles(axes, simulation)
-    if entries:
+    unique = {str(entry.get_label()): entry for entry in entries}
+    if unique:
         figure.legend(
-            handles=entries,
+            handles=list(unique.values()),
             loc="lower center",
-            ncol=min(5, len(entries)),
+            ncol=min(5, len(unique)),
             frameon=False,
             fontsize=10.5,
             labelcolor=INK,
@@ -77,10 +81,16 @@ def top_down(simulation: Simulation) -> bytes:
     return file.getvalue()
 
 
+def _coloured(simulation: Simulation) -> Iterable[tuple[Robot, str]]:
+    """The robots, with the colours that they are drawn in."""
+    return zip(simulation.robots.values(), cycle(ROBOTS), strict=False)
+
+
 def _draw_floor(axes: Axes, simulation: Simulation) -> None:
     left, bottom, right, top = simulation.world.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", facecolor=FLOOR)
-    ticks = 1.0 if right - left <= 25 else 5.0
+    width = right - left
+    ticks = next((tick for tick, widest in TICKS if width <= widest), 10.0)
     axes.xaxis.set_major_locator(MultipleLocator(ticks))
     axes.yaxis.set_major_locator(MultipleLocator(ticks))
     axes.grid(color=GRID, linewidth=0.7)
@@ -104,14 +114,15 @@ def _draw_floor(axes: Axes, simulation: Simulation) -> None:
 
 
 def _draw_titles(axes: Axes, simulation: Simulation) -> None:
-    driven = ", ".join(
-        f"{robot} drove {_length(record.path):.1f} m" for robot, record in simulation.records.items()
+    moved = [_moved(robot, simulation.records[robot.name]) for robot in simulation.robots.values()]
+    shown = ", ".join(moved[:MAX_IN_TITLE]) + (
+        f" and {len(moved) - MAX_IN_TITLE} more" if len(moved) > MAX_IN_TITLE else ""
     )
     axes.set_title(
         f"World “{simulation.world.name}”", loc="left", fontsize=15, fontweight="bold", color=INK, pad=10
     )
     axes.set_title(
-        f"{driven} in {simulation.time:.1f} s" if driven else f"{simulation.time:.1f} s",
+        f"{shown} in {simulation.time:.1f} s" if moved else f"{simulation.time:.1f} s",
         loc="right",
         fontsize=11.5,
         color=INK,
@@ -119,18 +130,30 @@ def _draw_titles(axes: Axes, simulation: Simulation) -> None:
     )
 
 
-def _length(path: list[tuple[float, float]]) -> float:
+def _moved(robot: Robot, record: RobotRecord) -> str:
+    if robot.drives:
+        return f"{robot.name} drove {_length(record.path):.1f} m"
+    return f"{robot.name} moved its tool {_length(record.tool):.1f} m"
+
+
+def _length(path: Sequence[Point]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(path))
 
 
-def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str) -> list[Line2D | Patch]:
-    """Path, start and goals of a robot; returns their entries of the legend."""
+def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str, size: float) -> list[Line2D | Patch]:
+    """Paths, start and goals of a robot; returns their entries of the legend."""
     entries: list[Line2D | Patch] = []
+    if len(record.tool) > 1:
+        tool = np.array(record.tool)
+        axes.plot(*tool.T, color=colour, linewidth=1.6, solid_capstyle="round", zorder=9, path_effects=OUTLINED)
+        entries.append(Line2D([], [], color=colour, linewidth=1.6, label=f"tool of {robot.name}"))
+    if not robot.drives:
+        return entries
     if len(record.path) > 1:
         path = np.array(record.path)
         axes.plot(*path.T, color="white", linewidth=6.0, solid_capstyle="round", zorder=3)
         axes.plot(*path.T, color=colour, linewidth=2.8, solid_capstyle="round", zorder=4)
-        _draw_direction(axes, path, colour)
+        _draw_direction(axes, path, colour, size)
         entries.append(Line2D([], [], color=colour, linewidth=2.8, label=f"path of {robot.name}"))
     start = record.start
     axes.plot(
@@ -138,7 +161,7 @@ def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str) -> 
     )
     entries.append(Line2D([], [], marker="o", linestyle="", markersize=9, color=START, label="start"))
     for goal in record.goals:
-        flag = FLAG + np.array([goal.x, goal.y])
+        flag = size * FLAG + np.array([goal.x, goal.y])
         axes.add_patch(
             Polygon(flag, facecolor=GOAL, edgecolor="white", linewidth=4.5, joinstyle="round", zorder=9)
         )
@@ -149,10 +172,10 @@ def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str) -> 
     return entries
 
 
-def _draw_direction(axes: Axes, path: Array, colour: str) -> None:
-    """Small arrowheads along a path, about every 1.2 m."""
+def _draw_direction(axes: Axes, path: Array, colour: str, size: float) -> None:
+    """Small arrowheads along a path, about every 1.2 m; `size` makes them smaller, and more."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    for mark in np.arange(0.8, along[-1] - 0.4, 1.2):
+    for mark in size * np.arange(0.8, along[-1] / size - 0.4, 1.2):
         index = int(np.searchsorted(along, mark))
         behind = max(index - 5, 0)
         direction = path[index] - path[behind]
@@ -161,15 +184,56 @@ def _draw_direction(axes: Axes, path: Array, colour: str) -> None:
             continue
         ahead = direction / norm
         side = np.array([-ahead[1], ahead[0]])
-        tip, base = path[index] + 0.13 * ahead, path[index] - 0.07 * ahead
-        head = np.array([tip, base + 0.1 * side, base + 0.03 * ahead, base - 0.1 * side])
+        tip, base = path[index] + 0.13 * size * ahead, path[index] - 0.07 * size * ahead
+        head = np.array([tip, base + 0.1 * size * side, base + 0.03 * size * ahead, base - 0.1 * size * side])
         axes.add_patch(Polygon(head, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=5))
 
 
-def _draw_spawned(axes: Axes, spawned: Spawned, state: BodyState) -> None:
+def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch]:
+    """What was spawned, where it is and how it came there; returns the entries of the legend."""
+    entries: list[Line2D | Patch] = []
+    taken = _taken(simulation)
+    for index, (name, spawned) in enumerate(simulation.entities.spawned.items()):
+        state = simulation.engine.body_state(name)
+        face = FURNITURE if spawned.model.static else SPAWNED
+        _draw_spawned(axes, spawned, state, face)
+        label = (
+            "spawned, and where the robot was then"
+            if any(robot.drives for robot in simulation.robots.values())
+            else "spawned"
+        )
+        entries.append(Patch(facecolor=face, edgecolor=SPAWNED_EDGE, label=label))
+        way = simulation.trails.paths.get(name, [])
+        text = f"{name}\nspawned at\n{spawned.time:.2f} s"
+        if _length(way) > NOTICEABLE:
+            text += f",\nmoved {_length(way):.2f} m"
+            entries.append(_draw_way(axes, way, SPAWNED_EDGE))
+        if index < MAX_LABELS:
+            for robot in simulation.robots.values():
+                if robot.drives:
+                    _draw_moment(axes, simulation.records[robot.name], robot, spawned, state)
+            _label(axes, text, spawned, state, taken)
+    return entries
+
+
+def _draw_way(axes: Axes, way: Sequence[Point], colour: str) -> Line2D:
+    """The way of something that does not move by itself; returns its entry of the legend."""
+    axes.plot(*np.array(way).T, color=colour, linewidth=1.5, linestyle="--", zorder=6.5)
+    axes.plot(*way[0], "o", markersize=6, color=FLOOR, markeredgecolor=colour, zorder=6.6)
+    return Line2D([], [], color=colour, linewidth=1.5, linestyle="--", label="was moved")
+
+
+def _draw_spawned(axes: Axes, spawned: Spawned, state: BodyState, face: str) -> None:
+    under = spawned.model.static  # such as a table, on which other things are
     for part in spawned.model.parts:
         axes.add_patch(
-            Polygon(outline(part, state), facecolor=SPAWNED, edgecolor=SPAWNED_EDGE, linewidth=1.4, zorder=7)
+            Polygon(
+                outline(part, state),
+                facecolor=face,
+                edgecolor=SPAWNED_EDGE,
+                linewidth=0.8 if under else 1.4,
+                zorder=2.5 if under else 7,
+            )
         )
 
 
@@ -230,9 +294,16 @@ def _label(axes: Axes, text: str, spawned: Spawned, state: BodyState, taken: Arr
     label.set(ha=horizontal, va=vertical, position=(left, bottom))
 
 
-def _draw_robot(axes: Axes, robot: Robot, pose: Pose2, colour: str) -> None:
-    """The robot to scale, with a wedge that shows where it looks."""
-    radius = robot.mobile.declaration.radius
+def _draw_robot(axes: Axes, robot: Robot, engine: Engine, colour: str) -> None:
+    """The robot to scale; one that drives with a wedge that shows where it looks, others link by link."""
+    if not robot.drives:
+        for link, parts in link_parts(robot.declaration).items():
+            place = BodyState(*engine.link_pose(robot.name, link))
+            for part in parts:
+                shape = outline(part, place)
+                axes.add_patch(Polygon(shape, facecolor=(*to_rgb(colour), 0.35), edgecolor=colour, zorder=8))
+        return
+    pose, radius = engine.body_state(robot.name).planar, robot.mobile.declaration.radius
     axes.add_patch(Circle((pose.x, pose.y), radius, facecolor=colour, edgecolor="white", linewidth=1.2, zorder=8))
     nose = [pose.compose(Pose2(x * radius, y * radius, 0.0)) for x, y in ((0.8, 0.0), (-0.45, 0.5), (-0.45, -0.5))]
     axes.add_patch(Polygon([(p.x, p.y) for p in nose], facecolor="white", linewidth=0, zorder=8))

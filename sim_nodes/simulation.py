@@ -32,7 +32,7 @@ from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
-from sim_nodes.record import RobotRecord
+from sim_nodes.record import RobotRecord, Trails
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Robot
@@ -41,6 +41,7 @@ from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import DistanceWatch, LocalisationWatch, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
+TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
 RELEASE_TIME = 0.5  # [s] apart before a contact counts as over: things that rattle touch once
 MAX_WATCHES = 1000
 
@@ -72,6 +73,7 @@ class Simulation(Stateful):
         "entities",
         "robots",
         "records",
+        "trails",
         "_measuring",
         "_occurrences",
         "_contacts",
@@ -105,6 +107,7 @@ class Simulation(Stateful):
         placed = self.world.robots
         self.robots = {robot.name: Robot(robot, self.engine, self._map, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
+        self.trails = Trails()
         self._measuring = dict(self._measurings())
         self._frames = dict(self._frame_poses())
 
@@ -208,9 +211,19 @@ class Simulation(Stateful):
                 self._measuring[robot.name].passed(pose, base.localised_pose(), base.deviation(), tick)
                 if (feedback := base.feedback_due()) is not None:
                     self._feedback.append(feedback_message(robot.name, self.time, feedback))
+        self._note_places(tick)
         if self._watches:
             self._check_watches()
         self.films.tick()
+
+    def _note_places(self, tick: int) -> None:
+        """Note for the picture where tools of arms are, and what was spawned."""
+        for robot in self.robots.values():
+            arm = robot.declaration.arm
+            if arm is not None and tick % TOOL_TICKS == 0:
+                self.records[robot.name].tool_passed(self.engine.link_pose(robot.name, arm.tool_link)[0])
+        if tick % TRAIL_TICKS == 0:
+            self.trails.note(self.entities.movable(), lambda name: self.engine.body_state(name).position)
 
     def _note_contacts(self) -> None:
         touching = self.engine.touching()
@@ -402,6 +415,7 @@ class Simulation(Stateful):
         self._watches = {}
         self._occurrences, self._contacts, self._feedback = [], [], []
         self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
+        self.trails = Trails()
         self._measuring = dict(self._measurings())
         self.entities.begin()
 

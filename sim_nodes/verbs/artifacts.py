@@ -18,7 +18,7 @@ def _get_artifacts(simulator: Simulator, _: Empty) -> wire.Artifacts:
     picture = wire.Artifact(
         name="top_down.png",
         media_type="image/png",
-        description=f"The world {simulation.world.name} from above, with the paths that its robots drove",
+        description=f"The world {simulation.world.name} from above, with the ways of what moved",
         data=top_down(simulation),
     )
     measured = wire.Artifact(

@@ -74,7 +74,8 @@ def test_a_goal_inside_a_wall_fails_with_its_place(tmp_path: Path, capsys: pytes
     text = Path(OBSTACLE).read_text().replace("x: 3.0m, y: -3.0m", "x: 0.75m, y: 0.0m")
     file = tmp_path / "wall.osc"
     file.write_text(text)
-    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max", "-o", str(tmp_path)]) == 1
+    assert (tmp_path / "top_down.png").exists()
     err = capsys.readouterr().err
     assert "goal (0.75, 0.00)" in err
     assert f"{file}:11:17" in err
