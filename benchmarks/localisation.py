@@ -12,18 +12,16 @@ from __future__ import annotations
 import argparse
 import math
 import statistics
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 import numpy as np
 
+from seoro.bridges.wire import GaussianNoise, Quantity
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.navigation import controller, obstacles
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import BodyState
 from sim_nodes.robots.diff_drive import Velocity
-from sim_nodes.sensors.lidar import Lidar, Scan
 from sim_nodes.simulator import Simulator
 
 ROBOT = "turtlebot4"
@@ -59,40 +57,18 @@ def find_itself(number: int) -> tuple[float, float]:
     return simulation.time, math.inf if found is None else found.distance(truth.x, truth.y)
 
 
-@contextmanager
-def noisy(std: float, seed: int) -> Iterator[None]:
-    """In the block, ranges of lidars have more noise [m]."""
-    random = np.random.default_rng(seed)
-    scan: Callable[..., Scan] = Lidar.scan
-
-    def disturbed(lidar: Lidar, *arguments: object) -> Scan:
-        clean = scan(lidar, *arguments)
-        ranges = clean.ranges + random.normal(0.0, std, len(clean.ranges))
-        ranges[ranges < 0.164] = np.inf
-        hit = np.isfinite(ranges)
-        finite = np.where(hit, ranges, 0.0)
-        x = np.where(hit, clean.mount.x + finite * np.cos(clean.angles), np.inf)
-        y = np.where(hit, clean.mount.y + finite * np.sin(clean.angles), np.inf)
-        return Scan(ranges, clean.angles, clean.mount, x, y)
-
-    Lidar.scan = disturbed  # type: ignore[method-assign]
-    try:
-        yield
-    finally:
-        Lidar.scan = scan  # type: ignore[method-assign]
-
-
 def drive(std: float, seed: int) -> tuple[str, float, float, float]:
     """How a drive through the maze ended, its length [s] and its path's [m], and the mean error [m]."""
     simulator = Simulator(MujocoEngine(), "maze", seed)
     simulation = simulator.simulation
-    with noisy(std, seed):
-        simulation.set_initial_pose(ROBOT, Pose2(0.0, 0.0, 0.0))
-        simulation.navigate(ROBOT, Goal("goal", (GOAL,), stop_at_each=False))
-        ended = "under way"
-        while ended == "under way" and simulation.time < LATEST:
-            simulation.advance(LATEST)
-            ended = next((each.outcome.value for each in simulation.collect().occurrences), ended)
+    simulation.set_initial_pose(ROBOT, Pose2(0.0, 0.0, 0.0))
+    simulation.inject_fault("noise", ROBOT, "lidar", GaussianNoise(deviation={Quantity.LENGTH: std}), LATEST)
+    simulation.navigate(ROBOT, Goal("goal", (GOAL,), stop_at_each=False))
+    ended = "under way"
+    while ended == "under way" and simulation.time < LATEST:
+        simulation.advance(LATEST)
+        ends = {each.id: each.outcome.value for each in simulation.collect().occurrences}
+        ended = ends.get("goal", ended)
     measured = simulation.measurements().robots[ROBOT]
     return ended, simulation.time, measured.path_length, measured.localisation_error or 0.0
 

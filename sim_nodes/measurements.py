@@ -58,6 +58,7 @@ class Measuring(Stateful):
         "_deviation",
         "_closest",
         "_contacts",
+        "_goal",
         "_goals",
     )
 
@@ -71,6 +72,7 @@ class Measuring(Stateful):
         self._error, self._error_driving, self._deviation = Mean(), Mean(), Mean()
         self._closest = room(pose)
         self._contacts = 0
+        self._goal: str | None = None  # that it is on its way to
         self._goals = dict.fromkeys(Outcome, 0)
 
     def passed(self, pose: Pose2, believed: Pose2 | None, deviation: float | None, tick: int) -> None:
@@ -106,9 +108,15 @@ class Measuring(Stateful):
         """Count a contact."""
         self._contacts += 1
 
-    def ended(self, outcome: Outcome) -> None:
-        """Count a goal that ended."""
-        self._goals[outcome] += 1
+    def sent(self, goal: str) -> None:
+        """Note that the robot is on its way to a goal, by its id."""
+        self._goal = goal
+
+    def ended(self, goal: str, outcome: Outcome) -> None:
+        """Count a goal that ended, if the robot was on its way to it: robots have goals of other kinds, too."""
+        if goal == self._goal:
+            self._goal = None
+            self._goals[outcome] += 1
 
     def result(self, recoveries: int) -> RobotMeasurements:
         """What has been measured so far, with how often the robot has recovered."""

@@ -265,6 +265,7 @@ class Simulation(Stateful):
         self._claim(goal.id)
         self.robot(robot).mobile.navigate(goal)
         self.records[robot].goals.extend(goal.poses)
+        self._measuring[robot].sent(goal.id)
 
     def drive(self, robot: str, goal: str, velocity: Velocity, duration: float) -> None:
         """Drive a robot with a velocity for a duration [s]; its end is reported."""
@@ -312,7 +313,7 @@ class Simulation(Stateful):
             if end.id == NOBODY:
                 continue
             if robot.drives:
-                self._measuring[robot.name].ended(end.outcome)
+                self._measuring[robot.name].ended(end.id, end.outcome)
             self._occurrences.append(
                 Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
             )

@@ -32,8 +32,10 @@ def test_errors_are_means_over_time_and_while_moving() -> None:
     for i in range(101, 201):
         measuring.passed(Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.3, 0.0), 0.07, i)
     measuring.touched()
-    measuring.ended(Outcome.SUCCEEDED)
-    measuring.ended(Outcome.ABORTED)
+    for goal, outcome in (("a", Outcome.SUCCEEDED), ("b", Outcome.ABORTED)):
+        measuring.sent(goal)
+        measuring.ended("turn", Outcome.SUCCEEDED)  # no goal of the navigation
+        measuring.ended(goal, outcome)
     result = measuring.result(3)
     assert result.path_length == pytest.approx(1.0)
     assert result.driving_time == pytest.approx(2.0)
