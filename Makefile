@@ -8,8 +8,10 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 # Some tests at a time: one for each processor, up to four.
 PARALLEL := -n auto --maxprocesses 4 --dist worksteal
 
+SIM ?= mujoco
+
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all lint format goldens editors bench clean
+.PHONY: help install demo test test-all lint format goldens editors bench experiment-localisation clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -66,6 +68,11 @@ bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/startup.py
 	@$(BIN)/python benchmarks/runtime.py
 	@$(BIN)/python benchmarks/traces.py
+
+experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 192 runs, results in out/localisation
+	@$(BIN)/seoro sweep scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \
+		-o out/localisation --overwrite || test $$? -eq 1
+	@$(BIN)/python benchmarks/localisation_experiment.py out/localisation --simulator $(SIM)
 
 clean:  ## remove .venv, caches and results
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis

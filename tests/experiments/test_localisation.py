@@ -1,0 +1,79 @@
+"""The analysis of the experiment on faults of a lidar, on tables that were made up."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import math
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "localisation_experiment.py"
+
+
+@pytest.fixture(scope="module")
+def analysis() -> ModuleType:
+    pytest.importorskip("matplotlib")
+    spec = importlib.util.spec_from_file_location("localisation_experiment", SCRIPT)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, spec.name, module)  # dataclasses look their module up
+        spec.loader.exec_module(module)
+    return module
+
+
+def write(folder: Path, *, measured: bool = True) -> None:
+    """Errors that grow with the noise and not with the lost beams, and differ by seed."""
+    names = ["noise.parameter_value", "drop.parameter_value", "turtlebot4.localisation_error"]
+    with (folder / "results.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["run", "seed", "reason", *names, "turtlebot4.goals_reached"])
+        number = 0
+        for noise in (0.0, 0.1, 0.2):
+            for drop in (0.0, 0.5):
+                for seed in (0, 1, 2):
+                    number += 1
+                    value = 0.01 + noise + 0.001 * seed if measured else ""
+                    writer.writerow([number, seed, "", noise, drop, value, int(noise < 0.2)])
+
+
+def test_intervals_are_of_the_mean_over_seeds(analysis: ModuleType, tmp_path: Path) -> None:
+    write(tmp_path)
+    runs = analysis.read(tmp_path / "results.csv")
+    found = analysis.over_seeds(runs, runs.noise == 0.1)
+    assert found.mean == pytest.approx(0.111)
+    half = 4.3027 * 0.001 / math.sqrt(3.0)  # Student's t with 2 degrees of freedom
+    assert (found.low, found.high) == pytest.approx((0.111 - half, 0.111 + half), abs=1e-6)
+    single = analysis.over_seeds(runs, (runs.noise == 0.1) & (runs.seed == 0))
+    assert math.isnan(single.low)
+
+
+def test_the_analysis_leaves_a_picture_a_table_and_what_it_prints(
+    analysis: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path)
+    assert analysis.main([str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "18 runs in MuJoCo, 3 for each pair" in printed
+    assert "goal reached in 12 of 18" in printed
+    assert "error and noise: +0.9" in printed
+    assert "error and lost beams: +0.0" in printed
+    assert printed.startswith((tmp_path / "localisation.txt").read_text(encoding="utf-8"))
+    with (tmp_path / "localisation.csv").open(newline="", encoding="utf-8") as file:
+        cells = list(csv.DictReader(file))
+    assert len(cells) == 6
+    assert cells[-1]["error"] == "0.2110" and cells[-1]["reached"] == "0.0"
+    assert (tmp_path / "localisation.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_run_without_an_error_is_named(
+    analysis: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path, measured=False)
+    assert analysis.main([str(tmp_path)]) == 2
+    assert "run 1 of" in capsys.readouterr().err
+    assert analysis.main([str(tmp_path / "nowhere")]) == 2
