@@ -7,6 +7,7 @@ import logging
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib.metadata import entry_points
 
 from seoro.bridges.session import SessionError
 from seoro.bridges.wire import node_command
@@ -33,6 +34,7 @@ def _pybullet() -> Engine:
 
 # Engines are imported when they are asked for: each is an optional dependency.
 ENGINES: dict[str, Callable[[], Engine]] = {"mujoco": _mujoco, "pybullet": _pybullet}
+INSTALLED = "seoro.engines"  # the group of entry points of packages with other engines
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     end_on_signals()
     if options.die_with_parent:
         die_with_parent(options.folder)
-    make = partial(_make, options.engine, options.world, options.seed)
+    make = partial(_make, _engine(options.engine), options.world, options.seed)
     try:
         node_command(settings.namespace, settings.node, "*")
         serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
@@ -56,8 +58,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _make(engine: str, world: str, seed: int) -> Simulator:
-    return Simulator(ENGINES[engine](), world, seed)
+def _engine(name: str) -> Callable[[], Engine]:
+    """What makes an engine: one of ours, or what an installed package has as `name = "module:Class"`."""
+    if name in ENGINES:
+        return ENGINES[name]
+    found: Callable[[], Engine] = next(iter(entry_points(group=INSTALLED, name=name))).load()
+    return found
+
+
+def _make(engine: Callable[[], Engine], world: str, seed: int) -> Simulator:
+    return Simulator(engine(), world, seed)
 
 
 def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> None:
@@ -71,7 +81,9 @@ def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> N
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="sim_nodes", description="Start a simulator node.")
-    parser.add_argument("engine", choices=sorted(ENGINES), help="the physics engine")
+    parser.add_argument(
+        "engine", choices=sorted({*ENGINES, *entry_points(group=INSTALLED).names}), help="the engine"
+    )
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--connect", metavar="ENDPOINT", help="connect to the hub at this Zenoh endpoint")
     place.add_argument(

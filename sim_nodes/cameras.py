@@ -157,10 +157,13 @@ class Cameras(Stateful):
         """From where a camera looks now, and how.
 
         Raises:
-            RequestRefused: There is no such camera.
+            RequestRefused: There is no such camera, or there are no pictures here.
         """
         camera = self._camera(name)
-        position, orientation = self._place_of(camera.mount)
+        try:
+            position, orientation = self._place_of(camera.mount)
+        except NoRendering as error:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"no picture can be taken: {error}") from error
         return View(position, orientation, camera.lens)
 
     def _place_of(self, mount: Mount) -> tuple[Vector, Quaternion]:

@@ -27,9 +27,10 @@ from seoro.bridges.wire import (
     WorldResult,
 )
 from sim_nodes import snapshots
+from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
 from sim_nodes.physics import Engine, SavesState
-from sim_nodes.refusal import RequestRefused
+from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
@@ -69,6 +70,7 @@ class Simulator:
         """
         world = world or self._source
         loaded = _read(world)
+        self._check_offered(loaded)
         self._state = SimulationState.STOPPED
         try:
             self.simulation = Simulation(self._engine, loaded, seed)
@@ -76,6 +78,14 @@ class Simulator:
             self.simulation.reset(ResetScope.ALL)
             raise
         self._source = world
+
+    def _check_offered(self, world: World) -> None:
+        with_arms = [robot.name for robot in world.robots if robot.declaration.arm is not None]
+        if with_arms and isinstance(self._engine, WithoutArms):
+            raise RequestRefused(
+                Result.FEATURE_UNSUPPORTED,
+                f"the engine {self._engine.name} has no arms, and the world {world.name} has {listed(with_arms)}",
+            )
 
     def save(self) -> Snapshot:
         """A snapshot of everything; the simulation goes on as without it."""

@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 
 NAMESPACE = "default"
 SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # name, and the module its engine needs
+ENGINES = "seoro.engines"  # the group of entry points by which packages bring engines of others
 PYBULLET_SOURCE = (3, 12)  # the first version of Python for which PyBullet has to be compiled
 START_TIMEOUT = 30.0  # [s]
 FIND_TIMEOUT = 3.0  # [s]
@@ -118,10 +120,20 @@ def check_installed(name: str) -> None:
     Raises:
         InvalidUse: There is none of that name, or its engine is not installed.
     """
-    if name not in SIMULATORS:
-        raise InvalidUse(f"there is no simulator '{name}'", help=f"simulators: {', '.join(SIMULATORS)}")
-    if find_spec(SIMULATORS[name]) is None:
+    if name not in (known := known_simulators()):
+        raise InvalidUse(f"there is no simulator '{name}'", help=f"simulators: {', '.join(known)}")
+    if not is_installed(name):
         raise InvalidUse(f"the simulator '{name}' is not installed", help=_how_to_install(name))
+
+
+def known_simulators() -> tuple[str, ...]:
+    """Names of the simulators that there are: ours, and those that installed packages bring."""
+    return (*SIMULATORS, *sorted(entry_points(group=ENGINES).names - SIMULATORS.keys()))
+
+
+def is_installed(name: str) -> bool:
+    """Whether a known simulator has its engine here."""
+    return name not in SIMULATORS or find_spec(SIMULATORS[name]) is not None
 
 
 def _how_to_install(name: str) -> str:

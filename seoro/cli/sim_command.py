@@ -15,7 +15,9 @@ It ends on Ctrl-C."""
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("name", metavar="NAME", help="the simulator: mujoco or pybullet")
+    parser.add_argument(
+        "name", metavar="NAME", help="the simulator: mujoco, pybullet, or one that an installed package brings"
+    )
     parser.add_argument(
         "--world", default="maze", metavar="WORLD", help="name or file of the world (default: maze)"
     )

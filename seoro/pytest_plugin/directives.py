@@ -21,7 +21,7 @@ from typing import Any
 
 import pytest
 
-from seoro.bridges.launch import SIMULATORS
+from seoro.bridges.launch import known_simulators
 from seoro.errors import InvalidUse
 from seoro.lang.diagnostics import near
 from seoro.lang.source import SourceFile, Span
@@ -237,9 +237,10 @@ def _seed(before: Directives, text: str, span: Span) -> Directives:
 
 def _simulators(before: Directives, text: str, span: Span) -> Directives:
     names = tuple(part.strip() for part in text.split(","))
-    unknown = next((name for name in names if name not in SIMULATORS), None)
+    known = known_simulators()
+    unknown = next((name for name in names if name not in known), None)
     if unknown is not None:
-        raise InvalidUse(f"there is no simulator `{unknown}`", span, f"there are {', '.join(SIMULATORS)}")
+        raise InvalidUse(f"there is no simulator `{unknown}`", span, f"there are {', '.join(known)}")
     return replace(before, simulators=names)
 
 

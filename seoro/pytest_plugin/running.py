@@ -8,14 +8,13 @@ import shlex
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Unpack
 
 import pytest
 
 import seoro
-from seoro.bridges.launch import SIMULATORS
+from seoro.bridges.launch import is_installed
 from seoro.cli.output import error_text
 from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
@@ -127,7 +126,7 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
         merged["parameters"] = options["parameters"]
-    if case.simulator is not None and find_spec(SIMULATORS[case.simulator]) is None:
+    if case.simulator is not None and not is_installed(case.simulator):
         pytest.skip(f"the simulator {case.simulator} is not installed")
     outcome: Result | InvalidScenario | InvalidUse | BackendError
     try:

@@ -10,13 +10,15 @@ It knows an engine by the protocol only. Rules are functions; the first line of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from types import ModuleType
 
 from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots, saving
 from sim_nodes.check.bench import Make
+from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
 from sim_nodes.physics import Engine, SavesState
 
-__all__ = ["OPTIONAL", "RULES", "check_physics", "check_rule"]
+__all__ = ["OPTIONAL", "RULES", "check_physics", "check_rule", "rules_for"]
 
 Rule = Callable[[Make], None]
 
@@ -88,9 +90,35 @@ OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
     ),
 )
 
+DYNAMICS: tuple[Rule, ...] = (
+    bodies.bodies_fall_with_gravity,
+    bodies.bodies_may_be_fast,
+    bodies.bodies_turn_about_their_centre_of_mass,
+    bodies.friction_stops_what_slides,
+    bodies.static_bodies_bear_loads_and_do_not_move,
+    robots.wheels_without_power_roll_freely,
+    contacts.contacts_name_both,
+    repeating.no_state_is_not_a_number,
+)
+
+
+def rules_for(engine: Engine) -> tuple[Rule, ...]:
+    """The rules for what an engine offers (`sim_nodes.lacking`)."""
+    rules = (*RULES, *(rule for kind, more in OPTIONAL if isinstance(engine, kind) for rule in more))
+    left_out: set[Rule] = set(DYNAMICS) if isinstance(engine, WithoutDynamics) else set()
+    if isinstance(engine, WithoutArms):
+        left_out |= {saving.arms_that_are_restored_go_on_as_they_did, *_of(arms, rules)}
+    if isinstance(engine, WithoutPictures):
+        left_out |= set(_of(pictures, rules))
+    return tuple(rule for rule in rules if rule not in left_out)
+
+
+def _of(module: ModuleType, rules: Iterable[Rule]) -> Iterator[Rule]:
+    return (rule for rule in rules if rule.__module__ == module.__name__)
+
 
 def check_physics(make: Callable[[], Engine]) -> None:
-    """Check an engine by all rules, those for what it offers beyond `Engine` included.
+    """Check an engine by all rules for what it offers.
 
     Args:
         make: Makes an engine; it is called several times, and engines exist beside one another.
@@ -98,13 +126,8 @@ def check_physics(make: Callable[[], Engine]) -> None:
     Raises:
         AssertionError: A rule is broken; the message says which, what was found, and what was expected.
     """
-    for rule in RULES:
+    for rule in rules_for(make()):
         check_rule(rule, make)
-    engine = make()
-    for protocol, rules in OPTIONAL:
-        if isinstance(engine, protocol):
-            for rule in rules:
-                check_rule(rule, make)
 
 
 def check_rule(rule: Rule, make: Callable[[], Engine]) -> None:

@@ -5,12 +5,9 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager
 from dataclasses import replace
-from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -30,34 +27,17 @@ from seoro.bridges.conformance import (
     snapshots,
 )
 from seoro.bridges.conformance.bench import Make, SimulatedBackend
-from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
-from seoro.bridges.models import ModelPath
+from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Report, Reporter
+from tests.bridges.nodes import OPTIONS, running
 from tests.integration.conftest import children
-
-OPTIONS = SimulatorOptions("empty", 3, ModelPath())
-
-
-@contextmanager
-def running(engine: str, folder: Path) -> Iterator[Make]:
-    """A node, to which backends connect that begin at the start of its world."""
-    if find_spec(engine) is None:
-        pytest.skip(f"the engine {engine} is not installed")
-    endpoint = f"unixsock-stream/{folder}/hub"
-    command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
-            yield lambda: connect_simulator(endpoint, OPTIONS)
-        finally:
-            process.kill()
 
 
 @pytest.fixture(scope="module")
 def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
+    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
     with running("mujoco", tmp_path_factory.mktemp("n")) as making:
         yield making
 
@@ -68,6 +48,7 @@ async def test_mujoco_keeps_the_contracts(make: Make) -> None:
 
 @pytest.mark.slow
 async def test_pybullet_keeps_the_contracts(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     with running("pybullet", tmp_path) as making:
         await check_backend(making)
 

@@ -129,7 +129,7 @@ def test_a_world_without_a_simulator_fails_in_words(project: Project) -> None:
 def test_a_simulator_that_is_not_installed_is_a_test_that_is_skipped(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("seoro.pytest_plugin.running.find_spec", lambda name: None)
+    monkeypatch.setattr("seoro.bridges.launch.find_spec", lambda name: None)
     result = project(a=f"# seoro: simulators mujoco\n{PASSING}").runpytest_inprocess(".", "-rs")
     result.assert_outcomes(skipped=1)
     result.stdout.fnmatch_lines(["*the simulator mujoco is not installed"])

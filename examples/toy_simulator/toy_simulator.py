@@ -1,0 +1,281 @@
+"""A simulator in one file: no physics, only geometry, by numpy. `docs/writing_a_simulator.md` walks through it.
+
+Robots are discs that move as their wheels turn, and stand when something is in their way. What is spawned stays
+where it is put. Everything is upright: a shape is a rectangle or a circle in the plane, between two heights.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2, quaternion, yaw_of
+from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
+from sim_nodes.physics import OVERLAP, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Sphere
+from sim_nodes.robots.diff_drive import base_motion
+
+STEPS_PER_SECOND = 100
+ROBOT_HEIGHT = 0.35  # [m]
+SEEN = 0.145  # [m], radius of a TurtleBot at the height of its lidar
+LIDAR_HEIGHT = 0.193  # [m]
+PARALLEL = 1e-12  # cosine of an angle at which a ray is parallel to a side
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """An upright box: its middle, its heading, half its edges, and the heights of its ends [m]."""
+
+    pose: Pose2
+    half: tuple[float, float]
+    bottom: float
+    top: float
+
+    def distance(self, x: float, y: float) -> float:
+        """From a point to the border; less than zero inside [m]."""
+        u, v, _ = self.pose.inverse().compose(Pose2(x, y, 0.0))
+        outside = (abs(u) - self.half[0], abs(v) - self.half[1])
+        return math.hypot(max(outside[0], 0.0), max(outside[1], 0.0)) + min(max(outside), 0.0)
+
+    def rays(self, origin: Pose2, angles: Array) -> Array:
+        """Distances along rays from a place, infinite for those that miss [m]."""
+        u, v, yaw = self.pose.inverse().compose(origin)
+        near, far = np.full(angles.shape, -np.inf), np.full(angles.shape, np.inf)
+        for place, direction, half in (
+            (u, np.cos(angles + yaw), self.half[0]),
+            (v, np.sin(angles + yaw), self.half[1]),
+        ):
+            slope = np.where(np.abs(direction) < PARALLEL, PARALLEL, direction)
+            ends = np.sort([(-half - place) / slope, (half - place) / slope], axis=0)
+            near, far = np.maximum(near, ends[0]), np.minimum(far, ends[1])
+        return np.where((far >= near) & (far > 0.0), near.clip(0.0), np.inf)
+
+
+@dataclass(frozen=True)
+class Disc:
+    """An upright cylinder: its middle, its radius, and the heights of its ends [m]."""
+
+    pose: Pose2
+    radius: float
+    bottom: float
+    top: float
+
+    def distance(self, x: float, y: float) -> float:
+        """See `Rectangle.distance`."""
+        return self.pose.distance(x, y) - self.radius
+
+    def rays(self, origin: Pose2, angles: Array) -> Array:
+        """See `Rectangle.rays`."""
+        x, y = self.pose.x - origin.x, self.pose.y - origin.y
+        along = x * np.cos(angles + origin.yaw) + y * np.sin(angles + origin.yaw)
+        room = self.radius**2 - (x * x + y * y - along**2)
+        near = along - np.sqrt(room.clip(0.0))
+        return np.where((room > 0.0) & (near > 0.0), near, np.inf)
+
+
+Solid = Rectangle | Disc
+
+
+def solids(model: BodyModel, state: BodyState, height: float | None = None) -> Iterator[Solid]:
+    """What a body fills, or what of it is to be seen at a height."""
+    for part in model.parts:
+        pose = state.planar.compose(Pose2(part.position[0], part.position[1], yaw_of(part.orientation)))
+        middle = state.position[2] + part.position[2]
+        match part.shape:
+            case Box(size=(length, width, tall)):
+                yield Rectangle(pose, (length / 2, width / 2), middle - tall / 2, middle + tall / 2)
+            case Cylinder(radius=radius, length=tall):
+                yield Disc(pose, radius, middle - tall / 2, middle + tall / 2)
+            case Sphere(radius=radius):
+                off = 0.0 if height is None else min(abs(height - middle), radius)
+                yield Disc(pose, math.sqrt(radius**2 - off**2), middle - radius, middle + radius)
+
+
+def gap(one: Solid, other: Solid) -> float:
+    """The distance of two solids; less than zero when they are inside each other [m]."""
+    above = max(one.bottom - other.top, other.bottom - one.top)
+    if isinstance(one, Disc):
+        return max(above, other.distance(one.pose.x, one.pose.y) - one.radius)
+    if isinstance(other, Disc):
+        return max(above, one.distance(other.pose.x, other.pose.y) - other.radius)
+    return max(above, _beside(one, other), _beside(other, one))
+
+
+def _beside(one: Rectangle, other: Rectangle) -> float:
+    """How far the corners of a rectangle are beyond the sides of another (separating axes) [m]."""
+    corners = [
+        one.pose.inverse().compose(other.pose.compose(Pose2(u * other.half[0], v * other.half[1], 0.0)))
+        for u in (-1, 1)
+        for v in (-1, 1)
+    ]
+    return max(
+        max(min(c[axis] for c in corners), -max(c[axis] for c in corners)) - one.half[axis] for axis in (0, 1)
+    )
+
+
+@dataclass(frozen=True)
+class Rover:
+    """Where a robot is, and how its wheels are and turn."""
+
+    state: BodyState
+    angles: tuple[float, float] = (0.0, 0.0)  # [rad]
+    speeds: tuple[float, float] = (0.0, 0.0)  # that were commanded [rad/s]
+    power: bool = True
+
+
+class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
+    """Geometry in the place of physics; see `sim_nodes.physics.Engine` for what the methods do."""
+
+    name = "toy"
+    version = "1"
+    steps_per_second = STEPS_PER_SECOND
+
+    def build(self, scene: Scene) -> None:
+        """See `Engine.build`."""
+        self._placed: dict[str, PlacedRobot] = {robot.name: robot for robot in scene.robots}
+        self._walls: dict[str, list[Solid]] = {}
+        for wall in scene.walls:
+            pose, half = Pose2(wall.x, wall.y, wall.yaw), (wall.length / 2, wall.thickness / 2)
+            self._walls.setdefault(wall.name, []).append(Rectangle(pose, half, 0.0, wall.height))
+        self._models: dict[str, BodyModel] = {}
+        self._first: dict[str, BodyState] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """See `Engine.reset`."""
+        self._robots = {
+            name: Rover(BodyState((robot.pose.x, robot.pose.y, 0.0), quaternion(0.0, 0.0, robot.pose.yaw)))
+            for name, robot in self._placed.items()
+        }
+        self._bodies = dict(self._first)
+        self._touching: frozenset[tuple[str, str]] = frozenset()
+
+    def save(self) -> Mapping[str, Any]:
+        """See `SavesState.save`."""
+        robots = {
+            name: (rover.state, rover.angles, rover.speeds, rover.power) for name, rover in self._robots.items()
+        }
+        return {
+            "models": self._models,
+            "first": self._first,
+            "bodies": self._bodies,
+            "robots": robots,
+            "touching": self._touching,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """See `SavesState.restore`."""
+        self._models, self._first, self._bodies = saved["models"], saved["first"], saved["bodies"]
+        self._robots = {name: Rover(*parts) for name, parts in saved["robots"].items()}
+        self._touching = saved["touching"]
+
+    def step(self) -> None:
+        """See `Engine.step`."""
+        touching: set[tuple[str, str]] = set()
+        for name in self._robots:
+            touching |= self._drive_on(name)
+        self._touching = frozenset(touching)
+
+    def _drive_on(self, name: str) -> set[tuple[str, str]]:
+        """Move a robot as its wheels turn in a step; returns what is in its way, as pairs that touch."""
+        rover, drive = self._robots[name], self._mobile(name).drive
+        left, right = (speed / STEPS_PER_SECOND if rover.power else 0.0 for speed in rover.speeds)
+        way, turn = base_motion(drive, left, right)
+        middle = Pose2(way * math.cos(turn / 2), way * math.sin(turn / 2), turn)
+        x, y, yaw = rover.state.planar.compose(middle)
+        speed = way * STEPS_PER_SECOND
+        moved = BodyState(
+            (x, y, 0.0),
+            quaternion(0.0, 0.0, yaw),
+            (speed * math.cos(yaw), speed * math.sin(yaw), 0.0),
+            (0.0, 0.0, turn * STEPS_PER_SECOND),
+        )
+        blocked = [other for other, room in self._gaps(name, [self._disc(name, moved)]) if room <= 0.0]
+        if blocked:
+            moved = BodyState(rover.state.position, rover.state.orientation)
+        angles = (rover.angles[0] + left, rover.angles[1] + right)
+        self._robots[name] = replace(rover, state=moved, angles=angles)
+        return {(min(name, other), max(name, other)) for other in blocked}
+
+    def touching(self) -> frozenset[tuple[str, str]]:
+        """See `Engine.touching`."""
+        return self._touching
+
+    def overlaps(self, name: str) -> tuple[str, ...]:
+        """See `Engine.overlaps`."""
+        return tuple(
+            sorted({other for other, room in self._gaps(name, list(self._solids(name))) if room < -OVERLAP})
+        )
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        """See `Engine.add_body`."""
+        self._models = {**self._models, name: model}
+        self._first = {**self._first, name: state}
+        self._bodies = {**self._bodies, name: state}
+
+    def remove_body(self, name: str) -> None:
+        """See `Engine.remove_body`."""
+        for table in ("_models", "_first", "_bodies"):
+            setattr(self, table, {other: each for other, each in getattr(self, table).items() if other != name})
+
+    def body_state(self, name: str) -> BodyState:
+        """See `Engine.body_state`."""
+        return self._robots[name].state if name in self._robots else self._bodies[name]
+
+    def set_body_state(self, name: str, state: BodyState) -> None:
+        """See `Engine.set_body_state`."""
+        if name in self._robots:
+            self._robots[name] = replace(self._robots[name], state=state)
+        else:
+            self._bodies = {**self._bodies, name: state}
+
+    def wheel_angles(self, robot: str) -> tuple[float, float]:
+        """See `Engine.wheel_angles`."""
+        return self._robots[robot].angles
+
+    def command_wheels(self, robot: str, left: float, right: float) -> None:
+        """See `Engine.command_wheels`."""
+        self._robots[robot] = replace(self._robots[robot], speeds=(left, right))
+
+    def power_wheels(self, robot: str, on: bool) -> None:
+        """See `Engine.power_wheels`."""
+        self._robots[robot] = replace(self._robots[robot], power=on)
+
+    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+        """See `Engine.cast_rays`."""
+        lidar = self._mobile(robot).lidar
+        origin = self._robots[robot].state.planar.compose(Pose2(lidar.x, lidar.y, lidar.yaw))
+        angles = np.arctan2(directions[:, 1], directions[:, 0])
+        ranges = np.full(len(angles), np.inf)
+        for name in chain(self._walls, self._models, self._robots):
+            if name != robot:
+                for solid in self._solids(name, LIDAR_HEIGHT):
+                    if solid.bottom <= LIDAR_HEIGHT <= solid.top:
+                        ranges = np.minimum(ranges, solid.rays(origin, angles))
+        ranges[ranges > limit] = np.inf
+        return ranges
+
+    def _mobile(self, robot: str) -> Any:
+        return self._placed[robot].declaration.mobile
+
+    def _disc(self, robot: str, state: BodyState, radius: float | None = None) -> Disc:
+        return Disc(state.planar, radius or self._mobile(robot).radius, 0.0, ROBOT_HEIGHT)
+
+    def _solids(self, name: str, height: float | None = None) -> Iterable[Solid]:
+        """What something fills, or what of it is to be seen at a height."""
+        if name in self._walls:
+            return self._walls[name]
+        if name in self._robots:
+            return [self._disc(name, self._robots[name].state, None if height is None else SEEN)]
+        return solids(self._models[name], self._bodies[name], height)
+
+    def _gaps(self, name: str, own: list[Solid]) -> Iterator[tuple[str, float]]:
+        """How far everything else is from what something fills [m]."""
+        for other in chain(self._walls, self._models, self._robots):
+            if other != name:
+                theirs = self._solids(other)
+                yield other, min(gap(mine, solid) for solid in theirs for mine in own)

@@ -1,0 +1,29 @@
+"""Nodes that several tests connect to, each at the beginning of a world."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from seoro.bridges.conformance import Make
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
+
+OPTIONS = SimulatorOptions("empty", 3, ModelPath())
+
+
+@contextmanager
+def running(engine: str, folder: Path) -> Iterator[Make]:
+    """A node with a socket in a folder, and what connects to it."""
+    endpoint = f"unixsock-stream/{folder}/hub"
+    command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            yield lambda: connect_simulator(endpoint, OPTIONS)
+        finally:
+            process.kill()

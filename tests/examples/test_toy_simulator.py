@@ -1,0 +1,110 @@
+"""The example of a simulator keeps the rules, and is found where it is installed."""
+
+import asyncio
+import importlib.util
+import os
+import re
+import shutil
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.conformance import check_backend
+from seoro.cli.main import main
+from sim_nodes.check import check_physics, rules_for
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulator import Simulator
+from sim_nodes.verbs import handle
+from tests.bridges.nodes import running
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "examples" / "toy_simulator"
+OBSTACLE = str(ROOT / "scenarios" / "navigation" / "obstacle.osc")
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of packages in which the toy is installed, as pip leaves it, for this process and its children."""
+    project = tomllib.loads((FOLDER / "pyproject.toml").read_text())["project"]
+    about = tmp_path / "toy_simulator-1.0.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 1.0.0\n")
+    lines = [
+        f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in entries.items())
+        for group, entries in project["entry-points"].items()
+    ]
+    (about / "entry_points.txt").write_text("\n".join(lines))
+    shutil.copy(FOLDER / "toy_simulator.py", tmp_path)
+    monkeypatch.setenv(
+        "PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def engine() -> Iterator[Any]:
+    """The class of its engine."""
+    specification = importlib.util.spec_from_file_location("toy_simulator", FOLDER / "toy_simulator.py")
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules["toy_simulator"] = module
+    specification.loader.exec_module(module)
+    yield module.ToyEngine
+    del sys.modules["toy_simulator"]
+
+
+def test_its_engine_keeps_the_rules_for_what_it_offers(engine: Any) -> None:
+    check_physics(engine)
+    names = {rule.__name__ for rule in rules_for(engine())}
+    assert {"robots_drive_straight", "rays_end_at_every_shape", "saving_changes_nothing"} <= names
+    assert not {"bodies_fall_with_gravity", "joints_go_where_they_are_pulled", "pictures_change_nothing"} & names
+
+
+def test_what_it_lacks_is_refused_in_a_sentence(engine: Any, tmp_path: Path) -> None:
+    world = tmp_path / "cell.yaml"
+    world.write_text(
+        "name: cell\nextent: [-3, -3, 3, 3]\nrobots:\n  - {name: arm, robot: ur10e}\n", encoding="utf-8"
+    )
+    simulator = Simulator(engine(), "empty", 0)
+    before = simulator.simulation
+    with pytest.raises(RequestRefused, match="the engine toy has no arms, and the world cell has arm"):
+        simulator.load(str(world), 0)
+    assert simulator.simulation is before
+    request = wire.encode(wire.EntityName(name="turtlebot4/front"))
+    with pytest.raises(RequestRefused, match="the engine toy draws no pictures"):
+        handle(simulator, wire.GET_CAMERA_IMAGE.name, request)
+
+
+@pytest.mark.slow
+def test_its_node_keeps_the_contracts(installed: Path) -> None:
+    with running("toy", installed) as make:
+        asyncio.run(check_backend(make))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("installed")
+def test_a_scenario_runs_in_it() -> None:
+    assert main(["exec", OBSTACLE, "--sim", "toy", "--rate", "max", "--seed", "3"]) == 0
+
+
+@pytest.mark.usefixtures("installed")
+def test_it_is_found_where_it_is_installed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = tmp_path / "drive.osc"
+    scenario.write_text(
+        "import osc.driving\n\nscenario main:\n    robot: differential_drive_robot\n"
+        "    do robot.drive(linear: 0.2mps, duration: 1s)\n"
+    )
+    assert main(["exec", str(scenario), "--sim", "toy", "--world", "empty", "--rate", "max"]) == 0
+    assert main(["exec", str(scenario), "--sim", "tay"]) == 2
+    assert "simulators: mujoco, pybullet, toy" in capsys.readouterr().err
+
+
+def test_where_it_is_not_installed_it_is_not_known(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", OBSTACLE, "--sim", "toy"]) == 2
+    assert re.search(r"there is no simulator 'toy'", capsys.readouterr().err)
