@@ -173,12 +173,13 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         self._robots = {name: Rover(*parts) for name, parts in saved["robots"].items()}
         self._touching = saved["touching"]
 
-    def step(self) -> None:
+    def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
-        touching: set[tuple[str, str]] = set()
-        for name in self._robots:
-            touching |= self._drive_on(name)
-        self._touching = frozenset(touching)
+        for made in range(1, count + 1):
+            before, self._touching = self._touching, frozenset().union(*map(self._drive_on, self._robots))
+            if self._touching != before:
+                return made
+        return count
 
     def _drive_on(self, name: str) -> set[tuple[str, str]]:
         """Move a robot as its wheels turn in a step; returns what is in its way, as pairs that touch."""
