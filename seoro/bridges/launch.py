@@ -69,7 +69,7 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
         BackendError: It did not start.
     """
     check_installed(name)
-    with tempfile.TemporaryDirectory(prefix="seoro-", dir=_folder_for_sockets()) as folder:
+    with tempfile.TemporaryDirectory(prefix="seoro-", dir=folder_for_sockets()) as folder:
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
         async with open_session(listen=endpoint) as session:
             command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
@@ -109,7 +109,7 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
 
 
-def _folder_for_sockets() -> str | None:
+def folder_for_sockets() -> str | None:
     """The folder for temporary files, unless the name of a socket in it would be longer than sockets may have."""
     return None if len(tempfile.gettempdir()) < MAX_FOLDER else "/tmp"  # noqa: S108 - a folder of its own is made
 

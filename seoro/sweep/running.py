@@ -1,30 +1,26 @@
 """Running the combinations of a sweep: each by a process of its own, some at a time.
 
-A run is `seoro exec` with the values of its combination, under the keeper that programs of scenarios have
-(`actions/keeper.py`): nothing of it is left when the sweep ends, or dies.
+A run is `seoro exec` with the values of its combination. Runs that are carried out one after the other share the
+process of a simulator, which loads the world anew for each, so that it begins at the same state.
 """
 
 from __future__ import annotations
 
 import json
-import signal
-import socket
-import subprocess
 import sys
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from contextlib import ExitStack, asynccontextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 import anyio
-from anyio.abc import ByteReceiveStream, Process
+from anyio.abc import ByteReceiveStream
 
-from seoro.actions.processes import KEEPER
 from seoro.lang.frozen import Value
 from seoro.runtime.verdict import RunStatus
+from seoro.sweep.keeping import kept
+from seoro.sweep.simulators import simulator_for
 
-ENDING_TIME = 15.0  # [s] that a run has for its clean-up when the sweep is ended
 MAX_OUTPUT = 10_000_000  # [bytes] of what a run says that are read
 _STATUSES = {status.value: status for status in RunStatus}
 SEORO = (sys.executable, "-m", "seoro.cli.main")
@@ -86,10 +82,22 @@ async def run_all(
     waiting = iter(planned)
 
     async def work() -> None:
+        """Carry out runs as long as there are any, each worker with a simulator of its own."""
+        is_over = False
+        while not is_over:
+            async with simulator_for(arguments) as given:
+                is_over = not await work_with(given)
+
+    async def work_with(given: Sequence[str]) -> bool:
+        """Carry out runs; returns whether others are left, which are better off with another simulator."""
         for each in waiting:
             if stop.is_set():
-                return
-            told(await _run(each, arguments, stop))
+                return False
+            ran = await _run(each, given, stop)
+            told(ran)
+            if ran.status is RunStatus.ERROR:  # and maybe the simulator is at fault
+                return True
+        return False
 
     async with anyio.create_task_group() as group:
         for _ in range(jobs):
@@ -100,7 +108,7 @@ async def _run(planned: Planned, arguments: Sequence[str], stop: anyio.Event) ->
     settings = [f"--set={path}={value}" for path, value in planned.values.items()]
     command = [*SEORO, "exec", *arguments, *settings, f"--seed={planned.seed}", f"-o={planned.folder}", "--json"]
     outputs = {"stdout": b"", "stderr": b""}
-    async with _kept(command) as (process, control), anyio.create_task_group() as group:
+    async with kept(command) as (process, control), anyio.create_task_group() as group:
 
         async def read(name: str, stream: ByteReceiveStream | None) -> None:
             assert stream is not None
@@ -118,29 +126,6 @@ async def _run(planned: Planned, arguments: Sequence[str], stop: anyio.Event) ->
         await process.wait()
         group.cancel_scope.cancel()
     return _ran(planned, outputs["stdout"].decode(errors="replace"), outputs["stderr"].decode(errors="replace"))
-
-
-@asynccontextmanager
-async def _kept(command: Sequence[str]) -> AsyncIterator[tuple[Process, socket.socket]]:
-    """A process under a keeper, and the socket by which that is told to end it; it has ended after the block."""
-    ours, theirs = socket.socketpair()
-    with ExitStack() as stack:
-        stack.enter_context(ours)
-        with theirs:
-            keeper = [sys.executable, "-I", "-S", str(KEEPER), str(int(signal.SIGINT)), str(ENDING_TIME)]
-            process = await anyio.open_process(
-                [*keeper, *command],
-                stdin=theirs.fileno(),
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                start_new_session=True,
-            )
-        try:
-            yield process, ours
-        finally:
-            stack.close()  # then the keeper ends what is left
-            with anyio.CancelScope(shield=True):
-                await process.aclose()
 
 
 def _ran(planned: Planned, stdout: str, stderr: str) -> Ran:
