@@ -16,7 +16,7 @@ from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulation import Simulation
-from sim_nodes.stateful import State, StateMismatch
+from sim_nodes.stateful import State
 from sim_nodes.worlds.loader import World
 
 MAX_STATE = 256 * 1024 * 1024  # [bytes] unpacked
@@ -107,20 +107,19 @@ def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int
     Raises:
         RequestRefused: The snapshot does not fit; the engine has no usable state then.
     """
-    engine = _saving(before.engine)
-    simulation = Simulation(before.engine, contents.world, contents.seed if seed is None else seed)
     try:
-        engine.restore(contents.engine)
+        simulation = Simulation(before.engine, contents.world, contents.seed if seed is None else seed)
+        _saving(before.engine).restore(contents.engine)
         simulation.restore(contents.simulation)
-    except (UnsavableState, StateMismatch, KeyError, TypeError, ValueError) as error:
+        match purpose:
+            case Purpose.CONTINUE:
+                pass
+            case Purpose.BEGIN:
+                simulation.begin()
+            case Purpose.REWIND:
+                simulation.take_over(before)
+    except Exception as error:  # what somebody has made up can be wrong in any way
         raise RequestRefused(Result.OPERATION_FAILED, f"the snapshot cannot be restored: {error}") from error
-    match purpose:
-        case Purpose.CONTINUE:
-            pass
-        case Purpose.BEGIN:
-            simulation.begin()
-        case Purpose.REWIND:
-            simulation.take_over(before)
     return simulation
 
 

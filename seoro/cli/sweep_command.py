@@ -103,6 +103,10 @@ class _Sweep:
         options = self._options
         simulator_of(options)  # which says what does not go together, as does the next
         film_of(options)
+        if options.from_snapshot is not None:
+            from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
+
+            read_snapshot(options.from_snapshot)  # all runs need it
         jobs = self._jobs()
         axes = self._axes()
         possible, ruled_out = await self._possible(list(combinations(axes)))

@@ -122,3 +122,22 @@ def test_what_cannot_be_saved_or_restored_fails_with_its_reason(
         snapshot = saved / "out" / "on_the_way.snapshot"
         assert begin(tmp_path, scenario="wrong.osc", snapshot=snapshot) == 1
         assert words in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_sweep_begins_each_run_from_the_snapshot(
+    saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rest.osc").write_text(REST.replace("1.5m, y", "x, y").replace("    do", AXIS + "    do"))
+    options = ["--rate", "max", "--seed", "7", "-o", str(tmp_path / "results")]
+    snapshot = saved / "out" / "on_the_way.snapshot"
+    assert main(["sweep", str(tmp_path / "rest.osc"), "--from-snapshot", str(snapshot), *options]) == 0
+    rows = (tmp_path / "results" / "results.csv").read_text().splitlines()
+    assert len(rows) == 3
+    assert main(["sweep", str(tmp_path / "rest.osc"), "--from-snapshot", str(saved / "save.osc"), *options]) == 2
+    assert "holds no snapshot" in capsys.readouterr().err
+
+
+AXIS = """    x: length with:
+        keep(it in [1.3m, 1.5m])
+"""

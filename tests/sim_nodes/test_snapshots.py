@@ -1,16 +1,22 @@
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator
+from dataclasses import replace
+from hashlib import blake2b
 
 import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity, WheelSlip
+from sim_nodes import snapshots
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.codec import pack
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.lidar import Lidar
 from sim_nodes.sensors.odometry import Odometry
+from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.graph import differences
 
@@ -243,6 +249,19 @@ def test_a_snapshot_that_does_not_fit_leaves_everything_as_it_was(monkeypatch: p
     with pytest.raises(RequestRefused, match="cannot be restored: there is a Lidar where"):
         restore(other, snapshot)
     assert list(follow(other, 4.0)) == list(follow(client, 4.0))
+
+
+def test_a_made_up_snapshot_is_refused_and_leaves_everything_as_it_was(empty: Client) -> None:
+    snapshot = save(empty)
+    contents = snapshots.check(snapshot, empty.simulator.simulation.engine, snapshot.version)
+    walls = (replace(wall, height=-1.0) for wall in load_world("maze").walls)
+    made_up = replace(contents, world=replace(contents.world, walls=tuple(walls)))
+    state = zlib.compress(pack(made_up))
+    digest = blake2b(state, digest_size=16).hexdigest()
+    with pytest.raises(RequestRefused, match="cannot be restored"):
+        restore(empty, snapshot.model_copy(update={"state": state, "digest": digest}))
+    assert empty.advance(0.5).time == 0.5
+    assert empty.truth.distance(0.0, 0.0) < 0.01
 
 
 def test_lost_physics_cannot_be_saved_and_are_mended_by_a_snapshot(empty: Client) -> None:
