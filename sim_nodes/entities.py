@@ -45,6 +45,7 @@ class Entities(Stateful):
     def __init__(self, engine: Engine, world: World) -> None:
         self._engine = engine
         self._robots = frozenset(robot.name for robot in world.robots)
+        self._fixed = frozenset(robot.name for robot in world.robots if robot.declaration.fixed)
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
         self._add_props(world)
@@ -80,6 +81,10 @@ class Entities(Stateful):
         """The bodies that something may push or carry, with the times at which they came into the world [s]."""
         props = {name: 0.0 for name, model in self._props.items() if not model.static}
         return props | {name: body.time for name, body in self.spawned.items() if not body.model.static}
+
+    def is_loose(self, name: str) -> bool:
+        """Whether it is a body that something may push or carry."""
+        return name in self.movable()
 
     def matching(self, pattern: str) -> tuple[str, ...]:
         """Names that match a regular expression as a whole, sorted.
@@ -178,6 +183,8 @@ class Entities(Stateful):
             raise RequestRefused(
                 Result.FEATURE_UNSUPPORTED, f"{name!r} belongs to the world: walls cannot be moved"
             )
+        if name in self._fixed:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{name!r} is fixed to the world: it cannot be moved")
         if name in self.cameras.free:
             self.cameras.place(name, state)
             return

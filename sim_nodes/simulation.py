@@ -27,6 +27,7 @@ from sim_nodes.entities import Entities
 from sim_nodes.films import Films
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.manipulation.arm import Arm
 from sim_nodes.measurements import Measuring
 from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
@@ -35,10 +36,10 @@ from sim_nodes.physics import Engine
 from sim_nodes.record import RobotRecord, Trails
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
-from sim_nodes.robots.robot import Robot
+from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import IDLE_TICKS, TICK
-from sim_nodes.watches import DistanceWatch, LocalisationWatch, ProximityWatch, Watch
+from sim_nodes.watches import DistanceWatch, JointWatch, LocalisationWatch, ProximityWatch, Watch
 from sim_nodes.worlds.loader import World
 
 TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
@@ -105,7 +106,8 @@ class Simulation(Stateful):
 
     def _make_robots(self) -> None:
         placed = self.world.robots
-        self.robots = {robot.name: Robot(robot, self.engine, self._map, self.seed) for robot in placed}
+        about = Knowledge(self._map, self.entities.is_loose)
+        self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
         self.trails = Trails()
         self._measuring = dict(self._measurings())
@@ -143,6 +145,10 @@ class Simulation(Stateful):
     def travelled(self, robot: str) -> float:
         """What the odometry of a robot has counted [m]."""
         return self.robot(robot).mobile.odometry.travelled
+
+    def joint_position(self, robot: str, joint: str) -> float:
+        """Where a joint of a robot's arm or gripper is [rad, m]."""
+        return self.robot(robot).arm.position_of(joint)
 
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot really is."""
@@ -282,6 +288,15 @@ class Simulation(Stateful):
         """How far a robot is on its way."""
         return feedback_message(robot, self.time, self.robot(robot).mobile.feedback())
 
+    def arm_of(self, robot: str, goal: str) -> Arm:
+        """The arm of a robot, to be given a goal by an id that is not in use; its end is reported."""
+        self._claim(goal)
+        return self.robot(robot).arm
+
+    def hold_entity(self, robot: str, goal: str, entity: str, duration: float) -> None:
+        """Report whether a gripper holds an entity for a duration [s]; an empty name is what it holds."""
+        self.arm_of(robot, goal).hold(goal, entity, duration, self._steps // self._tick_steps)
+
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
         active = {goal: robot for robot in self.robots.values() for goal in robot.goals}
@@ -362,6 +377,11 @@ class Simulation(Stateful):
     def watch_localisation(self, identifier: str, robot: str) -> None:
         """Report when a robot knows where it is; at once if it does."""
         self._watch(identifier, LocalisationWatch(self.robot(robot).mobile.name))
+
+    def watch_joint(self, identifier: str, robot: str, joint: str, target: float, tolerance: float) -> None:
+        """Report when a joint of a robot's arm or gripper is within a tolerance of a position, or passes it."""
+        from_above = self.joint_position(robot, joint) > target
+        self._watch(identifier, JointWatch(robot, joint, target, tolerance, from_above))
 
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""

@@ -20,6 +20,9 @@ class Watched(Protocol):
     def travelled(self, robot: str) -> float:
         """What the odometry of a robot has counted [m]."""
 
+    def joint_position(self, robot: str, joint: str) -> float:
+        """Where a joint of a robot's arm or gripper is [rad, m]."""
+
 
 @dataclass(frozen=True)
 class ProximityWatch:
@@ -67,4 +70,20 @@ class LocalisationWatch:
         return world.pose(f"{self.robot}/base_link") is not None
 
 
-Watch = ProximityWatch | DistanceWatch | LocalisationWatch
+@dataclass(frozen=True)
+class JointWatch:
+    """True when a joint is near a position, or has passed it, which a fast one does between two looks."""
+
+    robot: str
+    joint: str
+    target: float  # [rad, m]
+    tolerance: float  # [rad, m]
+    from_above: bool  # whether it comes from a position that is greater
+
+    def holds(self, world: Watched) -> bool:
+        """Whether it is true now."""
+        position = world.joint_position(self.robot, self.joint)
+        return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
+
+
+Watch = ProximityWatch | DistanceWatch | LocalisationWatch | JointWatch

@@ -83,6 +83,76 @@ class DrivenRobots(Protocol):
         ...
 
 
+class Manner(Value):
+    """How an arm is to move.
+
+    `scaling` is the part of its speed that it may use, `tolerance` how near its joints have to come to their goal
+    [rad], or the gripper to its opening [m]; `may_touch` are entities that it may collide with. With `plan_only` a
+    motion is found and checked, and nothing moves.
+    """
+
+    scaling: float = 1.0
+    tolerance: float = 1e-3
+    may_touch: tuple[str, ...] = ()
+    plan_only: bool = False
+
+
+class ArmState(Value):
+    """The pose of a tool in the map, the opening of the gripper [m], and what that holds; empty for nothing."""
+
+    tool: Pose3D
+    opening: float
+    held: str
+
+
+@runtime_checkable
+class Arms(Protocol):
+    """Arms with grippers. What is out of reach or would collide is refused before anything moves."""
+
+    async def move_joints(
+        self, robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+    ) -> str:
+        """Move the arm's joints to positions [rad], in the order of `names` or its own; returns the goal's id."""
+        ...
+
+    async def move_tool(
+        self, robot: str, pose: Pose3D, frame: str, manner: Manner, report: Reporter, *, straight: bool
+    ) -> str:
+        """Move the tool to a pose in a frame, `map` or `base_link`; returns the goal's id."""
+        ...
+
+    async def move_gripper(
+        self, robot: str, opening: float, force: float | None, manner: Manner, report: Reporter
+    ) -> str:
+        """Open or close the gripper to an opening [m] with a force of each finger [N], None for its usual one.
+
+        Closing fingers that are stopped by something have succeeded. Returns the goal's id.
+        """
+        ...
+
+    async def hold_entity(self, robot: str, entity: str, duration: float, report: Reporter) -> str:
+        """Report when the gripper has held an entity for a duration [s], or has lost it; returns the goal's id."""
+        ...
+
+    async def watch_joint(
+        self, robot: str, joint: str, position: float, tolerance: float, report: Reporter
+    ) -> str:
+        """Report when a joint is near a position [rad, m] or has passed it; returns the watch's id."""
+        ...
+
+    async def arm_state(self, robot: str) -> ArmState:
+        """Where the tool is, and what it holds."""
+        ...
+
+    async def cancel_goal(self, goal: str) -> None:
+        """Cancel a goal and stop; a goal that has ended by itself is left alone."""
+        ...
+
+    async def cancel_watch(self, watch: str) -> None:
+        """Forget a watch; one that has fired is left alone."""
+        ...
+
+
 @runtime_checkable
 class Simulation(Protocol):
     """A simulated world; terms of ROS `simulation_interfaces`."""

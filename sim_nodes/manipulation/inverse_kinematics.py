@@ -18,10 +18,10 @@ from sim_nodes.noise import Noise
 
 POSITION_TOLERANCE = 1e-6  # [m]
 ANGLE_TOLERANCE = 1e-6  # [rad]
-MAX_ITERATIONS = 100
+MAX_ITERATIONS = 60
 MAX_STEP = 0.5  # [rad] of a joint in one iteration
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
-STARTS = 30  # drawn at random beside the given ones
+STARTS = 16  # drawn at random beside the given ones
 SAME = 1e-3  # [rad]; solutions that are nearer than this are one
 
 

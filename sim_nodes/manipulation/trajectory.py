@@ -32,10 +32,15 @@ class Path:
 
     Args:
         configurations: At least two, neighbouring ones different.
+
+    Attributes:
+        points: The configurations, shape (k, n).
+        knots: Where on the path they are, shape (k,).
     """
 
-    def __init__(self, configurations: Sequence[Array]) -> None:
-        points = np.array(configurations)
+    def __init__(self, configurations: Sequence[Array] | Array) -> None:
+        self.points: Array = np.array(configurations)
+        points = self.points
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
         self.knots: Array = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-12)
         if len(points) > 2:

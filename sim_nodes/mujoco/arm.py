@@ -16,6 +16,7 @@ from sim_nodes.robots.declaration import ArmDeclaration
 
 IMPRATIO = 10.0  # stiffness of friction against that of contact: with less, what is held creeps out of the fingers
 ROLLING = 0.0001
+STIFF_CONTACT = 0.01  # [s], half of MuJoCo's default, with which fingers sink into what they hold by millimetres
 TORSIONAL_CONTACT = 4  # dimensions of a contact that resists twisting, too
 
 
@@ -46,6 +47,7 @@ def add_arm(spec: Any, arm: ArmDeclaration) -> None:
         for geom in spec.body(link).geoms:
             geom.friction = [gripper.friction, gripper.torsional_friction, ROLLING]
             geom.condim = TORSIONAL_CONTACT
+            geom.solref = [STIFF_CONTACT, 1.0]
     bodies = [body for body in spec.bodies if body.name != "world"]
     for body in bodies:
         body.gravcomp = 1.0

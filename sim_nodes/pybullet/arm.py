@@ -72,6 +72,8 @@ class PybulletArm:
                 links.links[name],
                 lateralFriction=arm.gripper.friction,
                 spinningFriction=arm.gripper.torsional_friction,
+                # Without, friction is of speeds only: what is moved fast while it is held slips by millimetres.
+                frictionAnchor=True,
             )
         self._couple_fingers()
         self.command_joints(home, np.zeros(len(home)))

@@ -153,6 +153,7 @@ class GripperDeclaration(_Declared):
     max_speed: PositiveFloat  # of the opening [m/s]
     min_force: PositiveFloat  # of a finger [N]
     max_force: PositiveFloat
+    usual_force: PositiveFloat
     stiffness: PositiveFloat  # force of the motor per error of position [N/m]
     damping: PositiveFloat  # force of the motor per speed [N s/m]
     armature: PositiveFloat  # inertia of motor and gear at the finger [kg]

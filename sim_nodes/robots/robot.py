@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
+from dataclasses import dataclass
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.faults.board import FaultBoard
 from sim_nodes.faults.devices import Device, SensorDevice, WholeRobot
 from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.stateful import Stateful
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What robots know of the world: its map, and which entities can be carried."""
+
+    known: NavigationMap
+    is_loose: Callable[[str], bool]
 
 
 class Robot(Stateful):
@@ -21,17 +31,18 @@ class Robot(Stateful):
     Args:
         placed: Its name, kind and place.
         engine: The engine that it is in.
-        known: The map of the world.
+        about: What it knows of the world.
         seed: Seed of the simulation.
     """
 
-    STATE = ("_mobile", "faults")
+    STATE = ("_mobile", "_arm", "faults")
 
-    def __init__(self, placed: PlacedRobot, engine: Engine, known: NavigationMap, seed: int) -> None:
+    def __init__(self, placed: PlacedRobot, engine: Engine, about: Knowledge, seed: int) -> None:
         self.name = placed.name
         self.declaration = declaration = placed.declaration
-        mobile = declaration.mobile
-        self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
+        mobile, arm = declaration.mobile, declaration.arm
+        self._mobile = MobileBase(self.name, mobile, engine, about.known, seed) if mobile is not None else None
+        self._arm = Arm(placed, arm, engine, seed, about.is_loose) if arm is not None else None
         self.faults = FaultBoard(self.name, self._devices())
 
     def _devices(self) -> dict[str, Device]:
@@ -59,9 +70,21 @@ class Robot(Stateful):
         return self._mobile
 
     @property
+    def arm(self) -> Arm:
+        """Its arm.
+
+        Raises:
+            RequestRefused: It has none.
+        """
+        if self._arm is None:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{self.name} is a robot without an arm")
+        return self._arm
+
+    @property
     def is_idle(self) -> bool:
         """Whether no part of it has to do anything in every tick."""
-        return not self.faults.goals and (self._mobile is None or self._mobile.is_idle)
+        base, arm = self._mobile, self._arm
+        return not self.faults.goals and (base is None or base.is_idle) and (arm is None or arm.is_idle)
 
     @property
     def truth_frame(self) -> str:
@@ -72,7 +95,9 @@ class Robot(Stateful):
     def goals(self) -> tuple[str, ...]:
         """The ids of the goals that it is working on, for somebody."""
         goal = self._mobile.goal if self._mobile is not None else None
-        return (*(() if goal in (None, NOBODY) else (goal,)), *self.faults.goals)
+        driving = () if goal in (None, NOBODY) else (goal,)
+        moving = () if self._arm is None else self._arm.goals
+        return (*driving, *moving, *self.faults.goals)
 
     def tick(self, tick: int) -> Iterator[Ended]:
         """Do what is due in a tick; gives the goals that ended."""
@@ -80,23 +105,34 @@ class Robot(Stateful):
             ended = self._mobile.tick(tick)
             if ended is not None:
                 yield ended
+        if self._arm is not None:
+            yield from self._arm.tick(tick)
         yield from self.faults.tick(tick)
 
     def cancel(self, goal: str) -> Iterator[Ended]:
         """Stop what works on a goal, by its id; gives the goals that ended with that."""
         if goal in self.faults.goals:
             yield from self.faults.cancel(goal)
+        elif self._arm is not None and goal in self._arm.goals:
+            yield from self._arm.cancel(goal)
         elif goal in self.goals:
-            yield from self.stop()
+            yield from self._stop_base()
 
     def disown(self, goals: Container[str]) -> None:
         """Go on with all goals, but with these for nobody: their ends are not told, and any command ends them."""
         if self._mobile is not None:
             self._mobile.disown(goals)
+        if self._arm is not None:
+            self._arm.disown(goals)
         self.faults.disown(goals)
 
     def stop(self) -> Iterator[Ended]:
         """Make every part stand still; gives the goals that ended with that."""
+        yield from self._stop_base()
+        if self._arm is not None:
+            yield from self._arm.stop()
+
+    def _stop_base(self) -> Iterator[Ended]:
         goal = self._mobile.stop() if self._mobile is not None else None
         if goal is not None:
             yield Ended(goal, Outcome.CANCELED)

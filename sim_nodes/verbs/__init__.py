@@ -13,6 +13,7 @@ from sim_nodes.physics import UnstablePhysics
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import (
+    arms,
     artifacts,
     cameras,
     driving,
@@ -31,6 +32,7 @@ PARTS = (
     entities,
     mobile,
     driving,
+    arms,
     cameras,
     recording,
     faults,

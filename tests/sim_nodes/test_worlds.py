@@ -17,11 +17,11 @@ CLEARANCE = 0.18
 
 
 def test_the_worlds_that_come_along_are_listed_and_load() -> None:
-    assert available_worlds() == ("corridor", "empty", "hall", "maze", "rooms")
+    assert available_worlds() == ("arm_cell", "corridor", "empty", "hall", "maze", "rooms")
     for name in available_worlds():
         world = load_world(name)
         assert world.name == name
-        assert world.robots[0].name == "turtlebot4"
+        assert world.robots[0].name == ("ur10e" if name == "arm_cell" else "turtlebot4")
 
 
 def test_the_way_through_the_maze_crosses_where_the_box_will_be() -> None:
@@ -135,7 +135,7 @@ def test_a_mistake_is_refused_with_its_line(line: int, wrong: str, words: str) -
 
 
 def test_unknown_worlds_are_told_from_wrong_ones(tmp_path: Path) -> None:
-    with pytest.raises(WorldError, match="known are corridor, empty") as unknown:
+    with pytest.raises(WorldError, match="known are arm_cell, corridor, empty") as unknown:
         load_world("moon")
     assert unknown.value.missing
     with pytest.raises(WorldError, match="cannot read"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.runtime.contracts import Pose3D, Position3D, Velocity6D
+from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D, Velocity6D
 
 
 def vector_message(position: Position3D) -> wire.Vector3:
@@ -27,3 +27,9 @@ def twist_message(velocity: Velocity6D) -> wire.Twist:
         linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
         angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
     )
+
+
+def pose_value(pose: wire.Pose) -> Pose3D:
+    """A pose [m, rad] that was said on the wire."""
+    place, turned = pose.position, pose.orientation
+    return Pose3D(Position3D(place.x, place.y, place.z), Orientation3D(turned.roll, turned.pitch, turned.yaw))

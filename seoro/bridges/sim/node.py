@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.arms import ArmRequests
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.faults import FaultRequests
@@ -25,6 +26,7 @@ class SimulatorNode(
     MobileRequests,
     LocalisationRequests,
     DrivingRequests,
+    ArmRequests,
     CameraRequests,
     RecordingRequests,
     FaultRequests,

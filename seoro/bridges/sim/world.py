@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
-from seoro.bridges.sim.messages import pose_message, twist_message
+from seoro.bridges.sim.messages import pose_message, pose_value, twist_message
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D, Velocity6D
+from seoro.runtime.contracts import Pose3D, Velocity6D
 
 
 class WorldRequests(Requests):
@@ -40,11 +40,7 @@ class WorldRequests(Requests):
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""
         request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
-        pose = await self.ask(wire.GET_RELATIVE_POSE, request)
-        return Pose3D(
-            Position3D(pose.position.x, pose.position.y, pose.position.z),
-            Orientation3D(pose.orientation.roll, pose.orientation.pitch, pose.orientation.yaw),
-        )
+        return pose_value(await self.ask(wire.GET_RELATIVE_POSE, request))
 
     async def delete_entity(self, name: str) -> None:
         """See `Simulation`."""

@@ -14,6 +14,7 @@ readers ignore what they do not know.
 
 from typing import Any
 
+from seoro.bridges.wire.arms import *
 from seoro.bridges.wire.artifacts import *
 from seoro.bridges.wire.cameras import *
 from seoro.bridges.wire.driving import *

@@ -1,0 +1,72 @@
+"""Actions of `osc.manipulation`: what an arm with a gripper needs to pick and place."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Sequence
+from functools import partial
+
+from seoro.actions.moveit2 import ARM
+from seoro.actions.reports import finish
+from seoro.errors import ActionFailed
+from seoro.runtime.actions import action
+from seoro.runtime.capabilities import Arms, Manner
+from seoro.runtime.context import ActionContext
+from seoro.runtime.contracts import Pose3D, Reporter
+from seoro.runtime.values import Actor
+
+GRIPPER = "gripper"  # does one thing at a time, also while the arm moves
+
+
+@action("arm.move_tool", home=Arms, uses=ARM)
+async def move_tool(
+    ctx: ActionContext,
+    arm: Actor,
+    goal_pose: Pose3D,
+    frame_id: str,
+    straight: bool,
+    may_touch: Sequence[str],
+    tolerance: float,
+    max_velocity_scaling_factor: float,
+) -> None:
+    """Move the tool to a pose."""
+    arms, name = ctx.home(arm, Arms)
+    manner = Manner(max_velocity_scaling_factor, tolerance, tuple(may_touch))
+
+    def start(report: Reporter) -> Awaitable[str]:
+        return arms.move_tool(name, goal_pose, frame_id, manner, report, straight=straight)
+
+    await finish(ctx, start, arms.cancel_goal)
+
+
+@action("arm.grip", home=Arms, uses=GRIPPER)
+async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> None:
+    """Close the gripper on something."""
+    arms, name = ctx.home(arm, Arms)
+    await finish(ctx, partial(arms.move_gripper, name, 0.0, force, Manner()), arms.cancel_goal)
+    held = (await ctx.ask(arms.arm_state(name))).held
+    if not held:
+        wanted = f" '{entity}'" if entity else " anything that can be lifted"
+        raise ActionFailed(f"{name} closed its gripper, and does not hold{wanted}")
+    if entity and held != entity:
+        raise ActionFailed(f"{name} holds '{held}' instead of '{entity}'")
+
+
+@action("arm.release", home=Arms, uses=GRIPPER)
+async def release(ctx: ActionContext, arm: Actor, opening: float) -> None:
+    """Open the gripper."""
+    arms, name = ctx.home(arm, Arms)
+    await finish(ctx, partial(arms.move_gripper, name, opening, None, Manner()), arms.cancel_goal)
+
+
+@action("arm.hold", home=Arms)
+async def hold(ctx: ActionContext, arm: Actor, entity: str, duration: float) -> None:
+    """Check that something is held for a duration."""
+    arms, name = ctx.home(arm, Arms)
+    await finish(ctx, partial(arms.hold_entity, name, entity, duration), arms.cancel_goal)
+
+
+@action("arm.wait_for_joint", home=Arms)
+async def wait_for_joint(ctx: ActionContext, arm: Actor, joint: str, position: float, tolerance: float) -> None:
+    """Wait until a joint is near a position."""
+    arms, name = ctx.home(arm, Arms)
+    await finish(ctx, partial(arms.watch_joint, name, joint, position, tolerance), arms.cancel_watch)
