@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 
 import pytest
@@ -38,3 +40,11 @@ def test_users_may_choose_how_mujoco_draws(monkeypatch: pytest.MonkeyPatch) -> N
         for chosen, wanted in (("egl", "egl"), ("OSMesa", "osmesa"), ("glfw", "egl" if has_egl else "osmesa")):
             monkeypatch.setenv("MUJOCO_GL", chosen)
             assert camera._wanted() == wanted
+
+
+def test_a_simulation_does_without_what_mujoco_would_draw_with() -> None:
+    code = "import os, sim_nodes.mujoco.engine; print(os.environ['MUJOCO_GL'])"
+    environment = {**os.environ, "MUJOCO_GL": "nonsense"}  # with which mujoco cannot be imported
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.stdout.strip(), done.stderr) == ("nonsense", "")
