@@ -131,12 +131,9 @@ def draw(runs: Runs, simulator: str, path: Path) -> None:
     by_drop.set_title("by lost beams; grey: each noise", fontsize=11, color=INK)
     by_noise.set_ylabel("error of the localisation [m]", color=INK)
     seeds = len(np.unique(runs.seed))
-    figure.suptitle(
-        f"Error of the localisation with a faulty lidar: {len(runs.error)} runs in {simulator}, {seeds} seeds",
-        fontsize=13,
-        fontweight="bold",
-        color=INK,
-    )
+    size = f"{len(runs.error)} runs in {simulator}, {seeds} {'seed' if seeds == 1 else 'seeds'}"
+    title = f"Error of the localisation with a faulty lidar: {size}"
+    figure.suptitle(title, fontsize=13, fontweight="bold", color=INK)
     figure.tight_layout()
     FigureCanvasAgg(figure)
     figure.savefig(path, metadata={"Software": None})

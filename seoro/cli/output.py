@@ -126,7 +126,7 @@ class Progress:
         robot, count = record["arguments"]["robot"], record["arguments"]["number_of_recoveries"]
         if count > self._recovered.get(robot, 0):
             left = record["arguments"]["distance_remaining"]
-            self._line(record["t"], _RED, "!", f"{robot} backs up to get free, {left:.1f} m from its goal")
+            self._line(record["t"], _RED, "!", f"{robot} was blocked and recovers, {left:.1f} m from its goal")
         self._recovered[robot] = count
 
     def _end(self, record: dict[str, Any]) -> None:

@@ -1,8 +1,8 @@
 """Driving a robot through poses: plan, follow, recover, arrive or give up.
 
 The phases are those of the behaviour tree that Nav2 ships: follow the plan and plan again when something changes;
-when nothing moves, recover by backing up and by forgetting obstacles, a few times; then abort. All times
-are counted in control cycles of simulated time.
+when nothing moves, recover by backing up, spinning and waiting in turn, and by forgetting obstacles; then abort.
+All times are counted in control cycles of simulated time.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, auto
 from itertools import pairwise
+from types import MappingProxyType
 from typing import assert_never
 
 import numpy as np
@@ -36,7 +37,8 @@ APPROACH_SPEED = 0.03  # [m/s]; a robot that is to stop slows down to it, by 1 m
 REPLAN_PERIOD = 1.0  # [s]
 BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
 PROGRESS_DISTANCE, PROGRESS_TIME = 0.3, 10.0  # [m] that have to be made in [s]
-BACK_UP_SPEED, BACK_UP_TIME = 0.1, 1.5  # [m/s], [s]
+BACK_UP_SPEED = 0.1  # [m/s]
+SPIN_RATE = 1.0  # [rad/s]
 MIN_MADE = 0.5  # [m] on the way from which on the speed until now says something
 SETTLE_TIME = 5.0  # [s] after which a robot that cannot come to rest is taken to be there
 MAX_RECOVERIES = 6  # in a row, without progress between them
@@ -70,6 +72,18 @@ class Feedback:
     estimated_time_remaining: float  # [s] as fast as until now
     number_of_recoveries: int
     number_of_poses_remaining: int
+
+
+class Recovery(Enum):
+    """What a robot does that cannot go on."""
+
+    BACK_UP = auto()
+    SPIN = auto()  # look about, a quarter turn
+    WAIT = auto()  # for what is in the way to go on
+
+
+RECOVERIES = (Recovery.BACK_UP, Recovery.SPIN, Recovery.WAIT)  # one after the other, and again
+RECOVERY_TIMES = MappingProxyType({Recovery.BACK_UP: 1.5, Recovery.SPIN: 1.6, Recovery.WAIT: 5.0})  # [s]
 
 
 class Phase(Enum):
@@ -328,18 +342,28 @@ class Navigator(Stateful):
         return self._recover(now)
 
     def _recover(self, now: Situation) -> tuple[Velocity, Ended | None]:
-        """Back up while there is room behind; from the second time on, forget the obstacles too."""
-        if self._cycles * self._interval >= BACK_UP_TIME:
+        """Carry out the recovery that it is the turn of; from the second on, forget the obstacles after it."""
+        kind = RECOVERIES[(self._tries - 1) % len(RECOVERIES)]
+        if self._cycles * self._interval >= RECOVERY_TIMES[kind]:
             if self._tries > 1:
                 self._obstacles.clear()
             self._begin_leg(now.pose)
             return self._controller.stop(), None
-        behind = now.pose.compose(Pose2(-0.1, 0.0, 0.0))
+        match kind:
+            case Recovery.BACK_UP if self._has_room_behind(now.pose):
+                return self._controller.steer(Velocity(-BACK_UP_SPEED, 0.0)), None
+            case Recovery.SPIN:
+                return self._controller.steer(Velocity(0.0, SPIN_RATE)), None
+            case Recovery.BACK_UP | Recovery.WAIT:
+                return self._controller.stop(), None
+            case _:
+                assert_never(kind)
+
+    def _has_room_behind(self, pose: Pose2) -> bool:
+        behind = pose.compose(Pose2(-0.1, 0.0, 0.0))
         room = float(self._obstacles.distance[self._map.grid.cell(behind.x, behind.y)])
-        here = float(self._obstacles.distance[self._map.grid.cell(now.pose.x, now.pose.y)])
-        if room < self._declaration.clearance and room <= here:
-            return self._controller.stop(), None
-        return self._controller.steer(Velocity(-BACK_UP_SPEED, 0.0)), None
+        here = float(self._obstacles.distance[self._map.grid.cell(pose.x, pose.y)])
+        return room >= self._declaration.clearance or room > here
 
     # ------------------------------------------------------------ arrive
 

@@ -1,0 +1,68 @@
+"""What a robot does that cannot go on, without physics: it is held where it is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from seoro.bridges.wire import Outcome
+from sim_nodes.check.bench import BASE
+from sim_nodes.geometry import Pose2
+from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.navigator import Goal, Navigator, Situation
+from sim_nodes.navigation.obstacles import ObstacleLayer
+from sim_nodes.physics import Wall
+from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.sensors.lidar import Scan
+
+INTERVAL = 0.04  # [s]
+ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
+NOTHING = Scan(np.full(360, np.inf), ANGLES, Pose2(0.0, 0.0, 0.0), np.full(360, np.inf), np.full(360, np.inf))
+HERE = Situation(Pose2(-1.0, 0.0, 0.0), AT_REST, NOTHING)
+
+
+@pytest.fixture
+def navigator() -> Navigator:
+    """Of a robot on the wrong side of a wall."""
+    known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
+    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    return navigator
+
+
+def moved(navigator: Navigator, limit: float = 60.0) -> tuple[list[Velocity], Outcome | None]:
+    """The velocities until the goal ends."""
+    velocities = []
+    for _ in range(round(limit / INTERVAL)):
+        velocity, ended = navigator.control(HERE)
+        velocities.append(velocity)
+        if ended is not None:
+            return velocities, ended.outcome
+    return velocities, None
+
+
+def test_a_robot_backs_up_then_spins_then_waits_and_all_again(navigator: Navigator) -> None:
+    velocities, outcome = moved(navigator)
+    assert outcome is Outcome.ABORTED
+    assert navigator.recoveries == 6
+    back = sum(-velocity.linear for velocity in velocities if velocity.linear < 0.0) * INTERVAL
+    assert back == pytest.approx(2 * 0.15, rel=0.1)
+    turned = sum(velocity.angular for velocity in velocities) * INTERVAL
+    assert turned == pytest.approx(2 * math.pi / 2, rel=0.1)
+    kinds = [(velocity.linear < 0.0, velocity.angular > 0.0) for velocity in velocities]
+    changes = [kind for kind, before in zip(kinds, [None, *kinds], strict=False) if kind != before and any(kind)]
+    assert changes == [(True, False), (False, True)] * 2
+    assert len(velocities) * INTERVAL == pytest.approx(7 * 0.6 + 2 * (1.5 + 1.6 + 5.0), abs=0.8)
+
+
+def test_a_robot_with_no_room_behind_stands_still_instead_of_backing_up() -> None:
+    known = build_map(
+        (-3.0, -3.0, 3.0, 3.0),
+        (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5), Wall("behind", -1.25, 0.0, math.pi / 2, 1.0, 0.1, 0.5)),
+    )
+    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    velocities, _ = moved(navigator, 2.0)
+    assert all(velocity == AT_REST for velocity in velocities)
