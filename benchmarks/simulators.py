@@ -1,22 +1,38 @@
-"""How fast simulators are: an engine alone, with its lidar, and as a node that navigates.
+"""How fast simulators are, beside their engines alone.
 
-    python benchmarks/simulators.py [ENGINE ...] [--rounds N]
+    python benchmarks/simulators.py [ENGINE ...] [--rounds N] [--scenes SCENE ...]
 
-All in the world `maze` with a TurtleBot 4 that drives. The node is a process of its own and is granted 50 ms of
-simulated time at once, as a run at `--rate 1` does it. Figures are the medians of all rounds.
+For each engine and scene, in turns in one run:
+
+- bare: the engine's own step, in a loop of Python, in a process that has loaded the same scene;
+- free: a simulator node that plays as fast as possible, a process of its own; robots stand and sense nothing;
+- lock-step: the same node, granted 20 ms at a time over Zenoh;
+- long grants: the same, granted 1 s at a time.
+
+Then a node whose robot navigates in the maze, in grants of 50 ms, and a scan of its lidar. Figures are medians of
+all rounds, in simulated seconds per second; shares are medians of what the rounds give each, so that what else the
+machine does at a time is in both.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import math
 import statistics
+import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
+from importlib import resources
 from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
 
+from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, start_simulator
 from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.node import SimulatorNode
 from seoro.runtime.contracts import Pose3D, Position3D, Report
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.rays import DIRECTIONS, LIMIT
@@ -24,44 +40,123 @@ from sim_nodes.physics import Engine
 from sim_nodes.worlds.loader import load_world
 
 ROBOT = "turtlebot4"
-STEPS = 5000
-SCANS = 200
-GRANT = 0.05  # [s]
-DRIVE = 20.0  # [s] of simulated time; the way to the goal takes longer
+ROUND = 0.3  # [s] of the machine's clock for each measurement of a round
+SCANS = 100
+DRIVE = 10.0  # [s] of simulated time; the way to the goal takes longer
 GOAL = Pose3D(Position3D(3.0, -3.0))
+PLACES = (
+    (-1.5, 0.0),
+    (1.5, 0.0),
+    (-3.0, -3.0),
+    (3.0, 3.0),
+    (0.0, 1.5),
+    (-4.5, 0.0),
+    (1.5, -3.0),
+    (-1.5, 3.0),
+    (3.0, -3.0),
+)
+CELL = """name: cell
+extent: [-2, -2, 2, 2]
+robots:
+  - {name: arm, robot: ur10e}
+props:
+  - {name: table, box: [0.6, 0.8, 0.1], pose: {x: 0.7, y: 0.0}}
+  - {name: cube, cube: 0.05, mass: 0.1, pose: {x: 0.7, y: 0.2, z: 0.126}}
+"""
 
 
-def rate(act: Callable[[], object], count: int) -> float:
-    """Calls per second."""
+def scenes() -> dict[str, str]:
+    """World files by what they show."""
+    maze = resources.files("sim_nodes.worlds").joinpath("maze.yaml").read_text(encoding="utf-8")
+    more = "".join(
+        f"  - {{name: robot{index}, robot: turtlebot4, pose: {{x: {x}, y: {y}}}}}\n"
+        for index, (x, y) in enumerate(PLACES, 2)
+    )
+    return {"maze, 1 robot": maze, "maze, 10 robots": f"{maze}{more}", "arm cell": CELL}
+
+
+def bare_step(name: str, world: Path) -> tuple[Any, Callable[[], object]]:
+    """An engine with a scene, and its own step, past all that is ours."""
+    engine: Any = ENGINES[name]()
+    engine.build(load_world(str(world)).scene)
+    if name == "mujoco":
+        import mujoco  # noqa: PLC0415
+
+        return engine, partial(mujoco.mj_step, engine._model, engine._data)
+    import pybullet  # noqa: PLC0415
+
+    return engine, partial(pybullet.stepSimulation, engine._client)
+
+
+def measure_bare(step: Callable[[], object], steps_per_second: int) -> float:
+    """Simulated seconds per second."""
+    start, steps = time.perf_counter(), 0
+    while (passed := time.perf_counter() - start) < ROUND:
+        for _ in range(200):
+            step()
+        steps += 200
+    return steps / steps_per_second / passed
+
+
+async def measure_free(node: SimulatorNode) -> float:
+    """Simulated seconds per second of a node that plays."""
+    await node.ask(
+        wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=wire.SimulationState.PLAYING, rate=math.inf)
+    )
+    start, before = time.perf_counter(), await _time_of(node)
+    await asyncio.sleep(ROUND)
+    after = await _time_of(node)
+    passed = time.perf_counter() - start
+    await node.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=wire.SimulationState.PAUSED))
+    return (after - before) / passed
+
+
+async def _time_of(node: SimulatorNode) -> float:
+    return (await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())).time
+
+
+async def measure_grants(node: SimulatorNode, grant: float) -> float:
+    """Simulated seconds per second of a node in lock-step."""
+    begin = now = await _time_of(node)
     start = time.perf_counter()
-    for _ in range(count):
-        act()
-    return count / (time.perf_counter() - start)
+    while time.perf_counter() - start < ROUND:
+        now = await node.advance(now + grant)
+    return (now - begin) / (time.perf_counter() - start)
 
 
-def measure_engine(name: str) -> tuple[float, float, float]:
-    """Steps per second, the same with looking for contacts, and scans per second."""
-    engine: Engine = ENGINES[name]()
-    engine.build(load_world("maze").scene)
-    engine.command_wheels(ROBOT, 3.0, 6.0)  # around in a circle, away from walls
+async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float, float, float, float]]:
+    """Bare, free, in lock-step and in long grants, for each round."""
+    engine, step = bare_step(name, world)
+    measured = []
+    async with start_simulator(name, SimulatorOptions(str(world), 0, ModelPath())) as node:
+        for _ in range(rounds):
+            free = await measure_free(node)
+            bare = measure_bare(step, engine.steps_per_second)
+            locked = await measure_grants(node, 0.02)
+            long = await measure_grants(node, 1.0)
+            measured.append((bare, free, locked, long))
+    return measured
 
-    def observed() -> None:
-        engine.step()
-        engine.touching()
 
-    bare, seen = rate(engine.step, STEPS), rate(observed, STEPS)
-    return bare, seen, rate(lambda: engine.cast_rays(ROBOT, DIRECTIONS, LIMIT), SCANS)
-
-
-async def measure_node(name: str) -> float:
+async def measure_navigation(name: str) -> float:
     """Simulated seconds per second of a node whose robot navigates."""
     async with start_simulator(name, SimulatorOptions("maze", 0, ModelPath())) as node:
         await node.set_initial_pose(ROBOT, Pose3D())
         await node.navigate(ROBOT, [GOAL], stop_at_each=False, report=_ignore)
         start, simulated = time.perf_counter(), 0.0
         while simulated < DRIVE:
-            simulated = await node.advance(simulated + GRANT)
+            simulated = await node.advance(simulated + 0.05)
         return simulated / (time.perf_counter() - start)
+
+
+def measure_scan(name: str) -> float:
+    """Milliseconds that a scan takes."""
+    engine: Engine = ENGINES[name]()
+    engine.build(load_world("maze").scene)
+    start = time.perf_counter()
+    for _ in range(SCANS):
+        engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+    return 1e3 * (time.perf_counter() - start) / SCANS
 
 
 def _ignore(_report: Report) -> None:
@@ -72,16 +167,24 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="How fast simulators are.")
     parser.add_argument("engines", metavar="ENGINE", nargs="*", help="mujoco, pybullet (default: those installed)")
-    parser.add_argument("--rounds", type=int, default=5, metavar="N")
+    parser.add_argument("--rounds", type=int, default=9, metavar="N")
     options = parser.parse_args()
-    print("engine      step [us]  with contacts [us]  scan [ms]  engine alone  node that navigates")
-    for name in options.engines or [name for name in ENGINES if find_spec(name)]:
-        rounds = [(*measure_engine(name), asyncio.run(measure_node(name))) for _ in range(options.rounds)]
-        bare, seen, scans, node = (statistics.median(values) for values in zip(*rounds, strict=True))
-        alone = bare / ENGINES[name]().steps_per_second
-        times = f"{1e6 / bare:9.1f}  {1e6 / seen:18.1f}  {1e3 / scans:9.2f}"
-        print(f"{name:10}  {times}  {alone:8.0f} x RT  {node:15.1f} x RT")
-    print("x RT: simulated seconds per second")
+    print("simulated seconds per second, and as a share of the bare engine")
+    print(f"{'engine':10}{'scene':17}{'bare':>7}{'free':>14}{'lock-step':>14}{'long grants':>14}")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.engines or [name for name in ENGINES if find_spec(name)]:
+            for scene, text in scenes().items():
+                world = Path(folder) / "scene.yaml"
+                world.write_text(text, encoding="utf-8")
+                rounds = asyncio.run(measure_scene(name, world, options.rounds))
+                bare, *others = (statistics.median(values) for values in zip(*rounds, strict=True))
+                shares = [statistics.median(each[i] / each[0] for each in rounds) for i in (1, 2, 3)]
+                figures = "".join(f"{rate:8.0f} {share:4.0%} " for rate, share in zip(others, shares, strict=True))
+                print(f"{name:10}{scene:17}{bare:7.0f}{figures}", flush=True)
+            rates = [asyncio.run(measure_navigation(name)) for _ in range(3)]
+            scans = [measure_scan(name) for _ in range(5)]
+            navigating, scan = statistics.median(rates), statistics.median(scans)
+            print(f"{name:10}navigates: {navigating:.0f}; a scan takes {scan:.2f} ms")
 
 
 if __name__ == "__main__":

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import logging
+import math
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import entry_points
 
 from seoro.bridges.session import SessionError
-from seoro.bridges.wire import node_command
+from seoro.bridges.wire import SimulationState, node_command
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
 from sim_nodes.refusal import RequestRefused
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     end_on_signals()
     if options.die_with_parent:
         die_with_parent(options.folder)
-    make = partial(_make, _engine(options.engine), options.world, options.seed)
+    make = partial(_make, _engine(options.engine), options.world, options.seed, options.rate)
     try:
         node_command(settings.namespace, settings.node, "*")
         serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
@@ -66,8 +67,20 @@ def _engine(name: str) -> Callable[[], Engine]:
     return found
 
 
-def _make(engine: Callable[[], Engine], world: str, seed: int) -> Simulator:
-    return Simulator(engine(), world, seed)
+def _make(engine: Callable[[], Engine], world: str, seed: int, rate: float | None) -> Simulator:
+    simulator = Simulator(engine(), world, seed)
+    if rate is not None:
+        simulator.set_state(SimulationState.PLAYING, rate)
+    return simulator
+
+
+def _rate(text: str) -> float:
+    """A rate of the command line.
+
+    Raises:
+        ValueError: It is no rate, which argparse says.
+    """
+    return math.inf if text == "max" else float(text)
 
 
 def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> None:
@@ -97,6 +110,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--node", help="name of the node (default: the engine's)")
     parser.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="seed of all randomness (default %(default)s)")
+    parser.add_argument(
+        "--rate",
+        type=_rate,
+        metavar="RATE",
+        help="play from the start, this many times as fast as the machine's clock, or as fast as possible (max)",
+    )
     parser.add_argument(
         "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"
     )

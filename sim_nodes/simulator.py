@@ -29,6 +29,7 @@ from seoro.bridges.wire import (
 from sim_nodes import snapshots
 from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
+from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, SavesState
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
@@ -37,8 +38,6 @@ from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_wo
 NEEDS: Mapping[str, type] = {verb.name: SavesState for verb in (SAVE_STATE, RESTORE_STATE)}
 """What an engine has to offer beyond `Engine`, by verb."""
 MAX_STEPS = 1_000_000  # of one request
-SLICE = 0.02  # [s] simulated between two looks at the inbox while playing
-LAG = 0.5  # [s] behind the machine's clock at which playing stops trying to catch up
 
 
 class Simulator:
@@ -55,6 +54,7 @@ class Simulator:
 
     def __init__(self, engine: Engine, world: str, seed: int) -> None:
         self._engine = engine
+        self._pace = Pace(1.0)
         self._source = world
         self.simulation = Simulation(engine, _read(world), seed)
         self._state = SimulationState.STOPPED
@@ -189,14 +189,23 @@ class Simulator:
             )
         self._state = SimulationState.PAUSED
 
-    def set_state(self, state: SimulationState) -> None:
-        """Go to a state; stopping resets everything."""
+    def set_state(self, state: SimulationState, rate: float = 1.0) -> None:
+        """Go to a state; stopping resets everything.
+
+        Args:
+            state: The state.
+            rate: How fast to play, in simulated seconds per second; infinite for as fast as possible.
+        """
+        if not rate >= SLOWEST:
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"the rate is {rate}: it has to be {SLOWEST:g} or more, or infinite"
+            )
         if state is self._state:
             raise RequestRefused(StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is {state} already")
         if state is SimulationState.STOPPED:
             self.simulation.reset(ResetScope.ALL)
         self._state = state
-        self._anchor: tuple[float, float] | None = None
+        self._pace = Pace(rate)
 
     def reset(self, scope: int) -> None:
         """Reset what a scope covers."""
@@ -208,10 +217,10 @@ class Simulator:
                 "1 (time), 2 (state) and 4 (spawned)",
             )
         self.simulation.reset(ResetScope(scope))
-        self._anchor = None
+        self._pace.start_over()
 
     def keep_pace(self, clock: float) -> float | None:
-        """While playing, simulate as far as a monotonic clock has come.
+        """While playing, simulate as far as is due by a monotonic clock.
 
         Args:
             clock: The machine's monotonic clock [s].
@@ -221,13 +230,8 @@ class Simulator:
         """
         if self._state is not SimulationState.PLAYING:
             return None
-        now = self.simulation.time
-        if self._anchor is None or clock - self._anchor[0] > now - self._anchor[1] + LAG:
-            self._anchor = (clock, now)
-        due = self._anchor[1] + clock - self._anchor[0]
-        stop = min(due, now + SLICE)
-        self.simulation.run(stop)
-        return max(0.0, self.simulation.time + SLICE - due) if self.simulation.time >= due else 0.0
+        self.simulation.run(self._pace.until(clock, self.simulation.time))
+        return self._pace.wait(clock, self.simulation.time)
 
 
 def _read(world: str) -> World:

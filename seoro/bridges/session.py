@@ -27,6 +27,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 CLOSE_DEADLINE = 2.0  # [s]
+LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
 INBOX_SIZE = 256
 TOKEN_QUEUE_SIZE = 1024
 
@@ -280,6 +281,6 @@ def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
         "timestamping": {"enabled": True},
-        "transport": {"shared_memory": {"enabled": False}, "link": {"tx": {"lease": 1500}}},
+        "transport": {"shared_memory": {"enabled": False}, "link": {"tx": {"lease": LEASE}}},
     }
     return settings

@@ -232,7 +232,12 @@ def _create(path: Path) -> FileIO:
 def _write(path: Path, data: bytes) -> None:
     with _refusing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        try:
+            path.write_bytes(data)
+        except OSError:
+            if path.is_file() and not path.is_symlink():
+                path.unlink()  # half of a result would be taken for one
+            raise
 
 
 @contextmanager

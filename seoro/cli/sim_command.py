@@ -25,6 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--listen", metavar="ENDPOINT", help="Zenoh endpoint to listen on (default: tcp/127.0.0.1:7450)"
     )
+    parser.add_argument(
+        "--rate",
+        metavar="RATE",
+        help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
+        "by default it passes while runs grant it",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -35,4 +41,6 @@ def run(options: argparse.Namespace) -> int:
     arguments = ["--world", options.world, "--seed", str(options.seed)]
     if options.listen is not None:
         arguments += ["--listen", options.listen]
+    if options.rate is not None:
+        arguments += ["--rate", options.rate]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", options.name, *arguments])  # noqa: S606

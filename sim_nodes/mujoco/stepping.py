@@ -58,6 +58,7 @@ class Stepper:
         self._model, self._data, self._owners = model, data, owners
         self._timestep: float = model.opt.timestep
         self._time: float = data.time
+        self._contacts = np.zeros((0, 2), dtype=np.int32)  # a view of MuJoCo's own, which stay where they are
         self._key = b""
         self.touching = touching
         self._before = np.zeros(mujoco.mj_stateSize(model, STATE))
@@ -106,22 +107,21 @@ class Stepper:
 
     def _singly(self, count: int, arms: Sequence[MujocoArm]) -> tuple[int, bool]:
         """Make steps until the pairs in contact change; returns how many, and whether they did."""
+        model, data = self._model, self._data
         for made in range(1, count + 1):
-            mujoco.mj_step(self._model, self._data)
+            mujoco.mj_step(model, data)
             for arm in arms:
-                arm.follow(self._data, self._timestep)
-            if self._look():
+                arm.follow(data, self._timestep)
+            # What stands on something touches it all the time: most steps end here.
+            if (data.ncon != len(self._contacts) or self._contacts.tobytes() != self._key) and self._look():
                 return made, True
         return count, False
 
     def _look(self) -> bool:
         """Find the pairs in contact; returns whether they are others than before."""
-        geoms = self._data.contact.geom
-        key = geoms.tobytes()
-        if key == self._key:  # wheels stand on the floor all the time: most steps end here
-            return False
-        self._key = key
-        touching = self._pairs(geoms.tolist())
+        self._contacts = self._data.contact.geom
+        self._key = self._contacts.tobytes()
+        touching = self._pairs(self._contacts.tolist())
         changed = touching != self.touching
         self.touching = touching
         return changed

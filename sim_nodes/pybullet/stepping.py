@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import pybullet
 
 from sim_nodes.physics import FLOOR, UnstablePhysics
-from sim_nodes.pybullet.arm import BODY_A, BODY_B, DISTANCE, LINK_A, LINK_B, PybulletArm, is_touching
+from sim_nodes.pybullet.arm import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW
 
 Vector = tuple[float, float, float]
@@ -77,6 +77,8 @@ class Stepper:
         self._still = [body for body in still if self._owners[body] != FLOOR]
         self._moving = [body for body in self._owners if body not in still]
         self._radii: list[float] = []
+        self._bodies: set[tuple[int, int]] = set()  # that touched in the last step, by their numbers
+        self._of_bodies: frozenset[tuple[str, str]] = frozenset()  # the entities of these
 
     def make(self, count: int, arms: Sequence[PybulletArm]) -> int:
         """Make up to `count` steps; returns how many, fewer if the pairs in contact have changed in the last.
@@ -114,17 +116,29 @@ class Stepper:
         return count, False
 
     def _pairs(self) -> frozenset[tuple[str, str]]:
-        pairs = set()
-        for point in pybullet.getContactPoints(physicsClientId=self._client):
-            if is_touching(point):
-                a, b = self._owners[point[BODY_A]], self._owners[point[BODY_B]]
-                if a != b and FLOOR not in (a, b) and not self._stand(point):
+        # Bodies touch at several points, and most of these are the same in most steps.
+        touching = {
+            (point[BODY_A], point[BODY_B])
+            for point in pybullet.getContactPoints(physicsClientId=self._client)
+            if (point[DISTANCE] <= 0.0 or point[FORCE] > 0.0) and not self._stand(point)
+        }
+        if touching != self._bodies:
+            self._bodies, pairs = touching, set()
+            for first, second in touching:
+                a, b = self._owners[first], self._owners[second]
+                if a != b and FLOOR not in (a, b):
                     pairs.add((min(a, b), max(a, b)))
-        return frozenset(pairs)
+            self._of_bodies = frozenset(pairs)
+        return self._of_bodies
 
     def _stand(self, point: Sequence[Any]) -> bool:
         """Whether neither of the two that touch can move, such as an arm's base and what it stands on."""
-        return point[LINK_A] == BASE and point[LINK_B] == BASE and {point[BODY_A], point[BODY_B]} <= self._static
+        return (
+            point[BODY_A] in self._static
+            and point[BODY_B] in self._static
+            and point[LINK_A] == BASE
+            and point[LINK_B] == BASE
+        )
 
     # ------------------------------------------------------------ where nothing can touch
 

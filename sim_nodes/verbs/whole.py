@@ -18,7 +18,7 @@ def _load_world(simulator: Simulator, request: wire.LoadWorld) -> wire.Simulator
 
 
 def _set_simulation_state(simulator: Simulator, request: wire.SetSimulationState) -> Empty:
-    simulator.set_state(request.state)
+    simulator.set_state(request.state, request.rate)
     return Empty()
 
 

@@ -38,20 +38,6 @@ def test_the_death_of_the_simulator_ends_the_run_as_an_error(start_seoro: StartS
     assert read_trace(tmp_path / "trace.jsonl")[-1]["status"] == "error"
 
 
-def test_a_simulator_that_hangs_is_given_up(start_seoro: StartSeoro) -> None:
-    process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
-    node = wait_for_driving(process)
-    os.kill(node, signal.SIGSTOP)
-    try:
-        _, err = process.communicate(timeout=20)
-    finally:
-        if is_alive(node):
-            os.kill(node, signal.SIGCONT)
-    assert process.returncode == 3
-    assert "simulator 'mujoco' is gone" in err
-    assert wait_until(lambda: not is_alive(node), 5)
-
-
 def test_ctrl_c_cancels_cleans_up_and_leaves_no_node(start_seoro: StartSeoro, tmp_path: Path) -> None:
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco", "-o", str(tmp_path))
     node = wait_for_driving(process)

@@ -6,13 +6,13 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome, ResetScope, Result, SimulationState, StateResult, WorldResult
+from sim_nodes.pace import LAG
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.simulator import LAG
 from tests.sim_nodes.client import BOX, ROBOT, TRUTH, Client, pose
 
 
-def set_state(client: Client, state: SimulationState) -> None:
-    client.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=state))
+def set_state(client: Client, state: SimulationState, rate: float = 1.0) -> None:
+    client.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=state, rate=rate))
 
 
 def features(client: Client) -> wire.SimulatorFeatures:
@@ -155,6 +155,30 @@ def test_playing_follows_the_clock(empty: Client) -> None:
     before = simulator.simulation.time
     simulator.keep_pace(clock + LAG + 60.0)
     assert simulator.simulation.time < before + LAG, "what was missed is not made up for"
+
+
+@pytest.mark.parametrize("rate", [0.5, 3.0, 50.0])
+def test_playing_may_be_slower_and_faster(empty: Client, rate: float) -> None:
+    set_state(empty, SimulationState.PLAYING, rate)
+    clock = 100.0
+    while clock < 100.4:
+        delay = empty.simulator.keep_pace(clock)
+        assert delay is not None
+        clock += max(delay, 1e-3)
+    assert empty.simulator.simulation.time == pytest.approx(0.4 * rate, abs=max(0.05, 0.01 * rate))
+
+
+def test_playing_as_fast_as_possible_waits_for_nothing(empty: Client) -> None:
+    set_state(empty, SimulationState.PLAYING, math.inf)
+    assert [empty.simulator.keep_pace(100.0) for _ in range(10)] == [0.0] * 10
+    assert empty.simulator.simulation.time > 1.0
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan])
+def test_a_rate_that_is_none_is_refused(empty: Client, rate: float) -> None:
+    with pytest.raises(RequestRefused, match="the rate is"):
+        set_state(empty, SimulationState.PLAYING, rate)
+    assert empty.simulator.state is SimulationState.STOPPED
 
 
 def test_what_happens_while_playing_is_held(empty: Client) -> None:

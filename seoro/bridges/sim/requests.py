@@ -12,7 +12,7 @@ from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, Ses
 from seoro.errors import BackendLost, BackendRefused
 from seoro.runtime.contracts import Lost, Reporter
 
-REQUEST_TIMEOUT = 10.0  # [s] of the machine's clock
+REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; more than the lease of the session, which tells more
 LOSS_NOTICE = 0.5  # [s] after a request has failed
 
 

@@ -52,9 +52,13 @@ class LoadWorld(Message):
 
 
 class SetSimulationState(Message):
-    """Go to a simulation state."""
+    """Go to a simulation state.
+
+    `rate` is how fast it plays then, in simulated seconds per second; infinite for as fast as possible.
+    """
 
     state: SimulationState
+    rate: float = 1.0
 
 
 class StepSimulation(Message):

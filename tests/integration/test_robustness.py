@@ -1,0 +1,159 @@
+"""Runs that meet with what should not happen: each ends as documented, with a clear message, and cleans up."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from tests.integration.conftest import StartSeoro, children, is_alive, read_trace, wait_until
+
+pytestmark = pytest.mark.engine("mujoco")
+
+DRIVE = """
+import osc.driving
+import osc.helpers
+
+scenario main:
+    robot: differential_drive_robot
+    do serial:
+        log("off")
+        robot.drive(linear: 0.2mps, duration: 2s)
+        log("there")
+"""
+
+WORLD = """name: hall
+extent: [-3, -3, 3, 3]
+walls:
+  - points: [[-2, -2], [2, -2]]
+robots:
+  - name: turtlebot4
+    robot: turtlebot
+"""
+
+
+def driving(start_seoro: StartSeoro, folder: Path) -> tuple[subprocess.Popen[str], int]:
+    """A run at real time, whose robot has just set off; its process, and that of its simulator."""
+    file = folder / "drive.osc"
+    file.write_text(DRIVE)
+    process = start_seoro("exec", str(file), "--sim", "mujoco", "--world", "empty", "-o", str(folder / "out"))
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "> robot.drive" in line:
+            break
+    [node] = children(process.pid)
+    return process, node
+
+
+def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[int, str]:
+    """What becomes of a run whose simulator is stopped for a while: its exit status, and what it says."""
+    process, node = driving(start_seoro, folder)
+    os.kill(node, signal.SIGSTOP)
+    try:
+        time.sleep(seconds)
+    finally:
+        if is_alive(node):
+            os.kill(node, signal.SIGCONT)
+    _, err = process.communicate(timeout=30)
+    assert wait_until(lambda: not is_alive(node), 5)
+    return process.returncode, err
+
+
+def test_a_run_waits_for_a_simulator_that_is_stopped(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    assert stopped_for(start_seoro, tmp_path, 2.5) == (0, "")
+    ended = [r for r in read_trace(tmp_path / "out" / "trace.jsonl") if r["kind"] == "run.end"]
+    assert [r["t"] for r in ended] == [2.0], "time has passed that the simulator has not simulated"
+
+
+@pytest.mark.slow
+def test_a_run_waits_for_ten_seconds(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    assert stopped_for(start_seoro, tmp_path, 10.0) == (0, "")
+
+
+@pytest.mark.slow
+def test_a_simulator_that_hangs_is_given_up(start_seoro: StartSeoro, tmp_path: Path) -> None:
+    status, err = stopped_for(start_seoro, tmp_path, 24.0)
+    assert status == 3
+    assert "simulator 'mujoco' is gone: the connection to it was lost" in err
+    assert read_trace(tmp_path / "out" / "trace.jsonl")[-1]["status"] == "error"
+
+
+@pytest.mark.parametrize(
+    ("size", "words", "left"),
+    [
+        pytest.param(
+            3_000,
+            "the trace cannot be written to {}/trace.jsonl: File too large",
+            ["trace.jsonl"],
+            marks=pytest.mark.slow,
+        ),
+        (9_000, "cannot write {}/top_down.png: File too large; the run itself: passed", ["trace.jsonl"]),
+    ],
+)
+def test_a_full_disk_ends_the_run_as_an_error(tmp_path: Path, size: int, words: str, left: list[str]) -> None:
+    file, out = tmp_path / "drive.osc", tmp_path / "out"
+    file.write_text(DRIVE)
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--sim", "mujoco", "--rate", "max"]
+    ended = subprocess.run(
+        [*command, "-o", str(out)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == 3
+    assert words.format(out) in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert sorted(path.name for path in out.iterdir() if path.suffix != ".json") == left
+
+
+def test_a_world_file_with_a_mistake_is_refused_with_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, world = tmp_path / "drive.osc", tmp_path / "hall.yaml"
+    file.write_text(DRIVE)
+    world.write_text(WORLD)
+    assert main(["exec", str(file), "--sim", "mujoco", "--world", str(world)]) == 2
+    err = capsys.readouterr().err
+    assert f"{world}:7: robots.0.robot: unknown kind 'turtlebot', known are" in err
+    assert children(os.getpid()) == []
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        ("box.spawn(pose_3d(), 'example_simulation://models/none.sdf')", "none.sdf"),
+        pytest.param(
+            "box.spawn(pose_3d(), 'file:///nowhere/none.sdf')", "/nowhere/none.sdf", marks=pytest.mark.slow
+        ),
+        ("robot.nav_to_pose(pose_3d(position_3d(x: 50m)))", "goal (50.00, 0.00) is outside of the map"),
+        pytest.param(
+            "robot.nav_to_pose(pose_3d(position_3d(x: 0m * (1.0e308 * 10.0))))",
+            "is no place within 1000 m",
+            marks=pytest.mark.slow,
+        ),
+        ("robot.drive(linear: 0mps * (1.0e308 * 10.0), duration: 1s)", "a part that is no finite number"),
+    ],
+)
+def test_what_cannot_be_fails_with_its_reason_and_cleans_up(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
+) -> None:
+    file = tmp_path / "wrong.osc"
+    file.write_text(
+        "import osc.driving\nimport osc.nav2\nimport osc.gazebo\nscenario main:\n"
+        "    robot: differential_drive_robot\n    box: osc_actor\n    do serial:\n"
+        f"        robot.init_nav2(pose_3d())\n        {action}\n"
+    )
+    assert main(["exec", str(file), "--sim", "mujoco", "--world", "empty", "--rate", "max"]) == 1
+    err = capsys.readouterr().err
+    assert words in err
+    assert f"{file}:9:9" in err
+    assert children(os.getpid()) == []
+    assert list(Path(tempfile.gettempdir()).iterdir()) == []
