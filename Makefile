@@ -11,10 +11,10 @@ PARALLEL := -n auto --maxprocesses 4 --dist worksteal
 SIM ?= mujoco
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all lint format goldens editors bench experiment-localisation clean
+.PHONY: help install demo test test-all lint format goldens editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
@@ -74,6 +74,9 @@ experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of th
 	@$(BIN)/seoro sweep scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \
 		-o out/localisation --overwrite || test $$? -eq 1
 	@$(BIN)/python benchmarks/localisation_experiment.py out/localisation --simulator $(SIM)
+
+experiment-engines: $(VENV)/.dev  ## compare the scenarios of robots that drive in MuJoCo and PyBullet, as a table
+	@$(BIN)/python benchmarks/engines.py
 
 clean:  ## remove .venv, caches and results
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis
