@@ -27,7 +27,7 @@ from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyState, Engine, SavesState
 
 SECOND = Pose2(1.0, 0.2, 3.0)
-HEAP = 12  # bodies
+HEAP = 9  # bodies
 
 
 def look(engine: Engine, *names: str) -> list[object]:
@@ -40,10 +40,10 @@ def look(engine: Engine, *names: str) -> list[object]:
 
 
 def follow(engine: Engine, *names: str) -> list[list[object]]:
-    """What is seen of an engine in the next second."""
+    """What is seen of an engine in the next 0.6 s."""
     seen = []
-    for _ in range(5):
-        run(engine, 0.2)
+    for _ in range(4):
+        run(engine, 0.15)
         seen.append(look(engine, *names))
     return seen
 

@@ -255,22 +255,26 @@ def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[objec
 @pytest.mark.parametrize(
     ("spoil", "rule", "words"),
     [
-        (deaf, robots.goals_end_once, "reported as nothing"),
+        pytest.param(deaf, robots.goals_end_once, "reported as nothing", marks=pytest.mark.slow),
         (deaf, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
         (stuttering, robots.robots_drive_as_long_as_they_are_told, "succeeded, succeeded"),
         (late, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
         (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s came to 0.12"),
         (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s came to 0.5 s"),
         (restless, passing.time_stands_still_without_grants, "while no time was granted"),
-        (noisy, passing.equal_runs_are_equal_to_the_bit, "in a second run"),
-        (stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved"),
+        pytest.param(noisy, passing.equal_runs_are_equal_to_the_bit, "in a second run", marks=pytest.mark.slow),
+        pytest.param(
+            stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.slow
+        ),
         (touchy, robots.watches_fire_once, "a request is refused: there is no watch"),
         (persistent, robots.cancelled_watches_are_silent, "reported as succeeded"),
         (credulous, robots.impossible_goals_are_refused, "without an initial pose is not refused"),
         (curt, entities.what_cannot_be_spawned_is_refused, "'no', which is no sentence"),
         (hoarding, entities.what_is_spawned_is_there_until_it_is_deleted, "still listed"),
         (accommodating, entities.names_are_unique, "a second entity of a name is not refused"),
-        (sticky, entities.a_reset_puts_the_world_back, "after a reset the robot is at"),
+        pytest.param(
+            sticky, entities.a_reset_puts_the_world_back, "after a reset the robot is at", marks=pytest.mark.slow
+        ),
         (unattended, robots.robots_stand_still_after_a_run, "its robot moves"),
         (discreet, entities.contacts_are_told, "no contact was told"),
         (amnesic, snapshots.what_was_saved_goes_on_as_it_did, "restored, the robot is at"),

@@ -99,18 +99,18 @@ def follow(client: Client, until: float) -> Iterator[object]:
             yield client.ask(wire.GET_ENTITY_STATE, wire.EntityName(name=name))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 def test_a_fork_goes_on_to_the_bit_as_the_original(engine: str) -> None:
     original = busy(engine)
     snapshot = save(original)
-    rest = list(follow(original, 9.0))
+    rest = list(follow(original, 7.0))
     assert any(b"way" in seen for seen in rest if isinstance(seen, bytes))
     fork = Client("empty", 99, engine)
     features = restore(fork, snapshot)
     assert (features.world, features.time, features.state) == ("maze", snapshot.time, wire.SimulationState.PAUSED)
-    assert list(follow(fork, 9.0)) == rest
+    assert list(follow(fork, 7.0)) == rest
     restore(original, snapshot)
-    assert list(follow(original, 9.0)) == rest
+    assert list(follow(original, 7.0)) == rest
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -156,6 +156,7 @@ def test_a_run_that_begins_from_a_snapshot_takes_over_what_robots_do() -> None:
     assert (fork.truth, fork.estimate) == (original.truth, original.estimate)
 
 
+@pytest.mark.slow
 def test_a_run_that_begins_from_a_snapshot_hears_nothing_of_another_run() -> None:
     snapshot = save(busy("mujoco"))
     fork = Client("empty", 99, "mujoco")
@@ -172,6 +173,7 @@ def test_a_run_that_begins_from_a_snapshot_hears_nothing_of_another_run() -> Non
         fork.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="goal"))
 
 
+@pytest.mark.slow
 def test_another_goal_ends_what_a_robot_does_for_nobody() -> None:
     fork = Client("empty", 99, "mujoco")
     restore(fork, save(busy("mujoco")), Purpose.BEGIN)
