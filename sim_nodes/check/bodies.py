@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -88,24 +89,29 @@ def bodies_may_be_fast(make: Make) -> None:
 
 def bodies_turn_about_their_centre_of_mass(make: Make) -> None:
     """A body in the air turns about its centre of mass, and its velocity is that of its origin."""
-    model = BodyModel((Part(CUBE, (0.3, 0.0, 0.0)), Part(CUBE, (0.1, 0.0, 0.0))), mass=2.0)
-    engine, rate = built(make), 2.0
+    even = BodyModel((Part(CUBE, (0.3, 0.0, 0.0)), Part(CUBE, (0.1, 0.0, 0.0))), mass=2.0)
+    head, grip = (replace(part, mass=mass) for part, mass in zip(even.parts, (1.9, 0.1), strict=True))
+    for what, model in (("club", even), ("club that is heavy at its end", replace(even, parts=(head, grip)))):
+        _turn(built(make), what, model)
+
+
+def _turn(engine: Engine, what: str, model: BodyModel) -> None:
+    rate, time = 2.0, 0.5
     centre = np.array(inertia(model).centre)
     engine.add_body("club", model, at(0.0, 0.0, 9.0))
     engine.set_body_state("club", BodyState((0.0, 0.0, 9.0), angular=(0.0, 0.0, rate)))
-    time = 0.5
     run(engine, time)
     state = engine.body_state("club")
     turn = rotation_matrix(quaternion(0.0, 0.0, rate * time))
     way = np.cross((0.0, 0.0, rate), centre) * time
     place = centre + way - turn @ centre
-    expect_near("the angle turned by a club [rad]", state.planar.yaw, rate * time, 0.01)
-    expect_near("the place of the origin of a turning club", state.position[:2], place[:2], 0.01)
+    expect_near(f"the angle turned by a {what} [rad]", state.planar.yaw, rate * time, 0.01)
+    expect_near(f"the place of the origin of a turning {what}", state.position[:2], place[:2], 0.01)
     before = np.array(state.position)
     engine.step()
     after = np.array(engine.body_state("club").position)
     moved = (after - before) * engine.steps_per_second
-    expect_near("the velocity of the origin of a turning club", state.linear[:2], moved[:2], 0.02)
+    expect_near(f"the velocity of the origin of a turning {what}", state.linear[:2], moved[:2], 0.02)
 
 
 def bodies_on_the_floor_stay_at_rest(make: Make) -> None:

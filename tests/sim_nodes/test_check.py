@@ -180,6 +180,14 @@ class Off(MujocoEngine):
         return BodyState((x, y, z), state.orientation, state.linear, state.angular)
 
 
+class Even(MujocoEngine):
+    """Parts weigh by their volume, whatever they say."""
+
+    def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
+        parts = tuple(replace(part, mass=None) for part in model.parts)
+        super().add_body(name, replace(model, parts=parts), state)
+
+
 class Rolling(MujocoEngine):
     """Wheels of robots that are put somewhere turn on."""
 
@@ -339,6 +347,7 @@ class Blind(MujocoEngine):
         (Loose, bodies.static_bodies_bear_loads_and_do_not_move, "static body"),
         (Off, bodies.what_is_set_is_what_is_found, "lopsided"),
         (Off, bodies.bodies_turn_about_their_centre_of_mass, "club"),
+        (Even, bodies.bodies_turn_about_their_centre_of_mass, "club that is heavy at its end"),
         (Rolling, robots.a_robot_that_is_put_somewhere_rests_there, ""),
         (Silent, repeating.no_state_is_not_a_number, "no step said"),
         (Mirrored, pictures.pictures_show_what_is_where, "first and last row and column of a cube"),
