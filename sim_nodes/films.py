@@ -16,7 +16,8 @@ from sim_nodes.views import MAX_SIZE, MIN_SIZE, Lens, Picture, View, looking_at,
 from sim_nodes.worlds.loader import World
 
 BEHIND: Vector = (-1.2, -1.8, 2.2)  # [m] from what is followed to the camera, along the axes of the map
-LOWEST, ARM_HEIGHT = 0.5, 1.5  # [m] of a world that is seen as a whole, and of one with an arm
+LOWEST = 0.5  # [m], the height of a world without walls
+ARM_HEIGHT, ARM_REACH = 1.3, 0.4  # [m] above the base of an arm and about it, what is to be seen of it
 
 Look = Callable[[], View]
 
@@ -84,7 +85,7 @@ class Films:
         lens = Lens(width=request.width, height=request.height)
         if request.follow:
             return lambda: self._behind(request.follow, lens)
-        whole = overview(self._world.extent, self._height(), lens)
+        whole = self._whole(lens)
         return lambda: whole
 
     def _behind(self, entity: str, lens: Lens) -> View:
@@ -92,10 +93,17 @@ class Films:
         place = (x + BEHIND[0], y + BEHIND[1], z + BEHIND[2])
         return View(place, looking_at(place, (x, y, z)), lens)
 
-    def _height(self) -> float:
-        """Of what stands in the world [m]."""
-        arms = any(robot.declaration.arm is not None for robot in self._world.robots)
-        return max([ARM_HEIGHT if arms else LOWEST, *(wall.height for wall in self._world.walls)])
+    def _whole(self, lens: Lens) -> View:
+        """A view of the whole world, with all that its arms can do above it."""
+        height = max((wall.height for wall in self._world.walls), default=LOWEST)
+        reached: list[Vector] = []
+        for robot in self._world.robots:
+            if robot.declaration.arm is not None:
+                x, y, top = robot.pose.x, robot.pose.y, robot.height + ARM_HEIGHT
+                reached += [
+                    (x + dx, y + dy, top) for dx in (-ARM_REACH, ARM_REACH) for dy in (-ARM_REACH, ARM_REACH)
+                ]
+        return overview(self._world.extent, height, lens, reached)
 
     def go_on_in(self, entities: Callable[[], Entities]) -> None:
         """Go on with another simulation of the same world."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,18 +74,21 @@ def looking_at(position: Vector, target: Vector) -> Quaternion:
     return quaternion(0.0, -math.atan2(z, ground), yaw)
 
 
-def overview(extent: tuple[float, float, float, float], height: float, lens: Lens) -> View:
+def overview(
+    extent: tuple[float, float, float, float], height: float, lens: Lens, others: Sequence[Vector] = ()
+) -> View:
     """A view from the south and above in which all of a world is seen.
 
     Args:
         extent: Of the world: lower x, lower y, upper x, upper y [m].
         height: Of what stands in it [m].
         lens: The lens.
+        others: Points that are to be seen, too [m].
     """
     left, bottom, right, top = extent
     centre = np.array([(left + right) / 2, (bottom + top) / 2, height / 2])
     back, up = np.array([0.0, -COSINE, SINE]), np.array([0.0, SINE, COSINE])
-    corners = np.array(list(itertools.product((left, right), (bottom, top), (0.0, height)))) - centre
+    corners = np.array([*itertools.product((left, right), (bottom, top), (0.0, height)), *others]) - centre
     nearer = corners @ back
     slope = math.tan(lens.fov / 2)
     # How far back a camera on the axis has to be for all corners to be below, above, and between edges.

@@ -11,6 +11,7 @@ from PIL import Image
 from seoro.bridges import wire
 from seoro.bridges.wire import Orientation, Pose, ResetScope, Result, SpawnResult, Vector3
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.geometry import rotation_matrix
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.views import NoRendering, Picture, View
 from sim_nodes.worlds.loader import WorldError, parse_world
@@ -101,6 +102,17 @@ def test_a_robot_s_camera_is_where_the_robot_has_it_and_stays_there() -> None:
         follow(client, ROBOT, Vector3(x=1.0), FRONT)
     with pytest.raises(RequestRefused, match="no entity"):
         delete(client, FRONT)
+
+
+def test_an_arm_s_camera_looks_where_its_tool_points(tmp_path: Path) -> None:
+    world = tmp_path / "cell.yaml"
+    world.write_text("name: cell\nextent: [-1.5, -1.5, 1.5, 1.5]\nrobots:\n  - {name: arm, robot: ur10e}\n")
+    client = Client(str(world))
+    (x, y, z), _ = client.simulator.simulation.engine.link_pose("arm", "tcp")
+    seen = view(client, "arm/wrist")
+    ahead = rotation_matrix(seen.orientation).T @ np.subtract((x, y, z - 0.3), seen.position)
+    assert ahead[0] > 0.3
+    assert np.hypot(*ahead[1:]) / ahead[0] < 0.5 * math.tan(seen.lens.fov / 2)
 
 
 def test_a_free_camera_is_an_entity_that_is_moved_and_deleted(empty: Client) -> None:

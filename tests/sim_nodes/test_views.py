@@ -48,3 +48,10 @@ def test_an_overview_has_the_whole_world_in_it_and_little_else(
     assert np.abs(corners).max() < 1.0
     assert np.ptp(corners, axis=0).max() > 1.8, "it fills the picture in one direction"
     assert corners.sum(axis=0) / 8 == pytest.approx((0.0, 0.0), abs=0.3)
+
+
+def test_an_overview_has_other_points_in_it_too() -> None:
+    extent = (-1.0, -1.0, 1.0, 1.0)
+    high = (0.2, 0.5, 2.5)
+    assert np.abs(seen_at(overview(extent, 0.5, Lens()), high)).max() > 1.0
+    assert np.abs(seen_at(overview(extent, 0.5, Lens(), [high]), high)).max() < 1.0
