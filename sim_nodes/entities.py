@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Result, SpawnResult, WorldResult
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import Vector
-from sim_nodes.physics import BodyModel, BodyState, Engine
+from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.schema import NAME
 
-MAX_SPAWNED = 200
+MAX_SPAWNED = 1000
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
 
 
@@ -27,6 +27,16 @@ class Spawned:
 
     model: BodyModel
     time: float  # [s]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A body that is to be spawned; under another name if its own is taken, with `rename`."""
+
+    name: str
+    model: BodyModel
+    state: BodyState
+    rename: bool
 
 
 class Entities(Stateful):
@@ -116,21 +126,79 @@ class Entities(Stateful):
         Raises:
             RequestRefused: The name is taken or wrong, or there is something at that place.
         """
-        name = self._free_name(name, rename)
+        [result] = self.spawn_all([Wish(name, model, state, rename)], time)
+        if isinstance(result, RequestRefused):
+            raise result
+        return result
+
+    def spawn_all(self, wishes: Sequence[Wish], time: float) -> list[str | RequestRefused]:
+        """Add bodies, each as if those before it were there already; returns their names, or why there is none."""
+        results: list[str | RequestRefused] = []
+        for wish in wishes:
+            try:
+                results.append(self._accept(wish, time))
+            except RequestRefused as refused:
+                results.append(refused)
+        added = [
+            (name, wish.model, wish.state)
+            for name, wish in zip(results, wishes, strict=True)
+            if isinstance(name, str)
+        ]
+        if added:
+            self._add(added)
+        self._take_back(results, wishes)
+        return results
+
+    def _accept(self, wish: Wish, time: float) -> str:
+        """Take a body down, as far as it can be told without the engine."""
+        name = self._free_name(wish.name, wish.rename)
         if len(self.spawned) >= MAX_SPAWNED:
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"there are {MAX_SPAWNED} spawned entities already: delete some"
             )
-        _check_floor(name, model, state)
-        self._engine.add_body(name, model, state)
-        in_the_way = self._engine.overlaps(name)
-        if in_the_way:
-            self._engine.remove_body(name)
-            raise RequestRefused(
-                SpawnResult.INVALID_POSE, f"{_at(name, state)} would overlap {listed(in_the_way)}"
-            )
-        self.spawned[name] = Spawned(model, time)
+        _check_floor(name, wish.model, wish.state)
+        self.spawned[name] = Spawned(wish.model, time)
         return name
+
+    def _take_back(self, results: list[str | RequestRefused], wishes: Sequence[Wish]) -> None:
+        """Remove bodies that overlap something that was there before them."""
+        later = {name for name in results if isinstance(name, str)}
+        refused: list[str] = []
+        for index, (name, wish) in enumerate(zip(results, wishes, strict=True)):
+            if not isinstance(name, str):
+                continue
+            in_the_way = set(self._engine.overlaps(name)) - later - set(refused)
+            later.discard(name)
+            if in_the_way:
+                results[index] = RequestRefused(
+                    SpawnResult.INVALID_POSE, f"{_at(name, wish.state)} would overlap {listed(in_the_way)}"
+                )
+                refused.append(name)
+        self._remove(refused)
+
+    def _add(self, bodies: Sequence[tuple[str, BodyModel, BodyState]]) -> None:
+        try:
+            if isinstance(self._engine, ManyBodies):
+                self._engine.add_bodies(bodies)
+            else:
+                for name, model, state in bodies:
+                    self._engine.add_body(name, model, state)
+        except BaseException:
+            for name, _, _ in bodies:
+                del self.spawned[name]
+            raise
+
+    def _remove(self, names: Sequence[str]) -> None:
+        """Remove spawned bodies."""
+        if not names:
+            return
+        if isinstance(self._engine, ManyBodies):
+            self._engine.remove_bodies(names)
+        else:
+            for name in names:
+                self._engine.remove_body(name)
+        for name in names:
+            del self.spawned[name]
 
     def spawn_camera(self, name: str, lens: Lens, place: BodyState) -> str:
         """Add a free camera; returns its name.
@@ -213,13 +281,13 @@ class Entities(Stateful):
                 f"{name!r} belongs to the world: what was spawned can be deleted, which is {listed(self.spawned)}",
             )
         self.cameras.forget(name)
-        self._engine.remove_body(name)
-        del self.spawned[name]
+        self._remove([name])
 
     def delete_all(self) -> None:
         """Remove all that was spawned."""
-        for name in tuple(self.spawned):
-            self.delete(name)
+        for name in self.spawned:
+            self.cameras.forget(name)
+        self._remove(tuple(self.spawned))
         self.cameras.remove_spawned()
 
     def _known(self, name: str) -> None:

@@ -277,6 +277,17 @@ class Engine(Protocol):
 
 
 @runtime_checkable
+class ManyBodies(Protocol):
+    """What an engine may offer beyond `Engine`, if bodies by the hundred cost it less than the sum of each."""
+
+    def add_bodies(self, bodies: Sequence[tuple[str, BodyModel, BodyState]]) -> None:
+        """Add bodies, as `Engine.add_body` adds each."""
+
+    def remove_bodies(self, names: Sequence[str]) -> None:
+        """Remove added bodies."""
+
+
+@runtime_checkable
 class SavesState(Protocol):
     """What an engine may offer beyond `Engine`: its state can be saved, and brought back."""
 

@@ -68,8 +68,8 @@ async def spawn_multiple(ctx: ActionContext, entities: Sequence[SpawnEntity], wo
     """Spawn several entities, in their order."""
     for entity in entities:
         _check(world_name, entity.xacro_arguments)
-        request = ctx.anywhere(Simulation).spawn_entity(entity.entity_name, entity.model, entity.spawn_pose)
-        await ctx.ask(request)
+    wanted = [(entity.entity_name, entity.model, entity.spawn_pose) for entity in entities]
+    await ctx.ask(ctx.anywhere(Simulation).spawn_entities(wanted))
 
 
 @action("actor_exists", anywhere=Simulation)

@@ -161,6 +161,10 @@ class Simulation(Protocol):
         """Spawn a model, found along the model path; returns the name it got."""
         ...
 
+    async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
+        """Spawn several, each by its name, its model and its place, in their order; those that can be, are."""
+        ...
+
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """The pose `distance` [m] ahead of a frame, in the parent frame."""
         ...

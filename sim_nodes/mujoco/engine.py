@@ -182,14 +182,24 @@ class MujocoEngine:
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         """See `Engine.add_body`."""
-        add_body(self._spec, name, model, state)
-        self._added[name] = (model, state)
+        self.add_bodies([(name, model, state)])
+
+    def add_bodies(self, bodies: Sequence[tuple[str, BodyModel, BodyState]]) -> None:
+        """See `ManyBodies.add_bodies`."""
+        for name, model, state in bodies:
+            add_body(self._spec, name, model, state)
+            self._added[name] = (model, state)
         self._recompile()
 
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
-        self._spec.delete(self._spec.body(name))
-        del self._added[name]
+        self.remove_bodies([name])
+
+    def remove_bodies(self, names: Sequence[str]) -> None:
+        """See `ManyBodies.remove_bodies`."""
+        for name in names:
+            self._spec.delete(self._spec.body(name))
+            del self._added[name]
         self._recompile()
 
     def _recompile(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
+from sim_nodes.entities import Wish
 from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
 from sim_nodes.refusal import RequestRefused
@@ -14,6 +15,38 @@ MAX_SPEED = 100.0  # [m/s], [rad/s]
 
 
 def _spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.EntityName:
+    simulation = simulator.simulation
+    wish = _wish(request)
+    name = simulation.entities.spawn(wish.name, wish.model, wish.state, simulation.time, rename=wish.rename)
+    return wire.EntityName(name=name)
+
+
+def _spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.Spawnings:
+    wishes: list[Wish | RequestRefused] = []
+    for each in request.entities:
+        try:
+            wishes.append(_wish(each))
+        except RequestRefused as refused:
+            wishes.append(refused)
+    possible = [wish for wish in wishes if isinstance(wish, Wish)]
+    spawned = iter(simulator.simulation.entities.spawn_all(possible, simulator.simulation.time))
+    results = [next(spawned) if isinstance(wish, Wish) else wish for wish in wishes]
+    return wire.Spawnings(
+        results=tuple(
+            wire.Spawning(name=result)
+            if isinstance(result, str)
+            else wire.Spawning(name=each.name, code=result.code, message=result.message)
+            for each, result in zip(request.entities, results, strict=True)
+        )
+    )
+
+
+def _wish(request: wire.SpawnEntity) -> Wish:
+    """What is to be spawned.
+
+    Raises:
+        RequestRefused: The place is none, or the model is wrong.
+    """
     check_pose(request.initial_pose, wire.SpawnResult.INVALID_POSE)
     if not request.resource_string.strip():
         raise RequestRefused(wire.SpawnResult.NO_RESOURCE, f"the model {request.uri!r} is empty")
@@ -21,10 +54,7 @@ def _spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.Entit
         model = parse_model(request.resource_string)
     except RequestRefused as error:
         raise RequestRefused(error.code, f"{request.uri}: {error.message}") from error
-    simulation = simulator.simulation
-    state = body_state(request.initial_pose)
-    name = simulation.entities.spawn(request.name, model, state, simulation.time, rename=request.allow_renaming)
-    return wire.EntityName(name=name)
+    return Wish(request.name, model, body_state(request.initial_pose), request.allow_renaming)
 
 
 def _delete_entity(simulator: Simulator, request: wire.EntityName) -> Empty:
@@ -57,6 +87,7 @@ def _set_entity_state(simulator: Simulator, request: wire.SetEntityState) -> Emp
 
 HANDLERS: tuple[Handling, ...] = (
     (wire.SPAWN_ENTITY, _spawn_entity),
+    (wire.SPAWN_ENTITIES, _spawn_entities),
     (wire.DELETE_ENTITY, _delete_entity),
     (wire.GET_ENTITIES, _get_entities),
     (wire.GET_ENTITY_STATE, _get_entity_state),

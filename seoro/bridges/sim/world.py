@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.sim.messages import pose_message, pose_value, twist_message
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Velocity6D
+
+SPAWN_TIMEOUT = 60.0  # [s] for as many as a simulator takes
 
 
 class WorldRequests(Requests):
@@ -24,18 +28,31 @@ class WorldRequests(Requests):
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
         """See `Simulation`."""
+        return (await self.ask(wire.SPAWN_ENTITY, self._entity(name, model, pose, allow_renaming))).name
+
+    async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
+        """See `Simulation`."""
+        texts = tuple(self._entity(name, model, pose, allow_renaming=False) for name, model, pose in entities)
+        answer = await self.ask(wire.SPAWN_ENTITIES, wire.SpawnEntities(entities=texts), SPAWN_TIMEOUT)
+        refused = [result for result in answer.results if result.code != wire.Result.OK]
+        if refused:
+            more = f"; {len(refused) - 1} others of {len(texts)} as well" if len(refused) > 1 else ""
+            raise BackendRefused(
+                f"'{refused[0].name}' was not spawned: {refused[0].message}{more}", refused[0].code
+            )
+
+    def _entity(self, name: str, model: str, pose: Pose3D, allow_renaming: bool) -> wire.SpawnEntity:
         try:
             text = self._models.read(model)
         except ModelNotFound as error:
             raise BackendRefused(str(error), wire.SpawnResult.NO_RESOURCE) from error
-        request = wire.SpawnEntity(
+        return wire.SpawnEntity(
             name=name,
             uri=model,
             resource_string=text,
             initial_pose=pose_message(pose),
             allow_renaming=allow_renaming,
         )
-        return (await self.ask(wire.SPAWN_ENTITY, request)).name
 
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""

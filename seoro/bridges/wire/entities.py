@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges.wire.geometry import EntityState, Pose, Twist
 from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.results import Result
 
 
 class SpawnEntity(Message):
@@ -14,6 +15,26 @@ class SpawnEntity(Message):
     resource_string: str
     initial_pose: Pose
     allow_renaming: bool = False
+
+
+class SpawnEntities(Message):
+    """Spawn several entities, each as if those before it were there already."""
+
+    entities: tuple[SpawnEntity, ...]
+
+
+class Spawning(Message):
+    """What became of one of several entities: its name, or the result code and the reason why there is none."""
+
+    name: str
+    code: int = Result.OK
+    message: str = ""
+
+
+class Spawnings(Message):
+    """What became of several entities, in their order."""
+
+    results: tuple[Spawning, ...]
 
 
 class EntityName(Message):
@@ -43,6 +64,7 @@ class SetEntityState(Message):
 
 
 SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName)
+SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, Spawnings)
 DELETE_ENTITY = Verb("delete_entity", EntityName, Empty)
 GET_ENTITIES = Verb("get_entities", EntityFilter, Entities)
 GET_ENTITY_STATE = Verb("get_entity_state", EntityName, EntityState)
