@@ -134,7 +134,7 @@ def test_a_plan_of_many_walls_is_built(engine: str, tmp_path: Path) -> None:
         (f"{{{PLAN.replace('plan.png', 'large.png')}}}", "more than 4000000 altogether"),
         (f"{{{PLAN.replace('0.05', '0.01')}}}", "at least 1 m wide"),
         ("none.yaml", "floor_plan: cannot read"),
-        ("wrong.yaml", "floor_plan: .*wrong.yaml: image: Field required"),
+        ("wrong.yaml", "floor_plan: .*wrong.yaml:1: image: Field required"),
     ],
 )
 def test_a_wrong_plan_is_refused_with_the_place(plan: str, words: str, tmp_path: Path) -> None:
