@@ -19,6 +19,7 @@ from sim_nodes.models.reading import (
     named,
     numbers,
     parse_xml,
+    vector,
     wrong,
 )
 from sim_nodes.models.urdf import read_origin, read_shape
@@ -27,9 +28,11 @@ from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
 ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
 JOINT_ELEMENTS = frozenset({"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"})
+REPEATED = frozenset({"link", "joint", "material", "visual", "collision"})
 JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic")
 SHAPES = (1e-3, 10.0)  # [m]
 MOMENTS = (1e-9, 1e4)  # [kg m^2]
+LIMITS = (-1e6, 1e6)  # of what a joint can do, in its units
 TOLERANCE = 1e-3  # [m], [rad] between what URDF and declaration say of the same
 
 
@@ -40,9 +43,11 @@ def check_urdf(declaration: RobotDeclaration) -> None:
         RequestRefused: It has something that is not supported, or does not fit the declaration.
     """
     root = parse_xml(declaration.urdf)
-    if root.tag != "robot":
-        raise wrong(f"the root element is <{root.tag}>: it has to be <robot>")
+    if root.tag != "robot" or not root.get("name"):
+        raise wrong(f"the root element is <{root.tag}>: it has to be <robot> with a name")
     check_children(root, ELEMENTS)
+    for element in root.iter():
+        _check_once(element)
     links, joints = _by_name(root, "link"), _by_name(root, "joint")
     for link in links.values():
         _check_link(link)
@@ -62,16 +67,27 @@ def _by_name(root: Any, tag: str) -> dict[str, Any]:
     return found
 
 
+def _check_once(element: Any) -> None:
+    tags = [child.tag for child in element if child.tag not in REPEATED]
+    again = next((tag for tag in tags if tags.count(tag) > 1), None)
+    if again is not None:
+        raise wrong(f"{named(element)} has <{again}> {tags.count(again)} times")
+
+
 def _check_link(link: Any) -> None:
     check_children(link, LINK_ELEMENTS)
     for element in (*link.findall("visual"), *link.findall("collision")):
         read_shape(element, SHAPES)
+        read_origin(element)
     mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
     if mass is None or inertia is None:
         raise wrong(f"{named(link)} has to have an <inertial> with <mass> and <inertia>; give a mere frame a gram")
+    read_origin(link.find("inertial"))
     numbers(mass.get("value"), f"mass of {named(link)}", 1, MASSES)
     for moment in ("ixx", "iyy", "izz"):
         numbers(inertia.get(moment), f"{moment} of {named(link)}", 1, MOMENTS)
+    for product in ("ixy", "ixz", "iyz"):
+        numbers(inertia.get(product), f"{product} of {named(link)}", 1, (-MOMENTS[1], MOMENTS[1]))
 
 
 def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
@@ -83,6 +99,13 @@ def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
         name = None if element is None else element.get("link")
         if name not in links:
             raise wrong(f"{named(joint)}: there is no link {name!r} to be its {tag}")
+    read_origin(joint)
+    for axis in joint.findall("axis"):
+        if not any(vector(axis.get("xyz"), f"axis of {named(joint)}")):
+            raise wrong(f"the axis of {named(joint)} has no length")
+    for element in (*joint.findall("limit"), *joint.findall("dynamics")):
+        for name, value in element.items():
+            numbers(value, f"{name} of {named(joint)}", 1, LIMITS)
 
 
 def _check_tree(declaration: RobotDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:

@@ -68,8 +68,15 @@ def replaced(old: str, new: str) -> Change:
             replaced('<child link="front_caster"/>', '<child link="base_link"/>'),
             "hang on no other",
         ),
+        (replaced('<axis xyz="0 0 1"/>', '<axis xyz="0 0"/>'), "axis of <joint name='left_wheel_joint'>"),
+        (replaced('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>'), "no length"),
+        (replaced('<origin xyz="0 0 0.12"/>', '<origin xyz="0 0"/>'), "xyz of <inertial>"),
+        (replaced('<axis xyz="0 0 1"/>', '<dynamics damping="much"/>'), "damping of <joint"),
+        (replaced('<mass value="6"/>', '<mass value="6"/><mass value="7"/>'), "<mass> 2 times"),
+        (replaced('ixy="0" ', ""), "ixy of <link name='base_link'>"),
         (replaced('<joint name="rear', '<gazebo/><joint name="rear'), "<gazebo>"),
         (replaced("<robot", "<sdf"), "no well-formed XML"),
+        (replaced('<robot name="cart">', "<robot>"), "with a name"),
     ],
 )
 def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tmp_path: Path) -> None:
