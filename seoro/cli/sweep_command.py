@@ -106,7 +106,9 @@ class _Sweep:
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
 
-            read_snapshot(options.from_snapshot)  # all runs need it
+            saved_by = read_snapshot(options.from_snapshot).engine
+            if options.sim is None and options.connect is None:
+                options.sim = saved_by  # which runs share when it is named
         jobs = self._jobs()
         axes = self._axes()
         possible, ruled_out = await self._possible(list(combinations(axes)))
