@@ -150,6 +150,14 @@ class Overlap:
     depth: float
 
 
+@dataclass(frozen=True)
+class TouchPoint:
+    """Where an entity touches a robot, in the map [m]."""
+
+    entity: str
+    position: Vector
+
+
 class UnstablePhysics(Exception):
     """The equations of motion had no usable solution; the simulation has to be reset."""
 
@@ -188,6 +196,9 @@ class Engine(Protocol):
 
         In the steps of one call of `step` before its last they are those of before the call.
         """
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        """The points in which a robot touched others in the last step; the floor is left out."""
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """The entities other than the floor that an entity interpenetrates now, sorted."""

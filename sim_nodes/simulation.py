@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from seoro.bridges.wire import (
     Contact,
@@ -37,6 +38,7 @@ from sim_nodes.record import RobotRecord, Trails
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
+from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import DistanceWatch, JointWatch, LocalisationWatch, ProximityWatch, Watch
@@ -150,6 +152,17 @@ class Simulation(Stateful):
         """Where a joint of a robot's arm or gripper is [rad, m]."""
         return self.robot(robot).arm.position_of(joint)
 
+    def feed(self, robot: str, sensor: str) -> Feed[Any]:
+        """The way of the samples of a robot's sensor.
+
+        Raises:
+            RequestRefused: There is no such robot, or it has no such sensor.
+        """
+        sensors = self.robot(robot).sensors
+        if sensor not in sensors:
+            raise RequestRefused(Result.NOT_FOUND, f"{robot} has no sensor {sensor!r}: it has {listed(sensors)}")
+        return sensors[sensor]
+
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot really is."""
         return self.engine.body_state(robot).planar
@@ -160,6 +173,15 @@ class Simulation(Stateful):
     def time(self) -> float:
         """The clock [s]; a multiple of the step's length."""
         return (self._steps - self._epoch) / self.engine.steps_per_second
+
+    @property
+    def tick(self) -> int:
+        """The last tick."""
+        return self._steps // self._tick_steps
+
+    def time_of_tick(self, tick: int) -> float:
+        """The time of a tick [s]."""
+        return (tick * self._tick_steps - self._epoch) / self.engine.steps_per_second
 
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
@@ -196,8 +218,10 @@ class Simulation(Stateful):
         """Make steps up to the next tick and that, or fewer, to a change of what touches."""
         self._steps += self.engine.step(count)
         self._note_contacts()
+        for name in {name for pair in self._touching for name in pair} & self.robots.keys():
+            self.robots[name].touch(math.ceil(self._steps / self._tick_steps))
         if self._steps % self._tick_steps == 0:
-            self._tick(self._steps // self._tick_steps)
+            self._tick(self.tick)
 
     def collect(self) -> Happened:
         """What has happened since this was last asked."""
@@ -260,11 +284,11 @@ class Simulation(Stateful):
 
     def set_initial_pose(self, robot: str, pose: Pose2) -> None:
         """Tell the localisation of a robot where it is."""
-        self.robot(robot).mobile.set_initial_pose(pose, self._steps // self._tick_steps)
+        self.robot(robot).mobile.set_initial_pose(pose, self.tick)
 
     def search_pose(self, robot: str) -> None:
         """Have a robot forget where it is, and look for itself on the whole map."""
-        self.robot(robot).mobile.search_pose(self._steps // self._tick_steps)
+        self.robot(robot).mobile.search_pose(self.tick)
 
     def navigate(self, robot: str, goal: Goal) -> None:
         """Send a robot to a goal; its end is reported."""
@@ -282,7 +306,7 @@ class Simulation(Stateful):
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
         """Command a robot's velocity; no name is the first robot that drives."""
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
-        self.robot(name).mobile.command(velocity, self._steps // self._tick_steps)
+        self.robot(name).mobile.command(velocity, self.tick)
 
     def feedback(self, robot: str) -> NavigationFeedback:
         """How far a robot is on its way."""
@@ -313,7 +337,7 @@ class Simulation(Stateful):
     def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
         """Inject a fault into a device of a robot; the end of its measurement, within a limit [s], is reported."""
         self._claim(identifier)
-        self.robot(robot).faults.inject(identifier, device, fault, limit, self._steps // self._tick_steps)
+        self.robot(robot).faults.inject(identifier, device, fault, limit, self.tick)
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""
@@ -368,20 +392,20 @@ class Simulation(Stateful):
         """Report when a frame or a body comes near a point; at once if it is near already."""
         for name in (frame, parent):
             self.check_frame(name)
-        self._watch(identifier, ProximityWatch(frame, parent, *point, threshold))
+        self.watch(identifier, ProximityWatch(frame, parent, *point, threshold))
 
     def watch_distance(self, identifier: str, robot: str, distance: float) -> None:
         """Report when a robot's odometry has counted a distance more."""
-        self._watch(identifier, DistanceWatch(robot, self.travelled(robot) + distance))
+        self.watch(identifier, DistanceWatch(robot, self.travelled(robot) + distance))
 
     def watch_localisation(self, identifier: str, robot: str) -> None:
         """Report when a robot knows where it is; at once if it does."""
-        self._watch(identifier, LocalisationWatch(self.robot(robot).mobile.name))
+        self.watch(identifier, LocalisationWatch(self.robot(robot).mobile.name))
 
     def watch_joint(self, identifier: str, robot: str, joint: str, target: float, tolerance: float) -> None:
         """Report when a joint of a robot's arm or gripper is within a tolerance of a position, or passes it."""
         from_above = self.joint_position(robot, joint) > target
-        self._watch(identifier, JointWatch(robot, joint, target, tolerance, from_above))
+        self.watch(identifier, JointWatch(robot, joint, target, tolerance, from_above))
 
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
@@ -391,7 +415,8 @@ class Simulation(Stateful):
             )
         del self._watches[identifier]
 
-    def _watch(self, identifier: str, watch: Watch) -> None:
+    def watch(self, identifier: str, watch: Watch) -> None:
+        """Report when a condition becomes true; at once if it is true already."""
         self._claim(identifier)
         if len(self._watches) >= MAX_WATCHES:
             raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_WATCHES} watches already: cancel some")
@@ -399,9 +424,10 @@ class Simulation(Stateful):
         self._check_watches()
 
     def _check_watches(self) -> None:
-        for identifier in [name for name, watch in self._watches.items() if watch.holds(self)]:
+        for identifier, watch in [(name, watch) for name, watch in self._watches.items() if watch.holds(self)]:
             del self._watches[identifier]
-            self._occurrences.append(Occurrence(id=identifier, time=self.time, outcome=Outcome.SUCCEEDED))
+            outcome, message = watch.result(self)
+            self._occurrences.append(Occurrence(id=identifier, time=self.time, outcome=outcome, message=message))
 
     # ------------------------------------------------------------ reset
 
@@ -424,6 +450,7 @@ class Simulation(Stateful):
             self.entities.cameras.reset()
             self._touching, self._released = frozenset(), {}
             self._make_robots()
+            self._watches = {name: watch.carried_over(self, self) for name, watch in self._watches.items()}
         if ResetScope.TIME in scope:
             self._epoch = self._steps
 
@@ -453,12 +480,7 @@ class Simulation(Stateful):
             self._report(robot, (Ended(goal, Outcome.CANCELED) for goal in robot.goals if goal not in kept))
         saved, self._watches = self._watches, {}
         for identifier, watch in before._watches.items():
-            self._watches[identifier] = saved.get(identifier) or self._carried_over(watch, before)
-
-    def _carried_over(self, watch: Watch, before: Simulation) -> Watch:
-        if isinstance(watch, DistanceWatch) and watch.robot in self.robots:
-            return watch.counted_from(before.travelled(watch.robot), self.travelled(watch.robot))
-        return watch
+            self._watches[identifier] = saved.get(identifier) or watch.carried_over(before, self)
 
     def _disown_all_but(self, kept: Container[str]) -> None:
         for robot in self.robots.values():

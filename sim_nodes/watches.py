@@ -5,14 +5,24 @@ They name what they are about, so that they can be saved, and go on in a world t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
+from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2
+from sim_nodes.sensors.feed import Feed
 
 
 class Watched(Protocol):
     """What watches look at."""
+
+    @property
+    def tick(self) -> int:
+        """The last tick."""
+
+    def feed(self, robot: str, sensor: str) -> Feed[Any]:
+        """The way of a sensor's samples."""
 
     def pose(self, frame: str) -> Pose2 | None:
         """The pose of a frame in the map, None when it has none."""
@@ -24,8 +34,24 @@ class Watched(Protocol):
         """Where a joint of a robot's arm or gripper is [rad, m]."""
 
 
+class Watch(ABC):
+    """A condition on a simulation; frozen data."""
+
+    @abstractmethod
+    def holds(self, world: Watched) -> bool:
+        """Whether it is true now."""
+
+    def carried_over(self, before: Watched, now: Watched) -> Watch:
+        """The same condition in a world whose robots are others, or what they were at another time."""
+        return self
+
+    def result(self, world: Watched) -> tuple[Outcome, str]:
+        """What is told when it has become true."""
+        return Outcome.SUCCEEDED, ""
+
+
 @dataclass(frozen=True)
-class ProximityWatch:
+class ProximityWatch(Watch):
     """True when a frame is near a point that is given in another frame."""
 
     frame: str
@@ -44,7 +70,7 @@ class ProximityWatch:
 
 
 @dataclass(frozen=True)
-class DistanceWatch:
+class DistanceWatch(Watch):
     """True when the odometry of a robot has reached a count."""
 
     robot: str
@@ -54,13 +80,13 @@ class DistanceWatch:
         """Whether it is true now."""
         return world.travelled(self.robot) >= self.target
 
-    def counted_from(self, now: float, then: float) -> DistanceWatch:
-        """With as much left to go when the odometry is at `then` as there is now [m]."""
-        return replace(self, target=self.target - now + then)
+    def carried_over(self, before: Watched, now: Watched) -> DistanceWatch:
+        """With as much left to go as there was."""
+        return replace(self, target=self.target - before.travelled(self.robot) + now.travelled(self.robot))
 
 
 @dataclass(frozen=True)
-class LocalisationWatch:
+class LocalisationWatch(Watch):
     """True when a robot knows where it is."""
 
     robot: str
@@ -71,7 +97,7 @@ class LocalisationWatch:
 
 
 @dataclass(frozen=True)
-class JointWatch:
+class JointWatch(Watch):
     """True when a joint is near a position, or has passed it, which a fast one does between two looks."""
 
     robot: str
@@ -84,6 +110,3 @@ class JointWatch:
         """Whether it is true now."""
         position = world.joint_position(self.robot, self.joint)
         return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
-
-
-Watch = ProximityWatch | DistanceWatch | LocalisationWatch | JointWatch

@@ -240,6 +240,38 @@ class Cameras(Protocol):
 
 
 @runtime_checkable
+class Sensors(Protocol):
+    """Sensors of robots. `robot` is what `home_of` returned, a sensor one of those of the robot.
+
+    What is watched is what arrives from them, with the faults that they have. Each returns the watch's id.
+    """
+
+    async def watch_sample(self, robot: str, sensor: str, report: Reporter) -> str:
+        """Report when the next sample arrives."""
+        ...
+
+    async def watch_bumper(self, robot: str, zone: str, entity: str, report: Reporter) -> str:
+        """Report when a zone of the bumper is pressed by an entity; empty names are any."""
+        ...
+
+    async def watch_range(
+        self, robot: str, sensor: str, distance: float, start: float, end: float, report: Reporter
+    ) -> str:
+        """Report when a lidar sees something nearer than `distance` [m] from one bearing to another [rad]."""
+        ...
+
+    async def check_rate(
+        self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
+    ) -> str:
+        """Report after `duration` [s] whether samples arrived at a rate within bounds [1/s]."""
+        ...
+
+    async def cancel_sensor_watch(self, watch: str) -> None:
+        """Forget a watch; one that has fired is left alone."""
+        ...
+
+
+@runtime_checkable
 class Faults(Protocol):
     """Faults of sensors and motors. `robot` is what `home_of` returned, a device one of those of the robot."""
 

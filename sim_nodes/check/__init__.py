@@ -60,6 +60,7 @@ RULES: tuple[Rule, ...] = (
     arms.a_reset_puts_arms_home,
     contacts.contacts_name_both,
     contacts.robots_touch_walls_and_each_other,
+    contacts.robots_touch_where_they_are,
     contacts.what_is_near_does_not_touch,
     contacts.overlaps_are_found_for_every_shape,
     contacts.what_rests_on_something_does_not_overlap_it,

@@ -15,6 +15,7 @@ from sim_nodes.check.bench import (
     built,
     drive,
     expect,
+    expect_near,
     run,
 )
 from sim_nodes.geometry import Pose2
@@ -62,6 +63,29 @@ def robots_touch_walls_and_each_other(make: Make) -> None:
     drive(engine, -0.3, 0.0)
     found = touches(engine, 3.0)
     expect(("box", ROBOT) in found, f"a robot that backs into a box gives the contacts {found or 'none'}")
+
+
+def robots_touch_where_they_are(make: Make) -> None:
+    """Points in which a robot touches others lie between the two and name the other; else there are none."""
+    engine = built(make, ORIGIN, Pose2(-0.45, 0.0, 0.0), walls=(WALL,))
+    run(engine, 0.5)
+    found = engine.touch_points(ROBOT)
+    expect(not found, f"a robot that touches nothing has the points {found}")
+    drive(engine, 0.3, 0.0)
+    drive(engine, 0.3, 0.0, OTHER)
+    run(engine, 4.0)
+    for robot, others in ((ROBOT, {"barrier", OTHER}), (OTHER, {ROBOT})):
+        points = engine.touch_points(robot)
+        named = {point.entity for point in points}
+        expect(named == others, f"the points of {robot} are those of {named or 'none'} instead of {others}")
+        x, y, _ = engine.body_state(robot).position
+        for point in points:
+            ahead = point.position[0] - x
+            wanted = REACHED if point.entity in ("barrier", ROBOT) else -REACHED
+            expect_near(f"the point of {robot} and {point.entity} ahead of {robot} [m]", ahead, wanted, 0.02)
+            expect_near(f"the point of {robot} and {point.entity} beside it [m]", point.position[1], y, 0.05)
+            height = point.position[2]
+            expect(0.0 < height < 0.36, f"the point of {robot} and {point.entity} is {height:.3f} m high")
 
 
 def what_is_near_does_not_touch(make: Make) -> None:

@@ -29,6 +29,7 @@ from sim_nodes.physics import (
     JointStates,
     Overlap,
     Scene,
+    TouchPoint,
     UnsavableState,
 )
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -167,6 +168,15 @@ class MujocoEngine:
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._stepper.touching
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        """See `Engine.touch_points`."""
+        contact, points = self._data.contact, []
+        for (first, second), place in zip(contact.geom.tolist(), contact.pos, strict=True):
+            owners = (self._owners[first], self._owners[second])
+            if robot in owners and FLOOR not in owners and owners != (robot, robot):
+                points.append(TouchPoint(owners[owners[0] == robot], _vector(place)))
+        return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""

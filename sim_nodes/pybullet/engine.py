@@ -30,8 +30,9 @@ from sim_nodes.physics import (
     Overlap,
     PlacedRobot,
     Scene,
+    TouchPoint,
 )
-from sim_nodes.pybullet.arm import DISTANCE, Ghost, Ghosts, PybulletArm
+from sim_nodes.pybullet.arm import BODY_B, DISTANCE, Ghost, Ghosts, PybulletArm, is_touching
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
 from sim_nodes.pybullet.output import caught
 from sim_nodes.views import Picture, View
@@ -47,6 +48,7 @@ GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
 ALL_GROUPS = -1
+POSITION = 5  # of a contact point on the first body, among what Bullet says of it
 NO_SHAPE = -1  # to collide with
 
 
@@ -176,6 +178,15 @@ class PybulletEngine:
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._stepper.touching
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        """See `Engine.touch_points`."""
+        number, points = self._bodies[robot].number, []
+        for point in self._bullet.getContactPoints(number):
+            other = self._owners[point[BODY_B]]
+            if is_touching(point) and other not in (robot, FLOOR):
+                points.append(TouchPoint(other, point[POSITION]))
+        return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""

@@ -122,6 +122,32 @@ class LocalisationDeclaration(_Declared):
     global_beam_weight: PositiveFloat = 0.03
 
 
+class ImuDeclaration(_Declared):
+    """An inertial measurement unit at the origin of the base; biases are drawn once, noise for each sample."""
+
+    rate: PositiveFloat  # [Hz]
+    accelerometer_noise: NonNegativeFloat  # standard deviations [m/s^2]
+    accelerometer_bias: NonNegativeFloat
+    gyroscope_noise: NonNegativeFloat  # [rad/s]
+    gyroscope_bias: NonNegativeFloat
+
+
+class ZoneDeclaration(_Declared):
+    """A zone of a bumper, from one bearing to another, to the left [rad]."""
+
+    name: str
+    start: float
+    end: float
+
+
+class BumperDeclaration(_Declared):
+    """A bumper about the base; where zones meet, the first of them is pressed."""
+
+    lowest: float  # [m] above the floor
+    highest: float
+    zones: tuple[ZoneDeclaration, ...]
+
+
 class MobileDeclaration(_Declared):
     """A base that drives, finds its way and sees what is about it."""
 
@@ -130,6 +156,8 @@ class MobileDeclaration(_Declared):
     drive: DriveDeclaration
     odometry: OdometryDeclaration
     lidar: LidarDeclaration
+    imu: ImuDeclaration | None = None
+    bumper: BumperDeclaration | None = None
     localisation: LocalisationDeclaration = LocalisationDeclaration()
 
 

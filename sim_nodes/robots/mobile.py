@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Container
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 from seoro.bridges.wire import Result
 from sim_nodes.faults.devices import Motors
@@ -26,11 +24,12 @@ from sim_nodes.physics import Engine
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds, wheel_ways
+from sim_nodes.robots.sensing import base_sensors
 from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
 from sim_nodes.robots.wheels import Wheels
 from sim_nodes.sensors.feed import Feed
-from sim_nodes.sensors.lidar import Lidar, Scan
-from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
+from sim_nodes.sensors.lidar import Scan
+from sim_nodes.sensors.odometry import AT_START, Odometer
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
@@ -62,21 +61,9 @@ class MobileBase(Stateful):
         self.declaration = declaration
         self._engine = engine
         self.wheels = Wheels(name, engine)
-        self._lidar = Feed(
-            Lidar(declaration.lidar, Noise(seed, f"{name}/lidar"), partial(engine.cast_rays, name)),
-            lambda purpose: Noise(seed, f"{name}/lidar/{purpose}"),
-        )
-        self._odometry = Feed(
-            Odometry(
-                declaration.drive,
-                declaration.odometry,
-                Noise(seed, f"{name}/odometry"),
-                self.wheels.encoders,
-            ),
-            lambda purpose: Noise(seed, f"{name}/odometry/{purpose}"),
-        )
-        self._odometry.in_use = True
-        self.sensors: dict[str, Feed[Any]] = {"lidar": self._lidar, "odometry": self._odometry}
+        self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
+        self._lidar: Feed[Scan] = self.sensors["lidar"]
+        self._odometry: Feed[Odometer] = self.sensors["odometry"]
         self.motors = Motors(self.wheels, self.motion)
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
@@ -114,9 +101,7 @@ class MobileBase(Stateful):
             self.goal is None
             and self._steering.order is None
             and not self.localisation.running
-            and not any(
-                feed.faults or (feed.in_use and feed is not self._odometry) for feed in self.sensors.values()
-            )
+            and not any(feed.faults or feed.in_use for feed in self.sensors.values())
         )
 
     def localised_pose(self) -> Pose2 | None:
@@ -155,9 +140,9 @@ class MobileBase(Stateful):
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
         self.wheels.pass_tick(tick)
-        self._odometry.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
-        self._lidar.pass_tick(tick)
+        for feed in self.sensors.values():
+            feed.pass_tick(tick)
         ended = self._steer(tick) if self._steering.order is not None else None
         if self.localisation.running and self._lidar.arrived is not None:
             self._take_in(self._lidar.arrived.data, tick)

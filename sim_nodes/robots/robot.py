@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.faults.board import FaultBoard
@@ -14,6 +15,8 @@ from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.sensors.bumper import Bumper
+from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
 
 
@@ -39,6 +42,7 @@ class Robot(Stateful):
 
     def __init__(self, placed: PlacedRobot, engine: Engine, about: Knowledge, seed: int) -> None:
         self.name = placed.name
+        self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, about.known, seed) if mobile is not None else None
@@ -85,6 +89,17 @@ class Robot(Stateful):
         """Whether no part of it has to do anything in every tick."""
         base, arm = self._mobile, self._arm
         return not self.faults.goals and (base is None or base.is_idle) and (arm is None or arm.is_idle)
+
+    @property
+    def sensors(self) -> Mapping[str, Feed[Any]]:
+        """The ways of its sensors' samples, by the sensors' names."""
+        return self._mobile.sensors if self._mobile is not None else {}
+
+    def touch(self, tick: int) -> None:
+        """Let its bumper feel what touches it now, before the tick with that number."""
+        bumper = self.sensors["bumper"].sensor if "bumper" in self.sensors else None
+        if isinstance(bumper, Bumper):
+            bumper.touch(self._engine.touch_points(self.name), tick)
 
     @property
     def truth_frame(self) -> str:

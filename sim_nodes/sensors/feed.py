@@ -38,26 +38,44 @@ class Feed(Stateful, Generic[T]):
     Args:
         sensor: The sensor.
         noise: Gives the source of the random numbers of a purpose.
+        always: Whether it senses also when nobody uses it.
 
     A sensor that nobody uses does not sense. That changes nothing for others: each draws its own random numbers.
 
     Attributes:
-        in_use: Whether it senses.
+        in_use: Whether somebody counts on its samples.
         faults: The faults that lie on the way, by their kinds.
         truth: What a sound sensor would have sent in the last tick; None if none was due.
         arrived: The sample that has arrived in the last tick.
         latest: The sample that has arrived last.
+        count: How many samples have arrived.
+        arrival: The tick in which the last one has.
     """
 
-    STATE = ("sensor", "in_use", "_has_supply", "faults", "truth", "arrived", "latest", "_frozen", "_under_way")
+    STATE = (
+        "sensor",
+        "in_use",
+        "_has_supply",
+        "faults",
+        "truth",
+        "arrived",
+        "latest",
+        "count",
+        "arrival",
+        "_frozen",
+        "_under_way",
+    )
 
-    def __init__(self, sensor: Sensor[T], noise: Callable[[str], Noise]) -> None:
+    def __init__(self, sensor: Sensor[T], noise: Callable[[str], Noise], *, always: bool = False) -> None:
         self.sensor = sensor
+        self._always = always
         self.in_use = False
         self.faults: dict[str, SensorFault] = {}
         self.truth: Sample[T] | None = None
         self.arrived: Sample[T] | None = None
         self.latest: Sample[T] | None = None
+        self.count = 0
+        self.arrival: int | None = None
         self._noise = {quantity: noise(f"gaussian_noise/{quantity}") for quantity in sensor.quantities}
         self._noise_of_beams = noise("beam_loss")
         self._noise_of_messages = noise("message_loss")
@@ -89,11 +107,12 @@ class Feed(Stateful, Generic[T]):
     def pass_tick(self, tick: int) -> None:
         """Let the sensor sense if it is due, and samples arrive."""
         self.truth = self.arrived = None
-        if self.in_use and tick % self.sensor.period == 0:
+        if (self.in_use or self._always) and tick % self.sensor.period == 0:
             self.truth = Sample(tick, self.sensor.read(tick))
             self._send(self.truth)
         if self._under_way and self._under_way[0][0] <= tick:
             self.latest = self.arrived = self._under_way.popleft()[1]
+            self.count, self.arrival = self.count + 1, tick
 
     def _send(self, truth: Sample[T]) -> None:
         """Send a sample, as the faults leave it."""

@@ -22,6 +22,7 @@ from sim_nodes.verbs import (
     localisation,
     mobile,
     recording,
+    sensors,
     snapshots,
     whole,
 )
@@ -37,6 +38,7 @@ PARTS = (
     recording,
     faults,
     localisation,
+    sensors,
     snapshots,
     artifacts,
 )

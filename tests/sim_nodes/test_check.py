@@ -25,7 +25,7 @@ from sim_nodes.check import (
 )
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
-from sim_nodes.physics import BodyModel, BodyState, Scene, UnstablePhysics
+from sim_nodes.physics import BodyModel, BodyState, Scene, TouchPoint, UnstablePhysics
 from sim_nodes.views import NoRendering, Picture, View
 from tests.sim_nodes.engines import needs_pictures
 
@@ -37,6 +37,26 @@ from sim_nodes.mujoco.engine import MujocoEngine
 class Deaf(MujocoEngine):
     def touching(self) -> frozenset[tuple[str, str]]:
         return frozenset()
+
+
+class Numb(MujocoEngine):
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        return ()
+
+
+class Misplaced(MujocoEngine):
+    """It says where the robot is instead of where it is touched."""
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        place = self.body_state(robot).position
+        return tuple(TouchPoint(point.entity, place) for point in super().touch_points(robot))
+
+
+class Selfish(MujocoEngine):
+    """It names the robot instead of what touches it."""
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        return tuple(TouchPoint(robot, point.position) for point in super().touch_points(robot))
 
 
 class Unsorted(MujocoEngine):
@@ -325,6 +345,9 @@ class Blind(MujocoEngine):
     [
         (Deaf, contacts.contacts_name_both, "gives the contacts none"),
         (Deaf, contacts.robots_touch_walls_and_each_other, "at a wall"),
+        (Numb, contacts.robots_touch_where_they_are, "those of none"),
+        (Misplaced, contacts.robots_touch_where_they_are, "ahead of"),
+        (Selfish, contacts.robots_touch_where_they_are, "the points of"),
         (Unsorted, contacts.contacts_name_both, "lower"),
         (Careless, contacts.overlaps_are_found_for_every_shape, "a box in a robot"),
         (Fast, robots.robots_drive_straight, "instead of 3: off by"),

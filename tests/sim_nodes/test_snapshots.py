@@ -36,6 +36,11 @@ def busy(engine: str, seed: int = 3) -> Client:
     client.localise()
     client.navigate(GOAL)
     client.watch(5.0, 5.0, 0.1, watch="far")
+    client.ask(wire.WATCH_BUMPER, wire.WatchBumper(id="bump", robot=ROBOT))
+    client.ask(
+        wire.CHECK_RATE,
+        wire.CheckRate(id="rate", robot=ROBOT, sensor="imu", lowest=0.0, highest=100.0, duration=8.0),
+    )
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.4))
     client.spawn("box", AHEAD)
     client.spawn("gone", pose(-1.0, -1.0, z=0.3))

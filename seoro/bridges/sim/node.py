@@ -14,6 +14,7 @@ from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import NodeAddress
+from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SNAPSHOT_TIMEOUT, SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.runtime.contracts import GoalStatus, Happened, Lost, Report
@@ -30,6 +31,7 @@ class SimulatorNode(
     CameraRequests,
     RecordingRequests,
     FaultRequests,
+    SensorRequests,
     WorldRequests,
     SnapshotRequests,
 ):

@@ -31,6 +31,7 @@ from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.passing import *
 from seoro.bridges.wire.recording import *
 from seoro.bridges.wire.results import *
+from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *
 

@@ -1,0 +1,46 @@
+"""Actions of `osc.sensors`: waiting for what sensors of robots say, and checking that they say something."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from seoro.actions.reports import finish
+from seoro.runtime.actions import action
+from seoro.runtime.capabilities import Sensors
+from seoro.runtime.context import ActionContext
+from seoro.runtime.values import Actor
+
+
+@action("robot.wait_for_sample", home=Sensors)
+async def wait_for_sample(ctx: ActionContext, robot: Actor, sensor: str) -> None:
+    """Wait for the next sample of a sensor."""
+    sensors, name = ctx.home(robot, Sensors)
+    await finish(ctx, partial(sensors.watch_sample, name, sensor), sensors.cancel_sensor_watch)
+
+
+@action("robot.wait_for_bump", home=Sensors)
+async def wait_for_bump(ctx: ActionContext, robot: Actor, zone: str, entity: str) -> None:
+    """Wait until the bumper is pressed."""
+    sensors, name = ctx.home(robot, Sensors)
+    await finish(ctx, partial(sensors.watch_bumper, name, zone, entity), sensors.cancel_sensor_watch)
+
+
+@action("robot.wait_for_range", home=Sensors)
+async def wait_for_range(
+    ctx: ActionContext, robot: Actor, nearer_than: float, from_bearing: float, to_bearing: float, sensor: str
+) -> None:
+    """Wait until a lidar sees something near."""
+    sensors, name = ctx.home(robot, Sensors)
+    watch = partial(sensors.watch_range, name, sensor, nearer_than, from_bearing, to_bearing)
+    await finish(ctx, watch, sensors.cancel_sensor_watch)
+
+
+@action("robot.check_rate", home=Sensors)
+async def check_rate(
+    ctx: ActionContext, robot: Actor, sensor: str, lowest: float, highest: float, measured_for: float
+) -> None:
+    """Check the rate at which samples arrive."""
+    sensors, name = ctx.home(robot, Sensors)
+    watch = partial(sensors.check_rate, name, sensor, lowest, highest, measured_for)
+    report = await finish(ctx, watch, sensors.cancel_sensor_watch)
+    ctx.log(report.message)
