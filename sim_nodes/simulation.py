@@ -480,7 +480,9 @@ class Simulation(Stateful):
             self._report(robot, (Ended(goal, Outcome.CANCELED) for goal in robot.goals if goal not in kept))
         saved, self._watches = self._watches, {}
         for identifier, watch in before._watches.items():
-            self._watches[identifier] = saved.get(identifier) or watch.carried_over(before, self)
+            is_here = watch.of_robot is None or watch.of_robot in self.robots
+            over = watch.carried_over(before, self) if is_here else watch
+            self._watches[identifier] = saved.get(identifier) or over
 
     def _disown_all_but(self, kept: Container[str]) -> None:
         for robot in self.robots.values():

@@ -41,6 +41,12 @@ class Watch(ABC):
     def holds(self, world: Watched) -> bool:
         """Whether it is true now."""
 
+    @property
+    def of_robot(self) -> str | None:
+        """The robot that it is about, if it is about one."""
+        robot: str | None = getattr(self, "robot", None)
+        return robot
+
     def carried_over(self, before: Watched, now: Watched) -> Watch:
         """The same condition in a world whose robots are others, or what they were at another time."""
         return self

@@ -14,15 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Pose2, quaternion, yaw_of
+from sim_nodes.geometry import Array, Pose2, Vector, quaternion, yaw_of
 from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
-from sim_nodes.physics import OVERLAP, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Sphere
+from sim_nodes.physics import OVERLAP, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Sphere, TouchPoint
 from sim_nodes.robots.diff_drive import base_motion
 
 STEPS_PER_SECOND = 100
 ROBOT_HEIGHT = 0.35  # [m]
+BODY_HEIGHT = 0.05  # [m] at which robots touch things
 SEEN = 0.145  # [m], radius of a TurtleBot at the height of its lidar
 LIDAR_HEIGHT = 0.193  # [m]
+ALL_ROUND = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # [rad]
 PARALLEL = 1e-12  # cosine of an angle at which a ray is parallel to a side
 
 
@@ -205,6 +207,19 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._touching
+
+    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+        """See `Engine.touch_points`; each is where the other is nearest."""
+        others = {other for pair in self._touching if robot in pair for other in pair} - {robot}
+        return tuple(TouchPoint(other, self._nearest(robot, other)) for other in sorted(others))
+
+    def _nearest(self, robot: str, other: str) -> Vector:
+        """The point of something that is nearest to a robot's middle."""
+        origin = self._robots[robot].state.planar
+        ranges = np.array([solid.rays(origin, ALL_ROUND) for solid in self._solids(other)]).min(axis=0)
+        nearest = int(ranges.argmin())
+        x, y, _ = origin.compose(Pose2(0.0, 0.0, ALL_ROUND[nearest])).compose(Pose2(ranges[nearest], 0.0, 0.0))
+        return (x, y, BODY_HEIGHT)
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""
