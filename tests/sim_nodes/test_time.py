@@ -253,7 +253,7 @@ def test_worlds_are_loaded_with_a_seed(empty: Client) -> None:
     loaded = empty.ask(wire.LOAD_WORLD, wire.LoadWorld(world="maze", seed=4))
     assert (loaded.world, loaded.time, loaded.state) == ("maze", 0.0, SimulationState.STOPPED)
     assert empty.simulator.simulation.seed == 4
-    with pytest.raises(RequestRefused, match="no world 'moon': known are corridor, empty") as refused:
+    with pytest.raises(RequestRefused, match="no world 'moon': known are arm_cell, corridor, empty") as refused:
         empty.ask(wire.LOAD_WORLD, wire.LoadWorld(world="moon"))
     assert refused.value.code == WorldResult.NO_RESOURCE
     assert features(empty).world == "maze", "a world that cannot be loaded changes nothing"
