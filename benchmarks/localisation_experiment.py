@@ -119,10 +119,10 @@ def write_cells(runs: Runs, path: Path) -> None:
 
 def draw(runs: Runs, simulator: str, path: Path) -> None:
     """Draw the heat map and the curves."""
-    figure = Figure(figsize=(13.0, 4.6), dpi=110, facecolor="white")
+    figure = Figure(figsize=(13.0, 4.6), dpi=90, facecolor="white")
     heat, by_noise, by_drop = figure.subplots(1, 3, width_ratios=(1.25, 1.0, 1.0))
     _draw_heat(figure, heat, runs)
-    top = 1.08 * max(
+    top = 1.3 * max(
         _draw_curve(by_noise, runs, runs.noise, runs.drop), _draw_curve(by_drop, runs, runs.drop, runs.noise)
     )
     by_noise.set(xlabel="noise of ranges, standard deviation [m]", ylim=(0.0, top))
