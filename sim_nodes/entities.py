@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from seoro.bridges.wire import Result, SpawnResult, WorldResult
+from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import Vector
@@ -82,6 +82,29 @@ class Entities(Stateful):
     def bodies(self) -> Mapping[str, BodyModel]:
         """Props and what was spawned, by name."""
         return {**self._props, **{name: spawned.model for name, spawned in self.spawned.items()}}
+
+    def category(self, name: str) -> Category:
+        """What an entity is."""
+        self._known(name)
+        if name in self._robots:
+            return Category.ROBOT
+        if name in self.cameras.free:
+            return Category.OBJECT
+        is_static = name in self._walls or self.bodies[name].static
+        return Category.STATIC_OBJECT if is_static else Category.DYNAMIC_OBJECT
+
+    def description(self, name: str) -> str:
+        """What an entity is, for people."""
+        self._known(name)
+        if name in self._robots:
+            return "a robot of the world"
+        if name in self._walls:
+            return "walls of the world"
+        if name in self.cameras.free:
+            return "a camera"
+        if name in self._props:
+            return "a prop of the world"
+        return f"spawned at {self.spawned[name].time:.3f} s"
 
     def names(self) -> tuple[str, ...]:
         """Names of all entities, sorted."""

@@ -378,6 +378,11 @@ class Simulation(Stateful):
             return self._frames[frame]()
         return self.engine.body_state(frame).planar if frame in self.entities.bodies else None
 
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Names of all frames."""
+        return tuple(self._frames)
+
     def check_frame(self, name: str) -> None:
         """Refuse what names neither a frame nor a body."""
         known = [*self._frames, *self.entities.bodies]

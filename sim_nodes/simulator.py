@@ -119,6 +119,11 @@ class Simulator:
             return None
 
     @property
+    def source(self) -> str:
+        """Name or path by which the world was asked for."""
+        return self._source
+
+    @property
     def state(self) -> SimulationState:
         """Whether time passes."""
         return self._state

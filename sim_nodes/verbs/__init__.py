@@ -19,6 +19,7 @@ from sim_nodes.verbs import (
     driving,
     entities,
     faults,
+    listing,
     localisation,
     mobile,
     recording,
@@ -40,6 +41,7 @@ PARTS = (
     localisation,
     sensors,
     snapshots,
+    listing,
     artifacts,
 )
 VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyType(

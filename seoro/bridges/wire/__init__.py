@@ -23,6 +23,7 @@ from seoro.bridges.wire.faults import *
 from seoro.bridges.wire.feedback import *
 from seoro.bridges.wire.geometry import *
 from seoro.bridges.wire.keys import *
+from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.localisation import *
 from seoro.bridges.wire.measurements import *
 from seoro.bridges.wire.message import *

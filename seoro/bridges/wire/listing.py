@@ -1,0 +1,96 @@
+"""What there is: worlds, entities with what they are and where, and the transforms of frames."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from seoro.bridges.wire.entities import EntityName
+from seoro.bridges.wire.geometry import EntityState, Pose, Vector3
+from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.simulator import SimulationState
+
+
+class Category(IntEnum):
+    """Categories of entities, by the numbers of `simulation_interfaces`."""
+
+    OBJECT = 0
+    ROBOT = 1
+    HUMAN = 2
+    DYNAMIC_OBJECT = 4
+    STATIC_OBJECT = 5
+
+
+class Bounds(Message):
+    """A box along the axes of a frame, by two of its corners [m]."""
+
+    lower: Vector3
+    upper: Vector3
+
+
+class StateFilter(Message):
+    """Which entities: those that all of this holds for.
+
+    Args:
+        filter: A regular expression that their whole names match.
+        categories: They are of one of these; of any, if there are none.
+        bounds: Their origins are in it, in the frame `map`.
+    """
+
+    filter: str = ".*"
+    categories: tuple[int, ...] = ()
+    bounds: Bounds | None = None
+
+
+class EntityStates(Message):
+    """Entities by their names, sorted, with their states."""
+
+    names: tuple[str, ...]
+    states: tuple[EntityState, ...]
+
+
+class EntityInfo(Message):
+    """What an entity is; `description` is for people."""
+
+    category: int
+    description: str
+
+
+class CurrentWorld(Message):
+    """The world that is loaded: its name, and the name or path by which it was asked for."""
+
+    name: str
+    source: str
+
+
+class AvailableWorlds(Message):
+    """Names of the worlds that come with the node; others are loaded by the paths of their files."""
+
+    names: tuple[str, ...]
+
+
+class CurrentState(Message):
+    """Whether time passes, and the simulator's clock [s]."""
+
+    state: SimulationState
+    time: float
+
+
+class Transform(Message):
+    """The pose of a frame in `map`; None as long as it has none, because its robot is not localised."""
+
+    frame: str
+    pose: Pose | None
+
+
+class Transforms(Message):
+    """All frames. That of a robot in truth is called NAME_base_link_gt."""
+
+    transforms: tuple[Transform, ...]
+
+
+GET_ENTITIES_STATES = Verb("get_entities_states", StateFilter, EntityStates)
+GET_ENTITY_INFO = Verb("get_entity_info", EntityName, EntityInfo)
+GET_CURRENT_WORLD = Verb("get_current_world", Empty, CurrentWorld)
+GET_AVAILABLE_WORLDS = Verb("get_available_worlds", Empty, AvailableWorlds)
+GET_SIMULATION_STATE = Verb("get_simulation_state", Empty, CurrentState)
+GET_TRANSFORMS = Verb("get_transforms", Empty, Transforms)

@@ -1,0 +1,81 @@
+"""What a node tells of what there is."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Bounds, Category, SimulationState, StateFilter, Vector3
+from sim_nodes.refusal import RequestRefused
+from sim_nodes.worlds.loader import available_worlds
+from tests.sim_nodes.client import BOX, ROBOT, TRUTH, Client, pose
+
+STATIC = BOX.replace('<link name="link">', '<static>true</static><link name="link">')
+
+
+@pytest.fixture
+def full(maze: Client) -> Client:
+    maze.spawn("box", pose(2.0, -2.0, z=0.1))
+    maze.spawn("rock", pose(-3.0, 3.0, z=0.1), STATIC)
+    return maze
+
+
+def found(client: Client, **of: object) -> tuple[str, ...]:
+    return client.ask(wire.GET_ENTITIES_STATES, StateFilter.model_validate(of)).names
+
+
+def test_entities_are_found_by_name_category_and_place(full: Client) -> None:
+    assert found(full) == ("box", "rock", ROBOT, "walls")
+    assert found(full, filter="[br]o.*") == ("box", "rock")
+    assert found(full, categories=(Category.ROBOT, Category.DYNAMIC_OBJECT)) == ("box", ROBOT)
+    east = Bounds(lower=Vector3(x=1.0, y=-5.0, z=-1.0), upper=Vector3(x=5.0, y=5.0, z=1.0))
+    assert found(full, bounds=east) == ("box",)
+    assert found(full, bounds=east, categories=(Category.ROBOT,)) == ()
+    states = full.ask(wire.GET_ENTITIES_STATES, StateFilter(filter="box")).states
+    assert [state.pose.position.x for state in states] == [2.0]
+
+
+def test_filters_that_make_no_sense_are_refused(full: Client) -> None:
+    with pytest.raises(RequestRefused, match=r"no category 3: known are 0 \(object\), 1 \(robot\)"):
+        found(full, categories=(3,))
+    with pytest.raises(RequestRefused, match="no finite number"):
+        found(full, bounds=Bounds(lower=Vector3(x=math.nan), upper=Vector3()))
+    with pytest.raises(RequestRefused, match="no regular expression"):
+        found(full, filter="(")
+
+
+def test_entities_say_what_they_are(full: Client) -> None:
+    info = {name: full.ask(wire.GET_ENTITY_INFO, wire.EntityName(name=name)) for name in found(full)}
+    assert {name: each.category for name, each in info.items()} == {
+        "box": Category.DYNAMIC_OBJECT,
+        "rock": Category.STATIC_OBJECT,
+        ROBOT: Category.ROBOT,
+        "walls": Category.STATIC_OBJECT,
+    }
+    assert info["box"].description == "spawned at 0.000 s"
+    with pytest.raises(RequestRefused, match="no entity 'moon'"):
+        full.ask(wire.GET_ENTITY_INFO, wire.EntityName(name="moon"))
+
+
+def test_the_world_and_the_state_are_told(full: Client) -> None:
+    world = full.ask(wire.GET_CURRENT_WORLD, wire.Empty())
+    assert (world.name, world.source) == ("maze", "maze")
+    assert full.ask(wire.GET_AVAILABLE_WORLDS, wire.Empty()).names == available_worlds()
+    full.advance(0.2)
+    state = full.ask(wire.GET_SIMULATION_STATE, wire.Empty())
+    assert (state.state, state.time) == (SimulationState.PAUSED, 0.2)
+
+
+def test_transforms_are_those_of_all_frames_with_the_truth(full: Client) -> None:
+    def transforms() -> dict[str, wire.Pose | None]:
+        return {each.frame: each.pose for each in full.ask(wire.GET_TRANSFORMS, wire.Empty()).transforms}
+
+    before = transforms()
+    assert before["base_link"] is None
+    truth = before[TRUTH]
+    assert truth is not None and truth.position.x == pytest.approx(0.0, abs=1e-6)
+    full.localise(pose(0.1, 0.0))
+    believed = transforms()["base_link"]
+    assert believed is not None and believed.position.x == pytest.approx(0.1)
