@@ -6,7 +6,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, PositiveInt, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt, ValidationError
 
 from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
 from sim_nodes.geometry import Quaternion, Vector, quaternion
@@ -53,7 +53,9 @@ class LidarDeclaration(_Declared):
     rate: PositiveFloat  # turns per second [Hz]
     min_range: PositiveFloat  # [m]
     max_range: PositiveFloat
-    noise: float  # standard deviation of a range [m]
+    noise: NonNegativeFloat  # standard deviation of a range [m]
+    resolution: NonNegativeFloat = 0.0  # that ranges are multiples of [m]
+    dropout: float = Field(0.0, ge=0.0, le=1.0)  # probability that a beam sees nothing
 
 
 class CameraDeclaration(_Declared):

@@ -67,9 +67,14 @@ class Lidar(Stateful):
 
     def read(self, tick: int) -> Scan:
         """A scan with the noise of a tick."""
-        declaration = self._declaration
+        declaration, random = self._declaration, self._noise.at(tick)
         ranges = self._cast(self._directions, declaration.max_range)
-        return self._scan(ranges + self._noise.at(tick).normal(0.0, declaration.noise, len(ranges)))
+        ranges = ranges + random.normal(0.0, declaration.noise, len(ranges))
+        if declaration.resolution > 0.0:
+            ranges = np.round(ranges / declaration.resolution) * declaration.resolution
+        if declaration.dropout > 0.0:
+            ranges[random.random(len(ranges)) < declaration.dropout] = np.inf
+        return self._scan(ranges)
 
     def values(self, data: Scan) -> Values:
         """The ranges."""

@@ -58,3 +58,20 @@ def test_noise_is_that_of_the_tick() -> None:
     first, again, later = (scan(engine, tick, LIDAR).ranges for tick in (5, 5, 6))
     np.testing.assert_array_equal(first, again)
     assert float(np.std(first - later)) == pytest.approx(LIDAR.noise * math.sqrt(2), rel=0.2)
+
+
+def test_ranges_are_multiples_of_the_resolution() -> None:
+    engine = engine_with(ROOM)
+    ranges = scan(engine, declaration=LIDAR.model_copy(update={"resolution": 0.05})).ranges
+    steps = ranges / 0.05
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    assert np.abs(ranges - scan(engine).ranges).max() < 0.08
+
+
+def test_beams_drop_out_with_their_probability_and_the_others_are_as_before() -> None:
+    engine = engine_with(ROOM)
+    whole = scan(engine, 3, LIDAR).ranges
+    lossy = scan(engine, 3, LIDAR.model_copy(update={"dropout": 0.25})).ranges
+    lost = np.isinf(lossy)
+    assert lost.mean() == pytest.approx(0.25, abs=0.08)
+    np.testing.assert_array_equal(lossy[~lost], whole[~lost])
