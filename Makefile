@@ -75,7 +75,7 @@ experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of th
 		-o out/localisation --overwrite || test $$? -eq 1
 	@$(BIN)/python benchmarks/localisation_experiment.py out/localisation --simulator $(SIM)
 
-experiment-engines: $(VENV)/.dev  ## compare the scenarios of robots that drive in MuJoCo and PyBullet, as a table
+experiment-engines: $(VENV)/.dev  ## compare scenarios in MuJoCo and PyBullet, as a table
 	@$(BIN)/python benchmarks/engines.py
 
 clean:  ## remove .venv, caches and results

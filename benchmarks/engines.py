@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import statistics
 import subprocess
 import sys
@@ -24,9 +23,10 @@ from seoro.lang.source import SourceFile
 from seoro.pytest_plugin.directives import Directives, read_directives
 
 PROJECT = Path(__file__).resolve().parent.parent
-FOLDERS = ("navigation", "experiments", "catalogue")
+FOLDERS = ("navigation", "manipulation", "experiments", "catalogue")
 EXPECTED = {"passed": 0, "failed": 1}  # exit statuses
 LIMIT = 300  # [s] of wall time for a run
+STANDING = 0.05  # [m], [s]; less than this is nothing to compare
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def row(name: str, outcomes: Sequence[Outcome]) -> str:
         ends,
         *(f"{duration:.2f}" for duration in durations),
         difference(durations),
-        *(f"{path:.2f}" for path in paths),
+        *(f"{path:.2f}" if path > STANDING else "" for path in paths),
         difference(paths),
         "/".join(str(outcome.contacts) for outcome in outcomes),
     ]
@@ -99,14 +99,18 @@ def row(name: str, outcomes: Sequence[Outcome]) -> str:
 def difference(values: Sequence[float]) -> str:
     """By how much the last of two values differs from the first."""
     first, *_, last = values
-    return "" if math.isclose(first, 0.0, abs_tol=0.05) else f"{100.0 * (last - first) / first:+.1f} %"
+    return "" if first < STANDING else f"{100.0 * (last - first) / first:+.1f} %"
 
 
 def main() -> int:
     """Print the table; exit with 1 if a scenario does not end as it has to in all engines."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
     parser.add_argument(
-        "files", nargs="*", type=Path, metavar="FILE", help="scenarios (default: those of robots that drive)"
+        "files",
+        nargs="*",
+        type=Path,
+        metavar="FILE",
+        help="scenarios (default: those of the experiments and the catalogue)",
     )
     parser.add_argument("--seeds", type=int, default=1, metavar="N", help="0 to N-1 (default: 1)")
     options = parser.parse_args()
