@@ -72,10 +72,6 @@ def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("action", "words"),
     [
-        (
-            "robot.move_tool(pose_3d(position_3d(x: 65cm, y: 10cm, z: 0cm), orientation_3d(roll: 180deg)))",
-            "ur10e would collide at its goal: left_finger with 'table'",
-        ),
         ("robot.grip()", "ur10e closed its gripper, and does not hold anything that can be lifted"),
         (
             "robot.move_to_pose(above, namespace_override: 'x')",

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,6 +209,23 @@ def test_what_may_be_touched_is_pushed(cell: Cell) -> None:
     x, y, _ = cell.where("cube")
     assert x == pytest.approx(0.7, abs=0.03)
     assert y > 0.12
+
+
+def test_two_arms_keep_out_of_each_other(tmp_path: Path) -> None:
+    world = tmp_path / "arms.yaml"
+    world.write_text(
+        "name: arms\nextent: [-2, -2, 3, 2]\nrobots:\n"
+        "  - {name: left, robot: ur10e, pose: {x: 0, y: 0, z: 0.5}}\n"
+        "  - {name: right, robot: ur10e, pose: {x: 1.3, y: 0, z: 0.5, yaw: 3.14159}}\n"
+        "  - {name: turtlebot4, robot: turtlebot4, pose: {x: 0.6, y: -1.2}}\n"
+    )
+    client = Client(str(world))
+    for robot in ("left", "right"):
+        request = wire.MoveToPose(id=robot, robot=robot, pose=down(0.5, 0.3, 0.5), frame="base_link")
+        client.ask(wire.MOVE_TO_POSE, request)
+    assert client.run_until("left")[0].outcome is Outcome.SUCCEEDED
+    request = wire.MoveToPose(id="across", robot="left", pose=down(0.8, -0.3, 0.5), frame="base_link")
+    assert "with 'right'" in refused(client.ask, wire.MOVE_TO_POSE, request).message
 
 
 def test_a_joint_is_watched(cell: Cell) -> None:
