@@ -20,9 +20,9 @@ from matplotlib.ticker import MultipleLocator
 
 from sim_nodes.entities import Spawned
 from sim_nodes.extents import outline
-from sim_nodes.geometry import Array, Pose2, quaternion
+from sim_nodes.geometry import Array, Pose2, Vector, quaternion
 from sim_nodes.physics import BodyState, Box, Engine, Part
-from sim_nodes.record import Point, RobotRecord
+from sim_nodes.record import RobotRecord
 from sim_nodes.robots.robot import Robot
 from sim_nodes.robots.shapes import link_parts
 from sim_nodes.simulation import Simulation
@@ -34,6 +34,7 @@ PROP = "#b8bdc9"  # of the world, but movable
 SPAWNED, SPAWNED_EDGE, START = "#e8953a", "#a85f12", "#3a9d5d"
 ROBOTS = ("#2f6fb7", "#b7442f", "#7a4fb5", "#2f9a9a")  # one after the other, by robot
 GOAL = "#c8322b"
+BENCH = "#d5d9e2"
 FURNITURE = "#e9dcc3"  # what was spawned and does not move
 FLAG = np.array([(0.0, 0.0), (0.0, 0.42), (0.3, 0.31), (0.0, 0.2), (0.0, 0.0)])  # [m], planted at the origin
 FULL_SIZE = 8.0  # [m] of width of a world from which flags and arrows have their full size
@@ -100,12 +101,14 @@ def _draw_floor(axes: Axes, simulation: Simulation) -> None:
         spine.set_visible(False)
     axes.set_xlabel("x [m]", fontsize=11, color=INK)
     axes.set_ylabel("y [m]", fontsize=11, color=INK)
+    # Where nothing drives, walls are what arms stand on and work at.
+    face = WALL if any(robot.drives for robot in simulation.robots.values()) or not simulation.robots else BENCH
     for wall in simulation.world.walls:
         part = Part(
             Box((wall.length, wall.thickness, wall.height)), (wall.x, wall.y, 0.0), quaternion(0, 0, wall.yaw)
         )
         corners = outline(part, BodyState((0.0, 0.0, 0.0)))
-        axes.add_patch(Polygon(corners, facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=2))
+        axes.add_patch(Polygon(corners, facecolor=face, edgecolor=WALL, linewidth=0.5, zorder=2))
     for prop in simulation.world.props:
         colour = WALL if prop.model.static else PROP
         for part in prop.model.parts:
@@ -136,7 +139,7 @@ def _moved(robot: Robot, record: RobotRecord) -> str:
     return f"{robot.name} moved its tool {_length(record.tool):.1f} m"
 
 
-def _length(path: Sequence[Point]) -> float:
+def _length(path: Sequence[Sequence[float]]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(path))
 
 
@@ -144,7 +147,7 @@ def _draw_record(axes: Axes, record: RobotRecord, robot: Robot, colour: str, siz
     """Paths, start and goals of a robot; returns their entries of the legend."""
     entries: list[Line2D | Patch] = []
     if len(record.tool) > 1:
-        tool = np.array(record.tool)
+        tool = np.array(record.tool)[:, :2]
         axes.plot(*tool.T, color=colour, linewidth=1.6, solid_capstyle="round", zorder=9, path_effects=OUTLINED)
         entries.append(Line2D([], [], color=colour, linewidth=1.6, label=f"tool of {robot.name}"))
     if not robot.drives:
@@ -216,10 +219,12 @@ def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch
     return entries
 
 
-def _draw_way(axes: Axes, way: Sequence[Point], colour: str) -> Line2D:
+def _draw_way(axes: Axes, way: Sequence[Vector], colour: str) -> Line2D:
     """The way of something that does not move by itself; returns its entry of the legend."""
-    axes.plot(*np.array(way).T, color=colour, linewidth=1.5, linestyle="--", zorder=6.5)
-    axes.plot(*way[0], "o", markersize=6, color=FLOOR, markeredgecolor=colour, zorder=6.6)
+    axes.plot(
+        *np.array(way)[:, :2].T, color=colour, linewidth=1.5, linestyle="--", zorder=9.5, path_effects=OUTLINED
+    )
+    axes.plot(*way[0][:2], "o", markersize=6, color=FLOOR, markeredgecolor=colour, zorder=9.6)
     return Line2D([], [], color=colour, linewidth=1.5, linestyle="--", label="was moved")
 
 
@@ -232,7 +237,7 @@ def _draw_spawned(axes: Axes, spawned: Spawned, state: BodyState, face: str) -> 
                 facecolor=face,
                 edgecolor=SPAWNED_EDGE,
                 linewidth=0.8 if under else 1.4,
-                zorder=2.5 if under else 7,
+                zorder=2.5 if under else 8.5,
             )
         )
 

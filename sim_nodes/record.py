@@ -24,7 +24,7 @@ class RobotRecord(Stateful):
     path: list[Point] = field(default_factory=list)  # [m], in the map
     times: list[float] = field(default_factory=list)  # [s], of the points of the path
     goals: list[Pose2] = field(default_factory=list)
-    tool: list[Point] = field(default_factory=list)  # [m], in the map
+    tool: list[Vector] = field(default_factory=list)  # [m], in the map
 
     def passed(self, pose: Pose2, time: float) -> None:
         """Note where the robot is."""
@@ -47,7 +47,7 @@ class Trails(Stateful):
     STATE = ("paths", "_since")
 
     def __init__(self) -> None:
-        self.paths: dict[str, list[Point]] = {}
+        self.paths: dict[str, list[Vector]] = {}
         self._since: dict[str, float] = {}
 
     def note(self, since: Mapping[str, float], position_of: Callable[[str], Vector]) -> None:
@@ -65,7 +65,6 @@ class Trails(Stateful):
             _add(self.paths[name], position_of(name))
 
 
-def _add(path: list[Point], position: Vector) -> None:
-    point = position[:2]
-    if not path or math.dist(path[-1], point) >= STEP:
-        path.append(point)
+def _add(path: list[Vector], position: Vector) -> None:
+    if not path or math.dist(path[-1], position) >= STEP:
+        path.append(position)

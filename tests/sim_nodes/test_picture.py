@@ -84,7 +84,7 @@ def test_the_way_of_what_was_moved_is_drawn(empty: Client) -> None:
 
 def test_what_is_spawned_again_has_a_way_of_its_own(empty: Client) -> None:
     def way() -> list[tuple[float, float]]:
-        return [(round(x, 3), round(y, 3)) for x, y in empty.simulator.simulation.trails.paths["box"]]
+        return [(round(x, 3), round(y, 3)) for x, y, _ in empty.simulator.simulation.trails.paths["box"]]
 
     empty.spawn("box", pose(-3.0, 3.0))
     empty.advance(0.1)
@@ -122,8 +122,8 @@ def test_arms_and_the_ways_of_their_tools_are_drawn(engine: str, tmp_path: Path)
     client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
     tool = client.simulator.simulation.records["arm"].tool
     assert len(tool) > 5
-    assert np.hypot(*np.subtract(tool[-1], tool[0])) > 0.3
-    x, y = tool[len(tool) // 2]
+    assert np.linalg.norm(np.subtract(tool[-1], tool[0])) > 0.3
+    x, y, _ = tool[len(tool) // 2]
     row = before.shape[0] - 0.95 * 140 - (y + 1.5) / 3.0 * 0.88 * WIDTH
     seen = shows(picture(client), ROBOTS[0])[round(row) - 4 : round(row) + 4, :]
     assert seen[:, round(columns(x, 1.5)) - 4 : round(columns(x, 1.5)) + 4].any()
