@@ -8,7 +8,7 @@ collected.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -24,8 +24,10 @@ from seoro.bridges.wire import (
     Result,
 )
 from sim_nodes.clearance import Surroundings
+from sim_nodes.contacts import Contacts
 from sim_nodes.entities import Entities
 from sim_nodes.films import Films
+from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.arm import Arm
@@ -41,11 +43,10 @@ from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import IDLE_TICKS, TICK
-from sim_nodes.watches import DistanceWatch, JointWatch, LocalisationWatch, ProximityWatch, Watch
+from sim_nodes.watches import Watch
 from sim_nodes.worlds.loader import World
 
 TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
-RELEASE_TIME = 0.5  # [s] apart before a contact counts as over: things that rattle touch once
 MAX_WATCHES = 1000
 
 
@@ -71,8 +72,7 @@ class Simulation(Stateful):
         "_steps",
         "_epoch",
         "_watches",
-        "_touching",
-        "_released",
+        "_touched",
         "entities",
         "robots",
         "records",
@@ -97,9 +97,7 @@ class Simulation(Stateful):
         self._steps = 0
         self._epoch = 0  # step at which the clock shows zero
         self._watches: dict[str, Watch] = {}
-        self._touching: frozenset[tuple[str, str]] = frozenset()
-        # Pairs that have touched, and the last step in which they did.
-        self._released: dict[tuple[str, str], int] = {}
+        self._touched = Contacts(self.engine.steps_per_second)
         self.entities = Entities(self.engine, self.world)
         self._make_robots()
         self._occurrences: list[Occurrence] = []
@@ -113,7 +111,7 @@ class Simulation(Stateful):
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
         self.trails = Trails()
         self._measuring = dict(self._measurings())
-        self._frames = dict(self._frame_poses())
+        self.frames = Frames(self.engine, self.robots, self.entities)
 
     def _measurings(self) -> Iterator[tuple[str, Measuring]]:
         """Those of all robots that drive."""
@@ -121,28 +119,8 @@ class Simulation(Stateful):
         radii = {robot.name: robot.mobile.declaration.radius for robot in driving}
         surroundings = Surroundings(self.engine, self.world.walls, self.entities, radii)
         for robot in driving:
-            yield robot.name, Measuring(self.true_pose(robot.name), partial(surroundings.room, robot.name), TICK)
-
-    def _frame_poses(self) -> Iterator[tuple[str, Callable[[], Pose2 | None]]]:
-        """All frames; those without a robot's name are the first robot's that drives."""
-        yield "map", lambda: Pose2(0.0, 0.0, 0.0)
-        for robot in self.robots.values():
-            yield robot.truth_frame, partial(self.true_pose, robot.name)
-            if robot.drives:
-                for prefix in ("", f"{robot.name}/") if self._is_first(robot) else (f"{robot.name}/",):
-                    yield f"{prefix}base_link", robot.mobile.localised_pose
-                    yield f"{prefix}odom", robot.mobile.map_to_odom
-
-    def _is_first(self, robot: Robot) -> bool:
-        """Whether it is the first robot that drives."""
-        return robot is next((other for other in self.robots.values() if other.drives), None)
-
-    def frames_of(self, name: str) -> tuple[str, ...]:
-        """Names of the frames of a robot: `map`, its own, and those without a name for the first that drives."""
-        found = self.robot(name)
-        common = ("map", "odom", "base_link") if self._is_first(found) else ("map",)
-        own = (f"{name}/odom", f"{name}/base_link") if found.drives else ()
-        return (*common, *own, found.truth_frame)
+            room = partial(surroundings.room, robot.name)
+            yield robot.name, Measuring(self.true_pose(robot.name), room, TICK)
 
     def travelled(self, robot: str) -> float:
         """What the odometry of a robot has counted [m]."""
@@ -218,7 +196,7 @@ class Simulation(Stateful):
         """Make steps up to the next tick and that, or fewer, to a change of what touches."""
         self._steps += self.engine.step(count)
         self._note_contacts()
-        for name in {name for pair in self._touching for name in pair} & self.robots.keys():
+        for name in {name for pair in self._touched.touching for name in pair} & self.robots.keys():
             self.robots[name].touch(math.ceil(self._steps / self._tick_steps))
         if self._steps % self._tick_steps == 0:
             self._tick(self.tick)
@@ -256,19 +234,10 @@ class Simulation(Stateful):
             self.trails.note(self.entities.movable(), lambda name: self.engine.body_state(name).position)
 
     def _note_contacts(self) -> None:
-        touching = self.engine.touching()
-        if touching == self._touching:
-            return
-        for pair in self._touching - touching:
-            self._released[pair] = self._steps - 1
-        oldest = self._steps - 1 - round(RELEASE_TIME * self.engine.steps_per_second)
-        self._released = {pair: last for pair, last in self._released.items() if last >= oldest}
-        for pair in sorted(touching - self._touching):
-            if self._released.pop(pair, None) is None:
-                self._contacts.append(Contact(time=self.time, first=pair[0], second=pair[1]))
-                for robot in self._measuring.keys() & pair:
-                    self._measuring[robot].touched()
-        self._touching = touching
+        for first, second in self._touched.note(self.engine.touching(), self._steps):
+            self._contacts.append(Contact(time=self.time, first=first, second=second))
+            for robot in self._measuring.keys() & {first, second}:
+                self._measuring[robot].touched()
 
     # ------------------------------------------------------------ goals
 
@@ -373,44 +342,8 @@ class Simulation(Stateful):
     # ------------------------------------------------------------ watches
 
     def pose(self, frame: str) -> Pose2 | None:
-        """The pose of a frame, of a prop or of what was spawned, in the map; None when it has none."""
-        if frame in self._frames:
-            return self._frames[frame]()
-        return self.engine.body_state(frame).planar if frame in self.entities.bodies else None
-
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """Names of all frames."""
-        return tuple(self._frames)
-
-    def check_frame(self, name: str) -> None:
-        """Refuse what names neither a frame nor a body."""
-        known = [*self._frames, *self.entities.bodies]
-        if name not in known:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no frame or body {name!r}: known are {listed(known)}"
-            )
-
-    def watch_proximity(
-        self, identifier: str, frame: str, parent: str, point: tuple[float, float], threshold: float
-    ) -> None:
-        """Report when a frame or a body comes near a point; at once if it is near already."""
-        for name in (frame, parent):
-            self.check_frame(name)
-        self.watch(identifier, ProximityWatch(frame, parent, *point, threshold))
-
-    def watch_distance(self, identifier: str, robot: str, distance: float) -> None:
-        """Report when a robot's odometry has counted a distance more."""
-        self.watch(identifier, DistanceWatch(robot, self.travelled(robot) + distance))
-
-    def watch_localisation(self, identifier: str, robot: str) -> None:
-        """Report when a robot knows where it is; at once if it does."""
-        self.watch(identifier, LocalisationWatch(self.robot(robot).mobile.name))
-
-    def watch_joint(self, identifier: str, robot: str, joint: str, target: float, tolerance: float) -> None:
-        """Report when a joint of a robot's arm or gripper is within a tolerance of a position, or passes it."""
-        from_above = self.joint_position(robot, joint) > target
-        self.watch(identifier, JointWatch(robot, joint, target, tolerance, from_above))
+        """The pose of a frame or a body in the map; None when it has none."""
+        return self.frames.pose(frame)
 
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
@@ -453,7 +386,7 @@ class Simulation(Stateful):
                 self.stop_robot(robot)
             self.engine.reset()
             self.entities.cameras.reset()
-            self._touching, self._released = frozenset(), {}
+            self._touched = Contacts(self.engine.steps_per_second)
             self._make_robots()
             self._watches = {name: watch.carried_over(self, self) for name, watch in self._watches.items()}
         if ResetScope.TIME in scope:

@@ -135,7 +135,7 @@ class Simulator:
             RobotInfo(
                 name=robot.name,
                 kinds=robot.declaration.kinds,
-                frames=simulation.frames_of(robot.name),
+                frames=simulation.frames.of(robot),
                 devices=robot.faults.devices,
             )
             for robot in simulation.robots.values()

@@ -16,6 +16,7 @@ from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.checks import check_finite, check_id
 from sim_nodes.verbs.handling import Handling
+from sim_nodes.watches import JointWatch
 
 MIN_SCALING = 1e-3  # of the speed
 LONGEST = 86_400.0  # [s] for which something may be asked to be held
@@ -85,7 +86,9 @@ def _watch_joint(simulator: Simulator, request: wire.WatchJoint) -> Empty:
     check_id(request.id)
     check_finite("position", request.position)
     _check_manner(1.0, request.tolerance)
-    simulator.simulation.watch_joint(request.id, request.robot, request.joint, request.position, request.tolerance)
+    simulation, robot, joint, target = simulator.simulation, request.robot, request.joint, request.position
+    from_above = simulation.joint_position(robot, joint) > target
+    simulation.watch(request.id, JointWatch(robot, joint, target, request.tolerance, from_above))
     return Empty()
 
 

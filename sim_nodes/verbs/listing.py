@@ -58,7 +58,7 @@ def _get_simulation_state(simulator: Simulator, _: Empty) -> wire.CurrentState:
 
 
 def _get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
-    poses = {name: simulator.simulation.pose(name) for name in simulator.simulation.frames}
+    poses = {name: simulator.simulation.pose(name) for name in simulator.simulation.frames.names}
     return wire.Transforms(
         transforms=tuple(
             wire.Transform(frame=name, pose=None if pose is None else flat_pose(pose))

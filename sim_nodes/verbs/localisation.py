@@ -8,6 +8,7 @@ from sim_nodes.messages import flat_pose
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.checks import check_id
 from sim_nodes.verbs.handling import Handling
+from sim_nodes.watches import LocalisationWatch
 
 
 def _reinitialize(simulator: Simulator, request: wire.LocalisedRobot) -> Empty:
@@ -17,7 +18,8 @@ def _reinitialize(simulator: Simulator, request: wire.LocalisedRobot) -> Empty:
 
 def _watch(simulator: Simulator, request: wire.WatchLocalization) -> Empty:
     check_id(request.id)
-    simulator.simulation.watch_localisation(request.id, request.robot)
+    simulation = simulator.simulation
+    simulation.watch(request.id, LocalisationWatch(simulation.robot(request.robot).mobile.name))
     return Empty()
 
 

@@ -11,6 +11,7 @@ from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.checks import check_finite, check_id, check_length
 from sim_nodes.verbs.handling import Handling
+from sim_nodes.watches import DistanceWatch, ProximityWatch
 
 MAX_POSES = 100
 MAX_PERIOD = 3600.0  # [s]
@@ -52,14 +53,20 @@ def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empt
     point = (request.point.x, request.point.y)
     check_finite("point", *point)
     check_length("threshold", request.threshold)
-    simulator.simulation.watch_proximity(request.id, request.frame, request.parent_frame, point, request.threshold)
+    simulation = simulator.simulation
+    for name in (request.frame, request.parent_frame):
+        simulation.frames.check(name)
+    watch = ProximityWatch(request.frame, request.parent_frame, *point, request.threshold)
+    simulation.watch(request.id, watch)
     return Empty()
 
 
 def _watch_distance(simulator: Simulator, request: wire.WatchDistance) -> Empty:
     check_id(request.id)
     check_length("distance", request.distance)
-    simulator.simulation.watch_distance(request.id, request.robot, request.distance)
+    simulation = simulator.simulation
+    target = simulation.travelled(request.robot) + request.distance
+    simulation.watch(request.id, DistanceWatch(request.robot, target))
     return Empty()
 
 
@@ -67,7 +74,7 @@ def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire
     check_finite("distance", request.distance)
     poses = []
     for name in (request.frame, request.parent_frame):
-        simulator.simulation.check_frame(name)
+        simulator.simulation.frames.check(name)
         pose = simulator.simulation.pose(name)
         if pose is None:
             raise RequestRefused(
