@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from sim_nodes.geometry import wrap, yaw_of
+from sim_nodes.manipulation.chain import Chain
 from sim_nodes.models.reading import (
     MASSES,
     MAX_DEPTH,
@@ -23,7 +24,7 @@ from sim_nodes.models.reading import (
     wrong,
 )
 from sim_nodes.models.urdf import read_origin, read_shape
-from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration, RobotDeclaration
 
 ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
@@ -57,6 +58,8 @@ def check_urdf(declaration: RobotDeclaration) -> None:
     _check_names(declaration, links, joints)
     if declaration.mobile is not None:
         _check_base(declaration.mobile, joints)
+    if declaration.arm is not None:
+        _check_arm(declaration, declaration.arm)
 
 
 def _by_name(root: Any, tag: str) -> dict[str, Any]:
@@ -133,6 +136,20 @@ def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints
         wanted_joints |= {*arm.gripper.joints, *(joint.name for joint in arm.joints)}
     _check_known("link", wanted_links, links)
     _check_known("joint", wanted_joints, joints)
+
+
+def _check_arm(declaration: RobotDeclaration, arm: ArmDeclaration) -> None:
+    if not declaration.fixed:
+        raise wrong("its declaration has an `arm`, and does not say `fixed: true`: arms stand fixed")
+    try:
+        chain = Chain(declaration.urdf, declaration.base_link, arm.tool_link, [joint.name for joint in arm.joints])
+    except ValueError as error:
+        raise wrong(str(error)) from error
+    for joint, lower, upper in zip(arm.joints, chain.limits.lower, chain.limits.upper, strict=True):
+        if not lower <= joint.home <= upper:
+            raise wrong(
+                f"{joint.name} goes from {lower:.3f} to {upper:.3f} rad, and its `home` is {joint.home:.3f} rad"
+            )
 
 
 def _check_known(what: str, wanted: Iterable[str], known: Mapping[str, Any]) -> None:
