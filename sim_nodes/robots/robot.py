@@ -9,6 +9,7 @@ from typing import Any
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.faults.board import FaultBoard
 from sim_nodes.faults.devices import Device, SensorDevice, WholeRobot
+from sim_nodes.faults.joints import Joints
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
@@ -52,10 +53,12 @@ class Robot(Stateful):
     def _devices(self) -> dict[str, Device]:
         """What of it can have faults, by names."""
         base = self._mobile
+        joints: dict[str, Device] = {} if self._arm is None else {"joints": Joints(self._arm)}
         if base is None:
-            return {}
+            return joints
         sensors = {name: SensorDevice(name, feed) for name, feed in base.sensors.items()}
-        return {**sensors, "motors": base.motors, "robot": WholeRobot(base.sensors, base.motors, base.motion)}
+        whole = WholeRobot(base.sensors, base.motors, base.motion)
+        return {**joints, **sensors, "motors": base.motors, "robot": whole}
 
     @property
     def drives(self) -> bool:
