@@ -55,24 +55,19 @@ PLACES = (
     (-1.5, 3.0),
     (3.0, -3.0),
 )
-CELL = """name: cell
-extent: [-2, -2, 2, 2]
-robots:
-  - {name: arm, robot: ur10e}
-props:
-  - {name: table, box: [0.6, 0.8, 0.1], pose: {x: 0.7, y: 0.0}}
-  - {name: cube, cube: 0.05, mass: 0.1, pose: {x: 0.7, y: 0.2, z: 0.126}}
-"""
 
 
 def scenes() -> dict[str, str]:
     """World files by what they show."""
-    maze = resources.files("sim_nodes.worlds").joinpath("maze.yaml").read_text(encoding="utf-8")
+    maze, cell = (
+        resources.files("sim_nodes.worlds").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+        for name in ("maze", "arm_cell")
+    )
     more = "".join(
         f"  - {{name: robot{index}, robot: turtlebot4, pose: {{x: {x}, y: {y}}}}}\n"
         for index, (x, y) in enumerate(PLACES, 2)
     )
-    return {"maze, 1 robot": maze, "maze, 10 robots": f"{maze}{more}", "arm cell": CELL}
+    return {"maze, 1 robot": maze, "maze, 10 robots": f"{maze}{more}", "arm cell": cell}
 
 
 def bare_step(name: str, world: Path) -> tuple[Any, Callable[[], object]]:
