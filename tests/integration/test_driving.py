@@ -50,9 +50,21 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     ("action", "words"),
     [
         ("robot.drive(linear: 2mps, duration: 1s)", "turtlebot4 drives with up to 0.306 m/s"),
-        ('topic_publish("/odom", "geometry_msgs.msg.Twist", "{}")', "/ROBOT/cmd_vel for each"),
-        ('topic_publish("/cmd_vel", "std_msgs.msg.String", "data: hi")', "on a ROS 2 graph only"),
-        ('topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", "data: hi")', "this is no twist"),
+        pytest.param(
+            'topic_publish("/odom", "geometry_msgs.msg.Twist", "{}")',
+            "/ROBOT/cmd_vel for each",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            'topic_publish("/cmd_vel", "std_msgs.msg.String", "data: hi")',
+            "on a ROS 2 graph only",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            'topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", "data: hi")',
+            "this is no twist",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_cannot_be_done_fails_with_its_reason(
