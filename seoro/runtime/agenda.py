@@ -93,6 +93,7 @@ class Agenda:
         self._settling = Settling()
         self._settled = asyncio.Event()
         self._interrupt = anyio.Event()
+        self._held: list[Callable[[], None]] = []  # what backends have said since the last instant
 
     @property
     def is_exact(self) -> bool:
@@ -360,6 +361,19 @@ class Agenda:
         if not self._open:
             self._interrupt.set()
 
+    def tell(self, act: Callable[[], None]) -> None:
+        """Record what a backend says of its own accord, in the instant that it belongs to: this or the next."""
+        self._held.append(act)
+        if self._open:
+            self._tell_held()
+        else:
+            self._interrupt.set()
+
+    def _tell_held(self) -> None:
+        held, self._held = self._held, []
+        for act in held:
+            act()
+
     def _advance(self) -> None:
         """Free the next flow; between rounds, let effects take hold first. What raises does not stop the rest."""
         while True:
@@ -423,6 +437,7 @@ class Agenda:
         if now > self.now:
             self.now = now
             self.instant += 1
+        self._tell_held()
         self._fire_due()
 
     def _fire_due(self) -> bool:
@@ -490,5 +505,6 @@ class Agenda:
     def finish(self) -> None:
         """Stop driving, once the run is over."""
         self._finished = True
+        self._tell_held()
         self._interrupt.set()
         self._settled.set()  # an instant that a defect has broken does not settle

@@ -12,7 +12,9 @@ import time
 from collections.abc import Awaitable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import anyio
 
@@ -172,6 +174,10 @@ class Execution:
         """Cancel the run; it cleans up, and ends as cancelled. For any task of the same event loop."""
         self._services.decide(RunStatus.CANCELLED, reason, None)
 
+    def _tell(self, name: str, arguments: Mapping[str, Any]) -> None:
+        """Record what a backend says of its own accord."""
+        self._agenda.tell(partial(self._trace.event, name, arguments))
+
     def fail_backend(self, reason: str) -> None:
         """End the run as an error because a backend is gone."""
         self._services.decide(RunStatus.ERROR, reason, None)
@@ -211,7 +217,7 @@ class Execution:
             watch.start_soon(self._stop_when_cancelled)
             with anyio.CancelScope(shield=True):
                 for backend in self._settings.backends:
-                    await backend.start_run(self._trace.event, self.fail_backend)
+                    await backend.start_run(self._tell, self.fail_backend)
                 self._settings.clock.start()
                 self._has_started = True
                 async with anyio.create_task_group() as group:

@@ -121,8 +121,9 @@ def test_contacts_stand_in_the_trace(tmp_path: Path) -> None:
         "        wait elapsed(3s)\n"
     )
     records = run(str(file), tmp_path, 0, "--world", "empty")
-    contacts = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
-    assert {"box", "turtlebot4"} == {contacts[0]["first"], contacts[0]["second"]}
+    contacts = [r for r in records if r["kind"] == "event" and r["name"] == "contact"]
+    assert {"box", "turtlebot4"} == {contacts[0]["arguments"]["first"], contacts[0]["arguments"]["second"]}
+    assert [each["t"] for each in contacts] == [each["arguments"]["time"] for each in contacts]
 
 
 def test_the_actions_of_osc_sim_and_the_other_ways_to_drive(tmp_path: Path) -> None:
