@@ -53,6 +53,7 @@ async def test_pybullet_keeps_the_contracts(tmp_path: Path) -> None:
         await check_backend(making)
 
 
+@pytest.mark.engine("mujoco")
 async def test_the_end_of_a_node_is_told() -> None:
     others = children(os.getpid())
 

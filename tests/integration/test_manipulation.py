@@ -7,6 +7,8 @@ import pytest
 from seoro.cli.main import main
 from tests.integration.conftest import read_trace
 
+pytestmark = pytest.mark.engine("mujoco")
+
 SCENARIO = """
 import osc.manipulation
 import osc.gazebo

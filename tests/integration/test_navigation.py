@@ -78,7 +78,7 @@ def test_a_goal_inside_a_wall_fails_with_its_place(tmp_path: Path, capsys: pytes
     assert (tmp_path / "top_down.png").exists()
     err = capsys.readouterr().err
     assert "goal (0.75, 0.00)" in err
-    assert f"{file}:11:17" in err
+    assert f"{file}:15:17" in err
 
 
 def test_an_unknown_model_fails_and_says_where_was_looked(
@@ -99,7 +99,7 @@ def test_an_unknown_model_fails_and_says_where_was_looked(
 def test_an_action_without_a_simulator_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", OBSTACLE]) == 2
     err = capsys.readouterr().err
-    assert f"{OBSTACLE}:9:13" in err
+    assert f"{OBSTACLE}:13:13" in err
     assert "--sim mujoco" in err
 
 

@@ -10,6 +10,8 @@ from seoro.bridges.snapshots import read_snapshot
 from seoro.cli.main import main
 from tests.integration.conftest import read_trace
 
+pytestmark = pytest.mark.engine("mujoco")
+
 SAVE = """
 import osc.helpers
 import osc.ros

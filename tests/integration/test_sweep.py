@@ -8,6 +8,8 @@ import pytest
 from seoro.cli.main import main
 from tests.integration.conftest import read_trace
 
+pytestmark = pytest.mark.engine("mujoco")
+
 SCENARIO = """
 import osc.nav2
 
