@@ -21,6 +21,7 @@ MAX_TOKENS = 50_000  # of one logical line
 # A letter or an underscore, then digits too, or anything beyond ASCII, which is looked at by category later:
 # written as the rest of ASCII excluded, since character sets of Unicode ranges take long to compile.
 _NAME = r"(?:[^\x00-@\[-^`{-\x7f][^\x00-/:-@\[-^`{-\x7f]*|\|[^|]+\|)"
+# No possessive groups: Python up to 3.11.4 gets them wrong (`*+` of single characters is right).
 _TOKEN: Final = re.compile(
     rf"""
       (?P<blank>[ \t\f]+|\\(?:\r\n|\r|\n))
@@ -31,9 +32,9 @@ _TOKEN: Final = re.compile(
     | (?P<number>0x[0-9A-Fa-f]+|[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+|[0-9]+)
       (?P<unit>(?:(?:{_NAME})?::)?{_NAME})?
     | (?P<name>{_NAME})
-    | (?P<long>\"\"\"[^\\"]*+(?:(?:\\.|\"(?!\"\"))[^\\"]*+)*+\"\"\"|'''[^\\']*+(?:(?:\\.|'(?!''))[^\\']*+)*+''')
-    | (?P<short>\"(?!\"\")[^\\\r\n\"]*+(?:(?:\\\r\n|\\.)[^\\\r\n\"]*+)*+\"
-        |'(?!'')[^\\\r\n']*+(?:(?:\\\r\n|\\.)[^\\\r\n']*+)*+')
+    | (?P<long>\"\"\"[^\\"]*+(?:(?:\\.|\"(?!\"\"))[^\\"]*+)*\"\"\"|'''[^\\']*+(?:(?:\\.|'(?!''))[^\\']*+)*''')
+    | (?P<short>\"(?!\"\")[^\\\r\n\"]*+(?:(?:\\\r\n|\\.)[^\\\r\n\"]*+)*\"
+        |'(?!'')[^\\\r\n']*+(?:(?:\\\r\n|\\.)[^\\\r\n']*+)*')
     | (?P<operator>=>|==|!=|<=|>=|->|\.\.|[-+*/%<>=.,:@?()\[\]!])
     """,
     re.VERBOSE | re.DOTALL,
