@@ -7,6 +7,10 @@ from importlib.util import find_spec
 
 import pytest
 
+# Before anything draws: Mesa draws with LLVM, which may bring another z3, and one that is loaded after that takes
+# functions of the other. Nodes draw in processes of their own, tests in that in which they solve constraints.
+import z3  # noqa: F401
+
 
 @pytest.fixture(autouse=True, scope="session")
 def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
