@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
+from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot, parts_of_walls
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import Vector
@@ -54,6 +55,7 @@ class Entities(Stateful):
 
     def __init__(self, engine: Engine, world: World) -> None:
         self._engine = engine
+        self._world = world
         self._robots = frozenset(robot.name for robot in world.robots)
         self._fixed = frozenset(robot.name for robot in world.robots if robot.declaration.fixed)
         self._walls = frozenset(wall.name for wall in world.walls)
@@ -92,6 +94,18 @@ class Entities(Stateful):
             return Category.OBJECT
         is_static = name in self._walls or self.bodies[name].static
         return Category.STATIC_OBJECT if is_static else Category.DYNAMIC_OBJECT
+
+    def bounds(self, name: str) -> BoundingBox | None:
+        """How far an entity reaches, in its own frame; None for what has no shape, such as a camera."""
+        self._known(name)
+        if name in self.cameras.free:
+            return None
+        if name in self._robots:
+            placed = next(robot for robot in self._world.robots if robot.name == name)
+            return bounding_box(parts_of_robot(self._engine, placed, self._engine.body_state(name)))
+        if name in self._walls:
+            return bounding_box(parts_of_walls(wall for wall in self._world.walls if wall.name == name))
+        return bounding_box(self.bodies[name].parts)
 
     def description(self, name: str) -> str:
         """What an entity is, for people."""

@@ -8,7 +8,7 @@ between requests; grants and steps are refused then, and what happens is held un
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from seoro.bridges.wire import (
@@ -30,7 +30,7 @@ from sim_nodes import snapshots
 from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
-from sim_nodes.physics import Engine, SavesState
+from sim_nodes.physics import Engine, SavesState, Scene
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
@@ -56,8 +56,25 @@ class Simulator:
         self._engine = engine
         self._pace = Pace(1.0)
         self._source = world
-        self.simulation = Simulation(engine, _read(world), seed)
+        self._simulation: Simulation | None = Simulation(engine, _read(world), seed)
         self._state = SimulationState.STOPPED
+
+    @property
+    def simulation(self) -> Simulation:
+        """The world that is loaded.
+
+        Raises:
+            RequestRefused: There is none.
+        """
+        if self._simulation is None:
+            raise RequestRefused(WorldResult.NO_WORLD_LOADED, "no world is loaded: load one first")
+        return self._simulation
+
+    def unload(self) -> None:
+        """Be without a world, until one is loaded."""
+        extent = self.simulation.world.extent
+        self._engine.build(Scene((), (), extent))
+        self._simulation, self._state = None, SimulationState.NO_WORLD
 
     def load(self, world: str, seed: int) -> None:
         """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
@@ -71,12 +88,15 @@ class Simulator:
         world = world or self._source
         loaded = _read(world)
         self._check_offered(loaded)
-        self._state = SimulationState.STOPPED
+        before = self._simulation
         try:
-            self.simulation = Simulation(self._engine, loaded, seed)
+            self._simulation = Simulation(self._engine, loaded, seed)
         except RequestRefused:
-            self.simulation.reset(ResetScope.ALL)
+            if before is not None:
+                self._state = SimulationState.STOPPED
+                before.reset(ResetScope.ALL)
             raise
+        self._state = SimulationState.STOPPED
         self._source = world
 
     def _check_offered(self, world: World) -> None:
@@ -99,16 +119,17 @@ class Simulator:
             purpose: What becomes of the clock, goals and watches.
             seed: Of all that is drawn from there on; None for that of the snapshot.
         """
+        present = self.simulation
         contents = snapshots.check(snapshot, self._engine, _version())
         self._hold_still("restore_state")
         before = self._contents()
         try:
-            self.simulation = snapshots.restored(contents, self.simulation, purpose, seed)
+            self._simulation = snapshots.restored(contents, present, purpose, seed)
         except RequestRefused:
             if before is None:
-                self.load("", self.simulation.seed)
+                self.load("", present.seed)
             else:
-                self.simulation = snapshots.restored(before, self.simulation, Purpose.CONTINUE, None)
+                self._simulation = snapshots.restored(before, present, Purpose.CONTINUE, None)
             raise
 
     def _contents(self) -> snapshots.Contents | None:
@@ -130,29 +151,35 @@ class Simulator:
 
     def features(self) -> SimulatorFeatures:
         """What the simulator is and has."""
-        simulation = self.simulation
-        robots = (
-            RobotInfo(
-                name=robot.name,
-                kinds=robot.declaration.kinds,
-                frames=simulation.frames.of(robot),
-                devices=robot.faults.devices,
-            )
-            for robot in simulation.robots.values()
-        )
         return SimulatorFeatures(
             engine=self._engine.name,
             engine_version=self._engine.version,
             version=_version(),
             features=tuple(verb.name for verb in VERBS if self._serves(verb.name)),
             spawn_formats=FORMATS,
-            world=simulation.world.name,
+            world="" if self._simulation is None else self._simulation.world.name,
             available_worlds=available_worlds(),
-            robots=tuple(robots),
-            time=simulation.time,
+            robots=tuple(self._robots()),
+            time=self.time,
             step=1.0 / self._engine.steps_per_second,
             state=self._state,
         )
+
+    @property
+    def time(self) -> float:
+        """The clock [s]; zero without a world."""
+        return 0.0 if self._simulation is None else self._simulation.time
+
+    def _robots(self) -> Iterator[RobotInfo]:
+        simulation = self._simulation
+        for robot in () if simulation is None else simulation.robots.values():
+            assert simulation is not None
+            yield RobotInfo(
+                name=robot.name,
+                kinds=robot.declaration.kinds,
+                frames=simulation.frames.of(robot),
+                devices=robot.faults.devices,
+            )
 
     def _serves(self, verb: str) -> bool:
         return isinstance(self._engine, NEEDS.get(verb, object))
@@ -163,12 +190,13 @@ class Simulator:
         """Carry out a grant of time."""
         if not math.isfinite(until):
             raise RequestRefused(Result.OPERATION_FAILED, f"time can be granted up to a finite time, not {until}")
+        simulation = self.simulation
         self._hold_still("advance")
-        self.simulation.advance(until)
-        happened = self.simulation.collect()
-        film, film_error = self.simulation.films.take()
+        simulation.advance(until)
+        happened = simulation.collect()
+        film, film_error = simulation.films.take()
         return Advanced(
-            time=self.simulation.time,
+            time=simulation.time,
             occurrences=happened.occurrences,
             contacts=happened.contacts,
             film=film,
@@ -182,9 +210,10 @@ class Simulator:
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"{steps} steps were asked for: ask for 1 to {MAX_STEPS}"
             )
+        simulation = self.simulation
         self._hold_still("step_simulation")
-        self.simulation.step(steps)
-        return self.simulation.time
+        simulation.step(steps)
+        return simulation.time
 
     def _hold_still(self, verb: str) -> None:
         if self._state is SimulationState.PLAYING:
@@ -205,10 +234,13 @@ class Simulator:
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"the rate is {rate}: it has to be {SLOWEST:g} or more, or infinite"
             )
+        if state is SimulationState.NO_WORLD:
+            raise RequestRefused(StateResult.INCORRECT_TRANSITION, "unload the world for that")
+        world = self.simulation
         if state is self._state:
             raise RequestRefused(StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is {state} already")
         if state is SimulationState.STOPPED:
-            self.simulation.reset(ResetScope.ALL)
+            world.reset(ResetScope.ALL)
         self._state = state
         self._pace = Pace(rate)
 

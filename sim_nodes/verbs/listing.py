@@ -45,6 +45,14 @@ def _get_entity_info(simulator: Simulator, request: wire.EntityName) -> wire.Ent
     )
 
 
+def _get_entity_bounds(simulator: Simulator, request: wire.EntityName) -> wire.EntityBounds:
+    box = simulator.simulation.entities.bounds(request.name)
+    if box is None:
+        return wire.EntityBounds(bounds=None)
+    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in (box.lower.tolist(), box.upper.tolist()))
+    return wire.EntityBounds(bounds=wire.Bounds(lower=lower, upper=upper))
+
+
 def _get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:
     return wire.CurrentWorld(name=simulator.simulation.world.name, source=simulator.source)
 
@@ -54,7 +62,7 @@ def _get_available_worlds(_: Simulator, __: Empty) -> wire.AvailableWorlds:
 
 
 def _get_simulation_state(simulator: Simulator, _: Empty) -> wire.CurrentState:
-    return wire.CurrentState(state=simulator.state, time=simulator.simulation.time)
+    return wire.CurrentState(state=simulator.state, time=simulator.time)
 
 
 def _get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
@@ -70,6 +78,7 @@ def _get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
 HANDLERS: tuple[Handling, ...] = (
     (wire.GET_ENTITIES_STATES, _get_entities_states),
     (wire.GET_ENTITY_INFO, _get_entity_info),
+    (wire.GET_ENTITY_BOUNDS, _get_entity_bounds),
     (wire.GET_CURRENT_WORLD, _get_current_world),
     (wire.GET_AVAILABLE_WORLDS, _get_available_worlds),
     (wire.GET_SIMULATION_STATE, _get_simulation_state),

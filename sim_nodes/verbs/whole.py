@@ -17,6 +17,11 @@ def _load_world(simulator: Simulator, request: wire.LoadWorld) -> wire.Simulator
     return simulator.features()
 
 
+def _unload_world(simulator: Simulator, _: Empty) -> Empty:
+    simulator.unload()
+    return Empty()
+
+
 def _set_simulation_state(simulator: Simulator, request: wire.SetSimulationState) -> Empty:
     simulator.set_state(request.state, request.rate)
     return Empty()
@@ -48,6 +53,7 @@ def _cancel_watch(simulator: Simulator, request: wire.CancelWatch) -> Empty:
 HANDLERS: tuple[Handling, ...] = (
     (wire.GET_SIMULATOR_FEATURES, _get_simulator_features),
     (wire.LOAD_WORLD, _load_world),
+    (wire.UNLOAD_WORLD, _unload_world),
     (wire.SET_SIMULATION_STATE, _set_simulation_state),
     (wire.STEP_SIMULATION, _step_simulation),
     (wire.RESET_SIMULATION, _reset_simulation),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -57,6 +58,43 @@ def test_entities_say_what_they_are(full: Client) -> None:
     assert info["box"].description == "spawned at 0.000 s"
     with pytest.raises(RequestRefused, match="no entity 'moon'"):
         full.ask(wire.GET_ENTITY_INFO, wire.EntityName(name="moon"))
+
+
+def bounds(client: Client, name: str) -> list[list[float]]:
+    found = client.ask(wire.GET_ENTITY_BOUNDS, wire.EntityName(name=name)).bounds
+    assert found is not None
+    return [[round(getattr(corner, axis), 3) for axis in "xyz"] for corner in (found.lower, found.upper)]
+
+
+def test_entities_say_how_far_they_reach(full: Client) -> None:
+    assert bounds(full, "box") == [[-0.15, -0.15, 0.0], [0.15, 0.15, 0.3]]
+    (left, right, low), (ahead, leftmost, high) = bounds(full, ROBOT)
+    assert (left, right, ahead, leftmost) == (-0.164, -0.164, 0.164, 0.164)
+    assert low == pytest.approx(0.0, abs=5e-3)
+    assert 0.15 < high < 0.4
+    lower, upper = bounds(full, "walls")
+    assert lower[2] == 0.0
+    assert [upper[0] - lower[0], upper[1] - lower[1]] == pytest.approx([10.6, 10.6])
+
+
+def test_without_a_world_there_is_nothing_until_one_is_loaded(full: Client) -> None:
+    full.ask(wire.UNLOAD_WORLD, wire.Empty())
+    state = full.ask(wire.GET_SIMULATION_STATE, wire.Empty())
+    assert (state.state, state.time) == (SimulationState.NO_WORLD, 0.0)
+    features = full.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    assert (features.world, features.robots) == ("", ())
+    requests: tuple[tuple[wire.Verb[Any, Any], wire.Message], ...] = (
+        (wire.ADVANCE, wire.Advance(until=1.0)),
+        (wire.GET_ENTITIES, wire.EntityFilter()),
+        (wire.UNLOAD_WORLD, wire.Empty()),
+        (wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=SimulationState.PLAYING)),
+    )
+    for verb, request in requests:
+        with pytest.raises(RequestRefused, match="no world is loaded") as refused:
+            full.ask(verb, request)
+        assert refused.value.code == wire.WorldResult.NO_WORLD_LOADED
+    assert full.ask(wire.LOAD_WORLD, wire.LoadWorld(world="", seed=0)).world == "maze"
+    assert found(full) == (ROBOT, "walls")
 
 
 def test_the_world_and_the_state_are_told(full: Client) -> None:

@@ -55,6 +55,12 @@ class EntityInfo(Message):
     description: str
 
 
+class EntityBounds(Message):
+    """How far an entity reaches, along its own axes, as its joints are now; None for what has no shape."""
+
+    bounds: Bounds | None
+
+
 class CurrentWorld(Message):
     """The world that is loaded: its name, and the name or path by which it was asked for."""
 
@@ -90,6 +96,7 @@ class Transforms(Message):
 
 GET_ENTITIES_STATES = Verb("get_entities_states", StateFilter, EntityStates)
 GET_ENTITY_INFO = Verb("get_entity_info", EntityName, EntityInfo)
+GET_ENTITY_BOUNDS = Verb("get_entity_bounds", EntityName, EntityBounds)
 GET_CURRENT_WORLD = Verb("get_current_world", Empty, CurrentWorld)
 GET_AVAILABLE_WORLDS = Verb("get_available_worlds", Empty, AvailableWorlds)
 GET_SIMULATION_STATE = Verb("get_simulation_state", Empty, CurrentState)

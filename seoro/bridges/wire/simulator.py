@@ -13,6 +13,7 @@ class SimulationState(StrEnum):
     STOPPED = "stopped"
     PLAYING = "playing"
     PAUSED = "paused"
+    NO_WORLD = "no_world"
 
 
 class RobotInfo(Message):
@@ -91,6 +92,7 @@ class SimulationTime(Message):
 
 GET_SIMULATOR_FEATURES = Verb("get_simulator_features", Empty, SimulatorFeatures)
 LOAD_WORLD = Verb("load_world", LoadWorld, SimulatorFeatures)
+UNLOAD_WORLD = Verb("unload_world", Empty, Empty)
 SET_SIMULATION_STATE = Verb("set_simulation_state", SetSimulationState, Empty)
 STEP_SIMULATION = Verb("step_simulation", StepSimulation, SimulationTime)
 RESET_SIMULATION = Verb("reset_simulation", ResetSimulation, Empty)

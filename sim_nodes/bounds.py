@@ -1,0 +1,71 @@
+"""How far entities reach: boxes along the axes of their own frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from sim_nodes.geometry import Array, conjugate, multiply, quaternion, rotated, rotation_matrix
+from sim_nodes.physics import BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Sphere, Wall
+from sim_nodes.robots.shapes import link_parts
+
+
+@dataclass(frozen=True)
+class BoundingBox:
+    """A box along the axes of a frame by two of its corners, each of shape (3,) [m]."""
+
+    lower: Array
+    upper: Array
+
+
+def bounding_box(parts: Iterable[Part]) -> BoundingBox | None:
+    """The smallest box that holds all parts, in their frame; None if there are none."""
+    boxes = [_box(part) for part in parts]
+    if not boxes:
+        return None
+    lower = np.min([box.lower for box in boxes], axis=0)
+    return BoundingBox(lower, np.max([box.upper for box in boxes], axis=0))
+
+
+def _box(part: Part) -> BoundingBox:
+    half = _half_extents(part)
+    return BoundingBox(np.array(part.position) - half, np.array(part.position) + half)
+
+
+def _half_extents(part: Part) -> Array:
+    turned = rotation_matrix(part.orientation)
+    match part.shape:
+        case Box(size=size):
+            extents: Array = np.abs(turned) @ np.array(size) / 2
+        case Cylinder(radius=radius, length=length):
+            axis = np.abs(turned[:, 2])
+            extents = axis * length / 2 + radius * np.sqrt(np.clip(1.0 - axis**2, 0.0, None))
+        case Sphere(radius=radius):
+            extents = np.full(3, radius)
+        case _:
+            assert_never(part.shape)
+    return extents
+
+
+def parts_of_walls(walls: Iterable[Wall]) -> Iterator[Part]:
+    """Walls as parts, in the map."""
+    for wall in walls:
+        size = (wall.length, wall.thickness, wall.height)
+        yield Part(Box(size), (wall.x, wall.y, wall.height / 2), quaternion(0.0, 0.0, wall.yaw))
+
+
+def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:
+    """What collides of a robot as it is now, in the frame of its base."""
+    back = conjugate(base.orientation)
+    for link, parts in link_parts(robot.declaration).items():
+        if not parts:
+            continue
+        position, orientation = engine.link_pose(robot.name, link)
+        x, y, z = rotated(back, tuple(np.subtract(position, base.position).tolist()))
+        turn = multiply(back, orientation)
+        for part in parts:
+            dx, dy, dz = rotated(turn, part.position)
+            yield Part(part.shape, (x + dx, y + dy, z + dz), multiply(turn, part.orientation))
