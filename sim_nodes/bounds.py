@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import assert_never
 
 import numpy as np
 
-from sim_nodes.geometry import Array, conjugate, multiply, quaternion, rotated, rotation_matrix
-from sim_nodes.physics import BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Sphere, Wall
+from sim_nodes.extents import reach
+from sim_nodes.geometry import Array, conjugate, multiply, rotated, rotation_matrix
+from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot
 from sim_nodes.robots.shapes import link_parts
 
 
@@ -31,30 +31,9 @@ def bounding_box(parts: Iterable[Part]) -> BoundingBox | None:
 
 
 def _box(part: Part) -> BoundingBox:
-    half = _half_extents(part)
+    # The rows of the rotation are the axes of the body in the frame of the part.
+    half = np.array([reach(part.shape, axis) for axis in rotation_matrix(part.orientation)])
     return BoundingBox(np.array(part.position) - half, np.array(part.position) + half)
-
-
-def _half_extents(part: Part) -> Array:
-    turned = rotation_matrix(part.orientation)
-    match part.shape:
-        case Box(size=size):
-            extents: Array = np.abs(turned) @ np.array(size) / 2
-        case Cylinder(radius=radius, length=length):
-            axis = np.abs(turned[:, 2])
-            extents = axis * length / 2 + radius * np.sqrt(np.clip(1.0 - axis**2, 0.0, None))
-        case Sphere(radius=radius):
-            extents = np.full(3, radius)
-        case _:
-            assert_never(part.shape)
-    return extents
-
-
-def parts_of_walls(walls: Iterable[Wall]) -> Iterator[Part]:
-    """Walls as parts, in the map."""
-    for wall in walls:
-        size = (wall.length, wall.thickness, wall.height)
-        yield Part(Box(size), (wall.x, wall.y, wall.height / 2), quaternion(0.0, 0.0, wall.yaw))
 
 
 def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
-from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot, parts_of_walls
+from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import Vector
@@ -104,7 +104,7 @@ class Entities(Stateful):
             placed = next(robot for robot in self._world.robots if robot.name == name)
             return bounding_box(parts_of_robot(self._engine, placed, self._engine.body_state(name)))
         if name in self._walls:
-            return bounding_box(parts_of_walls(wall for wall in self._world.walls if wall.name == name))
+            return bounding_box(wall.part for wall in self._world.walls if wall.name == name)
         return bounding_box(self.bodies[name].parts)
 
     def description(self, name: str) -> str:

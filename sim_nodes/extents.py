@@ -9,7 +9,7 @@ from typing import assert_never
 import numpy as np
 
 from sim_nodes.geometry import Array, rotation_matrix
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Sphere
+from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere
 
 ROUND = 48  # corners of what is round
 DIGITS = 9  # of coordinates [m]: corners that differ by less are one
@@ -70,12 +70,18 @@ def lowest_of(part: Part, state: BodyState) -> float:
     body = rotation_matrix(state.orientation)
     centre = float((body @ part.position)[2]) + state.position[2]
     up = (body @ rotation_matrix(part.orientation))[2]  # the world's z axis in the part's frame
-    match part.shape:
+    return centre - reach(part.shape, up)
+
+
+def reach(shape: Shape, direction: Array) -> float:
+    """How far a shape reaches from its centre along a direction in its frame, a unit vector of shape (3,) [m]."""
+    match shape:
         case Box(size=size):
-            return centre - float(np.abs(up) @ size) / 2
+            return float(np.abs(direction) @ size) / 2
         case Cylinder(radius=radius, length=length):
-            return centre - abs(float(up[2])) * length / 2 - float(np.hypot(up[0], up[1])) * radius
+            across = float(np.hypot(direction[0], direction[1]))
+            return abs(float(direction[2])) * length / 2 + across * radius
         case Sphere(radius=radius):
-            return centre - radius
+            return radius
         case _:
-            assert_never(part.shape)
+            assert_never(shape)

@@ -98,6 +98,12 @@ class Wall:
     thickness: float
     height: float
 
+    @property
+    def part(self) -> Part:
+        """It as a part of a body at the origin of the map."""
+        size = (self.length, self.thickness, self.height)
+        return Part(Box(size), (self.x, self.y, self.height / 2), quaternion(0.0, 0.0, self.yaw))
+
 
 @dataclass(frozen=True)
 class PlacedRobot:

@@ -20,8 +20,8 @@ from matplotlib.ticker import MultipleLocator
 
 from sim_nodes.entities import Spawned
 from sim_nodes.extents import outline
-from sim_nodes.geometry import Array, Pose2, Vector, quaternion
-from sim_nodes.physics import BodyState, Box, Engine, Part
+from sim_nodes.geometry import Array, Pose2, Vector
+from sim_nodes.physics import BodyState, Engine
 from sim_nodes.record import RobotRecord
 from sim_nodes.robots.robot import Robot
 from sim_nodes.robots.shapes import link_parts
@@ -104,10 +104,7 @@ def _draw_floor(axes: Axes, simulation: Simulation) -> None:
     # Where nothing drives, walls are what arms stand on and work at.
     face = WALL if any(robot.drives for robot in simulation.robots.values()) or not simulation.robots else BENCH
     for wall in simulation.world.walls:
-        part = Part(
-            Box((wall.length, wall.thickness, wall.height)), (wall.x, wall.y, 0.0), quaternion(0, 0, wall.yaw)
-        )
-        corners = outline(part, BodyState((0.0, 0.0, 0.0)))
+        corners = outline(wall.part, BodyState((0.0, 0.0, 0.0)))
         axes.add_patch(Polygon(corners, facecolor=face, edgecolor=WALL, linewidth=0.5, zorder=2))
     for prop in simulation.world.props:
         colour = WALL if prop.model.static else PROP

@@ -110,8 +110,8 @@ class Simulation(Stateful):
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
         self.trails = Trails()
-        self._measuring = dict(self._measurings())
         self.frames = Frames(self.engine, self.robots, self.entities)
+        self._measuring = dict(self._measurings())
 
     def _measurings(self) -> Iterator[tuple[str, Measuring]]:
         """Those of all robots that drive."""
@@ -143,7 +143,7 @@ class Simulation(Stateful):
 
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot really is."""
-        return self.engine.body_state(robot).planar
+        return self.frames.true_pose(robot)
 
     # ------------------------------------------------------------ time
 

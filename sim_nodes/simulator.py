@@ -172,8 +172,9 @@ class Simulator:
 
     def _robots(self) -> Iterator[RobotInfo]:
         simulation = self._simulation
-        for robot in () if simulation is None else simulation.robots.values():
-            assert simulation is not None
+        if simulation is None:
+            return
+        for robot in simulation.robots.values():
             yield RobotInfo(
                 name=robot.name,
                 kinds=robot.declaration.kinds,

@@ -12,7 +12,7 @@ from typing import Any, assert_never
 from xml.etree import ElementTree
 
 from sim_nodes.colours import Colour
-from sim_nodes.geometry import Quaternion, Vector, quaternion, roll_pitch_yaw
+from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
 from sim_nodes.inertia import inertia
 from sim_nodes.physics import (
     IDENTITY,
@@ -20,7 +20,6 @@ from sim_nodes.physics import (
     BodyState,
     Box,
     Cylinder,
-    Part,
     PlacedRobot,
     Shape,
     Sphere,
@@ -95,15 +94,7 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
 
 def walls_body(walls: Iterable[Wall]) -> BodyModel:
     """Walls as one body at the origin."""
-    parts = (
-        Part(
-            Box((wall.length, wall.thickness, wall.height)),
-            (wall.x, wall.y, wall.height / 2),
-            quaternion(0.0, 0.0, wall.yaw),
-        )
-        for wall in walls
-    )
-    return BodyModel(tuple(parts), static=True)
+    return BodyModel(tuple(wall.part for wall in walls), static=True)
 
 
 def _load(bullet: Any, urdf: str, state: BodyState, *, static: bool = False) -> int:
