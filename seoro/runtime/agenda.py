@@ -363,11 +363,11 @@ class Agenda:
 
     def tell(self, act: Callable[[], None]) -> None:
         """Record what a backend says of its own accord, in the instant that it belongs to: this or the next."""
-        self._held.append(act)
         if self._open:
-            self._tell_held()
+            act()
         else:
-            self._interrupt.set()
+            self._held.append(act)
+            self._poke()
 
     def _tell_held(self) -> None:
         held, self._held = self._held, []
