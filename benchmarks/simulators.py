@@ -7,6 +7,7 @@ For each engine and scene, in turns in one run:
 - bare: the engine's own step, in a loop of Python, in a process that has loaded the same scene;
 - free: a simulator node that plays as fast as possible, a process of its own; robots stand and sense nothing;
 - lock-step: the same node, granted 20 ms at a time over Zenoh;
+- asked: the same, and each time it is asked for the robot's pose;
 - long grants: the same, granted 1 s at a time.
 
 Then a node whose robot navigates in the maze, in grants of 50 ms, and a scan of its lidar. Figures are medians of
@@ -22,7 +23,7 @@ import math
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 from importlib import resources
 from importlib.util import find_spec
@@ -40,7 +41,7 @@ from sim_nodes.physics import Engine
 from sim_nodes.worlds.loader import load_world
 
 ROBOT = "turtlebot4"
-ROUND = 0.3  # [s] of the machine's clock for each measurement of a round
+ROUND = 0.5  # [s] of the machine's clock for each measurement of a round
 SCANS = 100
 DRIVE = 10.0  # [s] of simulated time; the way to the goal takes longer
 GOAL = Pose3D(Position3D(3.0, -3.0))
@@ -93,6 +94,10 @@ def measure_bare(step: Callable[[], object], steps_per_second: int) -> float:
     return steps / steps_per_second / passed
 
 
+async def _nothing() -> None:
+    """Ask for nothing."""
+
+
 async def measure_free(node: SimulatorNode) -> float:
     """Simulated seconds per second of a node that plays."""
     await node.ask(
@@ -110,17 +115,20 @@ async def _time_of(node: SimulatorNode) -> float:
     return (await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())).time
 
 
-async def measure_grants(node: SimulatorNode, grant: float) -> float:
-    """Simulated seconds per second of a node in lock-step."""
+async def measure_grants(
+    node: SimulatorNode, grant: float, ask: Callable[[], Awaitable[object]] = _nothing
+) -> float:
+    """Simulated seconds per second of a node in lock-step that is asked for something at each grant."""
     begin = now = await _time_of(node)
     start = time.perf_counter()
     while time.perf_counter() - start < ROUND:
+        await ask()
         now = await node.advance(now + grant)
     return (now - begin) / (time.perf_counter() - start)
 
 
-async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float, float, float, float]]:
-    """Bare, free, in lock-step and in long grants, for each round."""
+async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float, ...]]:
+    """Bare, free, in lock-step, in lock-step with questions and in long grants, for each round."""
     engine, step = bare_step(name, world)
     measured = []
     async with start_simulator(name, SimulatorOptions(str(world), 0, ModelPath())) as node:
@@ -128,8 +136,11 @@ async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float
             free = await measure_free(node)
             bare = measure_bare(step, engine.steps_per_second)
             locked = await measure_grants(node, 0.02)
+            asked = await measure_grants(
+                node, 0.02, partial(node.relative_pose, node.features.robots[0].frames[0], "map", 0.0)
+            )
             long = await measure_grants(node, 1.0)
-            measured.append((bare, free, locked, long))
+            measured.append((bare, free, locked, asked, long))
     return measured
 
 
@@ -165,7 +176,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9, metavar="N")
     options = parser.parse_args()
     print("simulated seconds per second, and as a share of the bare engine")
-    print(f"{'engine':10}{'scene':17}{'bare':>7}{'free':>14}{'lock-step':>14}{'long grants':>14}")
+    print(f"{'engine':10}{'scene':17}{'bare':>7}{'free':>14}{'lock-step':>14}{'asked':>14}{'long grants':>14}")
     with tempfile.TemporaryDirectory() as folder:
         for name in options.engines or [name for name in ENGINES if find_spec(name)]:
             for scene, text in scenes().items():
@@ -173,7 +184,7 @@ def main() -> None:
                 world.write_text(text, encoding="utf-8")
                 rounds = asyncio.run(measure_scene(name, world, options.rounds))
                 bare, *others = (statistics.median(values) for values in zip(*rounds, strict=True))
-                shares = [statistics.median(each[i] / each[0] for each in rounds) for i in (1, 2, 3)]
+                shares = [statistics.median(each[i] / each[0] for each in rounds) for i in (1, 2, 3, 4)]
                 figures = "".join(f"{rate:8.0f} {share:4.0%} " for rate, share in zip(others, shares, strict=True))
                 print(f"{name:10}{scene:17}{bare:7.0f}{figures}", flush=True)
             rates = [asyncio.run(measure_navigation(name)) for _ in range(3)]

@@ -66,6 +66,41 @@ def unpack(data: bytes) -> Any:
         raise CodecError(f"these bytes are no value: {error}") from error
 
 
+def copied(value: Any) -> Any:
+    """What `unpack(pack(value))` is, without the bytes: a value that changes of the other do not reach."""
+    match value:
+        case None | bool() | int() | float() | str() | bytes() | Enum():
+            return value
+        case np.ndarray() | np.generic():
+            return value.copy()
+        case dict():
+            return {key: copied(each) for key, each in value.items()}
+        case list():
+            return [copied(each) for each in value]
+        case deque():
+            return deque(map(copied, value), value.maxlen)
+        case set() | frozenset():  # of values that do not change, or they would have no hashes
+            return value.copy()
+        case tuple() if hasattr(value, "_fields"):
+            return type(value)(*map(copied, value))
+        case tuple():
+            return tuple(map(copied, value))
+        case BaseModel():  # frozen, and so is all that it holds
+            return value
+        case _ if is_dataclass(value):
+            return _copied_record(value)
+        case _:
+            raise CodecError(f"{_called(type(value))} is no data that can be saved")
+
+
+def _copied_record(record: Any) -> Any:
+    values = {each.name: getattr(record, each.name) for each in fields(record)}
+    copies = {name: copied(each) for name, each in values.items()}
+    if all(copies[name] is each for name, each in values.items()):
+        return record
+    return type(record)(**copies)
+
+
 def _extension(value: object) -> msgpack.ExtType:
     kind, content = _content(value)
     return msgpack.ExtType(kind, pack(content))

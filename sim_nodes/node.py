@@ -69,7 +69,7 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         session.close()
 
 
-def _turn(simulator: Simulator, inbox: queue.Queue[Request]) -> None:
+def _turn(simulator: Simulator, inbox: queue.SimpleQueue[Request]) -> None:
     """Keep pace while playing, and answer the next request."""
     delay = keep_pace(simulator, time.monotonic())
     try:

@@ -326,3 +326,17 @@ class SavesState(Protocol):
         Raises:
             UnsavableState: It is of another scene or version.
         """
+
+
+@runtime_checkable
+class Rewinds(Protocol):
+    """What an engine may offer beyond `Engine`: to go back a little, at a small part of the cost of going ahead.
+
+    Nodes of such engines simulate ahead of what is granted to them, where that is expected.
+    """
+
+    def checkpoint(self) -> Any:
+        """What the future follows from, but the scene and the bodies in it; later steps leave it as it is."""
+
+    def rewind(self, checkpoint: Any) -> None:
+        """Go on, bit for bit, as from a checkpoint, since which no body was added, removed or put elsewhere."""

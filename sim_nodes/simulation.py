@@ -22,6 +22,7 @@ from seoro.bridges.wire import (
     Outcome,
     ResetScope,
     Result,
+    steps_until,
 )
 from sim_nodes.clearance import Surroundings
 from sim_nodes.contacts import Contacts
@@ -161,9 +162,14 @@ class Simulation(Stateful):
         """The time of a tick [s]."""
         return (tick * self._tick_steps - self._epoch) / self.engine.steps_per_second
 
+    @property
+    def has_to_tell(self) -> bool:
+        """Whether something has happened that was not collected yet."""
+        return bool(self._occurrences or self._contacts or self._feedback)
+
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
-        while not (self._occurrences or self._contacts or self._feedback) and self.time < until:
+        while not self.has_to_tell and self.time < until:
             self._pass(until)
 
     def run(self, until: float) -> None:
@@ -182,9 +188,10 @@ class Simulation(Stateful):
         watched = bool(self._watches) or self.films.is_recording
         idle = not watched and all(robot.is_idle for robot in self.robots.values())
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
+        made, rate = self._steps - self._epoch, self.engine.steps_per_second
         # No step is made that begins at that time or after it.
-        while count > 1 and (self._steps + count - 1 - self._epoch) / self.engine.steps_per_second >= until:
-            count -= 1
+        if (made + count - 1) / rate >= until:
+            count = steps_until(until, rate) - made
         self._make(count)
 
     def _steps_to_tick(self, every: int) -> int:

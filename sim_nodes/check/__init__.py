@@ -16,7 +16,7 @@ from types import ModuleType
 from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots, saving
 from sim_nodes.check.bench import Make
 from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
-from sim_nodes.physics import Engine, SavesState
+from sim_nodes.physics import Engine, Rewinds, SavesState
 
 __all__ = ["OPTIONAL", "RULES", "check_physics", "check_rule", "rules_for"]
 
@@ -89,6 +89,12 @@ OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
             saving.arms_that_are_restored_go_on_as_they_did,
         ),
     ),
+    (Rewinds, (saving.what_is_rewound_goes_on_as_it_did, saving.arms_that_are_rewound_go_on_as_they_did)),
+)
+
+ARMS_SAVED: tuple[Rule, ...] = (
+    saving.arms_that_are_restored_go_on_as_they_did,
+    saving.arms_that_are_rewound_go_on_as_they_did,
 )
 
 DYNAMICS: tuple[Rule, ...] = (
@@ -108,7 +114,11 @@ def rules_for(engine: Engine) -> tuple[Rule, ...]:
     rules = (*RULES, *(rule for kind, more in OPTIONAL if isinstance(engine, kind) for rule in more))
     left_out: set[Rule] = set(DYNAMICS) if isinstance(engine, WithoutDynamics) else set()
     if isinstance(engine, WithoutArms):
-        left_out |= {saving.arms_that_are_restored_go_on_as_they_did, *_of(arms, rules)}
+        of_saving = {
+            saving.arms_that_are_restored_go_on_as_they_did,
+            saving.arms_that_are_rewound_go_on_as_they_did,
+        }
+        left_out |= {*of_saving, *_of(arms, rules)}
     if isinstance(engine, WithoutPictures):
         left_out |= set(_of(pictures, rules))
     return tuple(rule for rule in rules if rule not in left_out)

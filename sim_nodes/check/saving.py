@@ -1,4 +1,4 @@
-"""Rules for engines that save their state (`sim_nodes.physics.SavesState`)."""
+"""Rules for engines that save their state, or go back a little (see `SavesState`, `Rewinds`)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from sim_nodes.check.bodies import LOPSIDED, MOVING
 from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.codec import pack, unpack
 from sim_nodes.geometry import Pose2, quaternion
-from sim_nodes.physics import BodyState, Engine, SavesState
+from sim_nodes.physics import BodyState, Engine, Rewinds, SavesState
 
 SECOND = Pose2(1.0, 0.2, 3.0)
 HEAP = 9  # bodies
@@ -135,8 +135,8 @@ def a_restored_engine_resets_as_any_other(make: Make) -> None:
     _expect_same("an engine saved after a reset", follow(first, *names), follow(second, *names))
 
 
-def arms_that_are_restored_go_on_as_they_did(make: Make) -> None:
-    """An arm that is restored while it moves and grips goes on bit for bit, also in another engine."""
+def gripping(make: Make) -> Engine:
+    """An engine with an arm that moves and grips a cube."""
     engine = arms.built_arm(make)
     place = arms.state_at(arms.tool_at(arms.HOME))
     engine.add_body("stand", arms.STAND, BodyState((*place.position[:2], place.position[2] - 0.08)))
@@ -145,6 +145,12 @@ def arms_that_are_restored_go_on_as_they_did(make: Make) -> None:
     run(engine, 1.0)
     engine.command_joints(ROBOT, arms.HOME, 0.2 * arms.AWAY)
     run(engine, 0.3)
+    return engine
+
+
+def arms_that_are_restored_go_on_as_they_did(make: Make) -> None:
+    """An arm that is restored while it moves and grips goes on bit for bit, also in another engine."""
+    engine = gripping(make)
     state = saved(engine)
     before, after = look_at_arm(engine), follow_arm(engine)
     other = arms.built_arm(make)
@@ -152,6 +158,32 @@ def arms_that_are_restored_go_on_as_they_did(make: Make) -> None:
         restore(restored, state)
         _expect_same(f"{what}, just restored,", [before], [look_at_arm(restored)])
         _expect_same(what, after, follow_arm(restored))
+
+
+def what_is_rewound_goes_on_as_it_did(make: Make) -> None:
+    """An engine that is rewound goes on bit for bit as it did, also when it is rewound to the same state again."""
+    engine, names = eventful(make)
+    assert isinstance(engine, Rewinds)
+    checkpoint = engine.checkpoint()
+    before, after = look(engine, *names), follow(engine, *names)
+    for _ in range(2):
+        drive(engine, -0.2, 0.5, OTHER)
+        engine.power_wheels(OTHER, True)
+        run(engine, 0.2)
+        engine.rewind(checkpoint)
+        _expect_same("an engine, just rewound,", [before], [look(engine, *names)])
+        _expect_same("an engine that was rewound", after, follow(engine, *names))
+
+
+def arms_that_are_rewound_go_on_as_they_did(make: Make) -> None:
+    """An arm that is rewound while it moves and grips goes on bit for bit."""
+    engine = gripping(make)
+    assert isinstance(engine, Rewinds)
+    checkpoint = engine.checkpoint()
+    before, after = look_at_arm(engine), follow_arm(engine)
+    engine.rewind(checkpoint)
+    _expect_same("an arm, just rewound,", [before], [look_at_arm(engine)])
+    _expect_same("an arm that was rewound", after, follow_arm(engine))
 
 
 def look_at_arm(engine: Engine) -> list[object]:

@@ -130,12 +130,14 @@ class MujocoEngine:
         """See `SavesState.save`."""
         if self._stepper.is_lost:
             raise UnsavableState("the physics are lost, and so is the state: reset the simulation")
+        return {**self.checkpoint(), "added": self._added, "model": digest_of(self._model)}
+
+    def checkpoint(self) -> Mapping[str, Any]:
+        """See `Rewinds.checkpoint`."""
         return {
-            "added": self._added,
-            "model": digest_of(self._model),
             "state": state_of(self._model, self._data),
-            "without_power": self._without_power,
-            "arms": {name: (arm.command.rates, arm.command.force) for name, arm in self._arms.items()},
+            "without_power": set(self._without_power),
+            "arms": {name: (arm.command.rates.copy(), arm.command.force) for name, arm in self._arms.items()},
             "last": self._last or self._seen_of_last_step(),
         }
 
@@ -149,14 +151,29 @@ class MujocoEngine:
         for name, (model, state) in saved["added"].items():
             add_body(self._spec, name, model, state)
             self._added[name] = (model, state)
-        self._without_power = saved["without_power"]
         self._recompile()
-        for name, (rates, force) in saved["arms"].items():
-            self._arms[name].take_up(self._model, ArmCommand(rates, force))
+        self._take_up(saved)
         if digest_of(self._model) != saved["model"]:
             raise UnsavableState("the saved state is of other robots, walls or bodies than these files describe")
-        set_state(self._model, self._data, saved["state"])
-        self._last = saved["last"]
+        self._put(saved)
+
+    def rewind(self, checkpoint: Mapping[str, Any]) -> None:
+        """See `Rewinds.rewind`."""
+        self._take_up(checkpoint)
+        self._put(checkpoint)
+
+    def _take_up(self, checkpoint: Mapping[str, Any]) -> None:
+        """Go on with commands that change the model."""
+        self._without_power = set(checkpoint["without_power"])
+        for name, drive in self._drives.items():
+            drive.power(self._model, on=name not in self._without_power)
+        for name, (rates, force) in checkpoint["arms"].items():
+            self._arms[name].take_up(self._model, ArmCommand(rates.copy(), force))
+
+    def _put(self, checkpoint: Mapping[str, Any]) -> None:
+        """Be in the state of a checkpoint."""
+        set_state(self._model, self._data, checkpoint["state"])
+        self._last = checkpoint["last"]
         self._stepper = Stepper(self._model, self._data, self._owners, self._last.touching)
         self._data.qfrc_actuator[:] = self._last.efforts
 

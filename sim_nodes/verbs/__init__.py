@@ -70,6 +70,8 @@ def handle(simulator: Simulator, verb: str, payload: bytes) -> bytes:
         request = wire.decode(model, payload)
     except wire.WireError as error:
         raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+    if verb != wire.REWIND.name:
+        simulator.stay()
     try:
         return wire.encode(handler(simulator, request))
     except UnstablePhysics as error:

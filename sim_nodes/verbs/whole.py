@@ -37,7 +37,11 @@ def _reset_simulation(simulator: Simulator, request: wire.ResetSimulation) -> Em
 
 
 def _advance(simulator: Simulator, request: wire.Advance) -> wire.Advanced:
-    return simulator.advance(request.until)
+    return simulator.advance(request.until, request.horizon)
+
+
+def _rewind(simulator: Simulator, request: wire.Rewind) -> wire.SimulationTime:
+    return wire.SimulationTime(time=simulator.rewind(request.time))
 
 
 def _cancel_goal(simulator: Simulator, request: wire.CancelGoal) -> Empty:
@@ -58,6 +62,7 @@ HANDLERS: tuple[Handling, ...] = (
     (wire.STEP_SIMULATION, _step_simulation),
     (wire.RESET_SIMULATION, _reset_simulation),
     (wire.ADVANCE, _advance),
+    (wire.REWIND, _rewind),
     (wire.CANCEL_GOAL, _cancel_goal),
     (wire.CANCEL_WATCH, _cancel_watch),
 )

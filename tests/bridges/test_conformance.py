@@ -149,6 +149,11 @@ def restless(node: SimulatorNode) -> None:
     replace_method(node, relative_pose=spoiled)
 
 
+def prescient(node: SimulatorNode) -> None:
+    """It stays where it has gone ahead to."""
+    replace_method(node, _come_back=_do_nothing)
+
+
 def noisy(node: SimulatorNode) -> None:
     """Its poses have noise without a seed."""
     ask = node.relative_pose
@@ -263,6 +268,7 @@ def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[objec
         (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s came to 0.12"),
         (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s came to 0.5 s"),
         (restless, passing.time_stands_still_without_grants, "while no time was granted"),
+        (prescient, passing.requests_find_the_time_of_the_run, "after small grants"),
         pytest.param(noisy, passing.equal_runs_are_equal_to_the_bit, "in a second run", marks=pytest.mark.slow),
         pytest.param(
             stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.slow

@@ -1,5 +1,7 @@
 """Messages: their form on the wire, and what is refused."""
 
+import math
+
 import msgpack
 import pytest
 
@@ -16,7 +18,7 @@ def test_a_message_survives_the_wire() -> None:
 
 
 def test_the_form_on_the_wire_is_a_plain_map() -> None:
-    assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == {"until": 2.5}
+    assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == {"until": 2.5, "horizon": None}
 
 
 def test_binary_data_stays_binary() -> None:
@@ -63,3 +65,12 @@ def test_keys_have_a_fixed_form() -> None:
 def test_names_that_would_need_escaping_are_refused(name: str) -> None:
     with pytest.raises(ValueError, match="cannot name a node"):
         wire.node_command("default", name, "advance")
+
+
+def test_a_grant_ends_with_the_first_step_that_reaches_its_time() -> None:
+    for rate in (200, 240, 250, 500):
+        for step in range(2000):
+            time = step / rate
+            assert wire.steps_until(time, rate) == step
+            assert wire.steps_until(math.nextafter(time, math.inf), rate) == step + 1
+            assert wire.steps_until(math.nextafter(time, -math.inf), rate) == step

@@ -268,6 +268,13 @@ class Littering(MujocoEngine):
                 self.add_body(name, model, state)
 
 
+class Mindless(MujocoEngine):
+    """It forgets which motors had no power."""
+
+    def rewind(self, checkpoint: Mapping[str, Any]) -> None:
+        super().rewind({**checkpoint, "without_power": set()})
+
+
 class Nosy(MujocoEngine):
     """It steps to see what it saves."""
 
@@ -381,6 +388,7 @@ class Blind(MujocoEngine):
         (Cold, saving.what_is_restored_goes_on_as_it_did, "another engine differs at moment 0"),
         (Littering, saving.what_was_added_since_is_gone_again, ""),
         (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
+        (Mindless, saving.what_is_rewound_goes_on_as_it_did, "an engine that was rewound"),
         (Settled, saving.a_restored_engine_resets_as_any_other, "a restored engine that was reset"),
         (Hasty, repeating.many_steps_are_as_single_ones, ""),
         (Glancing, repeating.many_steps_end_where_contacts_change, "the first"),

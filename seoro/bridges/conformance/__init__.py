@@ -31,7 +31,11 @@ RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
     ((), (passing.time_passes_in_grants, passing.time_never_goes_back)),
     (
         (DrivenRobots, Simulation),
-        (passing.time_stands_still_without_grants, robots.robots_stand_still_after_a_run),
+        (
+            passing.time_stands_still_without_grants,
+            passing.requests_find_the_time_of_the_run,
+            robots.robots_stand_still_after_a_run,
+        ),
     ),
     ((DrivenRobots, Simulation), (robots.robots_drive_as_long_as_they_are_told,)),
     (

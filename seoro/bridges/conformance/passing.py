@@ -40,6 +40,23 @@ async def time_stands_still_without_grants(make: Make) -> None:
         expect(found == bench.time, f"the time went from {bench.time} s to {found} s without a grant")
 
 
+async def requests_find_the_time_of_the_run(make: Make) -> None:
+    """However time was granted before, what is asked for happens at the time to which it was granted last."""
+    poses = []
+    for small in (False, True):
+        async with started(make) as bench:
+            driving = bench.can(DrivenRobots)
+            await driving.drive(bench.robot, 0.2, 0.3, 30.0, Reports())
+            await bench.grant(0.1)
+            for until in (1.0, 1.02, 3.0):
+                while small and bench.time + 0.02 < until:
+                    await bench.grant(bench.time + 0.02)
+                await bench.grant(until)
+                poses.append(await bench.truth())
+    one, other = poses[:3], poses[3:]
+    expect(one == other, f"the robot was at {other} after small grants, and at {one} after large ones")
+
+
 async def grants_end_when_something_is_to_be_told(make: Make) -> None:
     """A grant ends early when what was watched for happens, and its reporter is told before that."""
     async with started(make) as bench:

@@ -1,8 +1,8 @@
-"""A simulator node as a backend: which actors live in it, grants of time, the end of a run."""
+"""A simulator node as a backend: which actors live in it, the beginning and the end of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
@@ -12,15 +12,14 @@ from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.faults import FaultRequests
 from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
-from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
+from seoro.bridges.sim.passing import GRANT_TIMEOUT, PassingRequests
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SNAPSHOT_TIMEOUT, SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
-from seoro.runtime.contracts import GoalStatus, Happened, Lost, Report
+from seoro.runtime.contracts import Happened, Lost
 
 ANYTHING = "osc_actor"
-GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 
 
 class SimulatorNode(
@@ -29,11 +28,11 @@ class SimulatorNode(
     DrivingRequests,
     ArmRequests,
     CameraRequests,
-    RecordingRequests,
     FaultRequests,
     SensorRequests,
     WorldRequests,
     SnapshotRequests,
+    PassingRequests,
 ):
     """A simulator node that has been found.
 
@@ -47,8 +46,7 @@ class SimulatorNode(
         super().__init__(address, models)
         self._features = features
         self._taken: set[str] = set()
-        self._happened: Happened = _ignore
-        self._time = features.time
+        self.set_clock(features)
 
     @property
     def features(self) -> wire.SimulatorFeatures:
@@ -75,23 +73,6 @@ class SimulatorNode(
         if self._lost_reason is not None:
             lost(self._lost_reason)
 
-    async def advance(self, until: float) -> float:
-        """Grant time; tells reporters what happened before the answer's time."""
-        if self.is_recording:  # which a grant may end before it is used up: the clock grants more
-            until = min(until, self._time + RECORDED_GRANT)
-        advanced = await self.ask(wire.ADVANCE, wire.Advance(until=until), GRANT_TIMEOUT)
-        for contact in advanced.contacts:
-            self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
-        for feedback in advanced.feedback:
-            self._happened("navigation_feedback", feedback.model_dump())
-        for occurrence in advanced.occurrences:
-            report = self._reporters.pop(occurrence.id, None)
-            if report is not None:
-                report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
-        await self.write_film(advanced.film, advanced.film_error)
-        self._time = advanced.time
-        return advanced.time
-
     async def artifacts(self) -> tuple[wire.Artifact, ...]:
         """What the node has to show of the run."""
         shown = (await self.ask(wire.GET_ARTIFACTS, wire.Empty(), GRANT_TIMEOUT)).artifacts
@@ -101,14 +82,14 @@ class SimulatorNode(
         """Load a world, at time zero; who lives where is open again."""
         self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
         self._taken.clear()
-        self._time = self._features.time
+        self.set_clock(self._features)
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Begin at a snapshot, with the clock at zero; who lives where is open again."""
         request = wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed)
         self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
         self._taken.clear()
-        self._time = self._features.time
+        self.set_clock(self._features)
 
     async def end_run(self) -> None:
         """Make every robot stand still."""
@@ -126,7 +107,3 @@ class SimulatorNode(
         for robot in self._features.robots:
             await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
-
-
-def _ignore(name: str, arguments: Mapping[str, object]) -> None:
-    """Before a run has started nobody listens."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 
 from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.simulator import SimulationTime
 
 
 class Outcome(StrEnum):
@@ -34,13 +36,21 @@ class Contact(Message):
 
 
 class Advance(Message):
-    """Grant of time: simulate to `until`, or to the first occurrence, contact or feedback before it."""
+    """Grant of time: simulate to `until`, or to the first occurrence, contact or feedback before it.
+
+    A client that expects to grant up to a `horizon` without asking for anything before may say so: the node then
+    simulates ahead to it, or to what happens first, and `rewind` takes that back.
+    """
 
     until: float
+    horizon: float | None = None
 
 
 class Advanced(Message):
-    """Answer to a grant: the time that was reached and everything that happened up to it, in order."""
+    """Answer to a grant: the time that was reached and everything that happened up to it, in order.
+
+    When that is after `until`, nothing happened before.
+    """
 
     time: float
     occurrences: tuple[Occurrence, ...] = ()
@@ -48,6 +58,15 @@ class Advanced(Message):
     film: bytes = b""  # the next part of what is recorded, since the last answer
     film_error: str = ""  # why nothing more is recorded
     feedback: tuple[NavigationFeedback, ...] = ()
+
+
+class Rewind(Message):
+    """Take back what was simulated ahead of `time`.
+
+    That is possible up to the next request after the grant that had a horizon; otherwise the time stays as it is.
+    """
+
+    time: float
 
 
 class CancelGoal(Message):
@@ -63,5 +82,17 @@ class CancelWatch(Message):
 
 
 ADVANCE = Verb("advance", Advance, Advanced)
+REWIND = Verb("rewind", Rewind, SimulationTime)
 CANCEL_GOAL = Verb("cancel_goal", CancelGoal, Empty)
 CANCEL_WATCH = Verb("cancel_watch", CancelWatch, Empty)
+
+
+def steps_until(time: float, steps_per_second: int) -> int:
+    """The number of steps from zero to the first that ends at or after a time [s], as a grant makes them."""
+    steps = math.ceil(time * steps_per_second)
+    # The product is rounded, so that it may be off by one.
+    while steps / steps_per_second < time:
+        steps += 1
+    while (steps - 1) / steps_per_second >= time:
+        steps -= 1
+    return steps

@@ -1,0 +1,128 @@
+"""What is simulated ahead and taken back has never been."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from seoro.bridges import wire
+from sim_nodes.refusal import RequestRefused
+from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.graph import differences
+from tests.sim_nodes.manipulation.cell import ARM, HOME
+
+pytestmark = pytest.mark.engine("mujoco")
+
+END = 4.0  # [s]
+AWAY = (HOME[0] + 0.3, *HOME[1:])  # [rad]
+
+
+def ahead(client: Client, until: float, horizon: float) -> wire.Advanced:
+    return client.ask(wire.ADVANCE, wire.Advance(until=until, horizon=horizon))
+
+
+def rewind(client: Client, time: float) -> float:
+    return client.ask(wire.REWIND, wire.Rewind(time=time)).time
+
+
+def busy() -> Client:
+    """A robot with a noisy lidar on its way, beside a box that falls onto another."""
+    client = Client("maze", 3)
+    client.localise()
+    client.navigate(pose(1.5, 1.5))
+    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=0.4))
+    client.spawn("low", pose(1.9, 0.6))
+    client.spawn("high", pose(1.9, 0.6, z=0.8))
+    fault = wire.GaussianNoise(deviation={wire.Quantity.LENGTH: 0.05})
+    client.ask(
+        wire.INJECT_FAULT, wire.InjectFault(id="noise", robot=ROBOT, device="lidar", fault=fault, limit=9.0)
+    )
+    return client
+
+
+def plain(client: Client, until: float) -> list[object]:
+    """What happens up to a time, in grants of 20 ms."""
+    seen: list[object] = []
+    while client.simulator.time < until:
+        advanced = client.advance(min(until, client.simulator.time + 0.02))
+        seen += [*advanced.contacts, *advanced.occurrences, *advanced.feedback]
+    return seen
+
+
+def there_and_back(client: Client, until: float, draw: random.Random) -> list[object]:
+    """The same by a client that has the node go ahead, and takes half of that back."""
+    seen: list[object] = []
+    while (now := client.simulator.time) < until:
+        grant = min(until, now + 0.02)
+        advanced = ahead(client, grant, min(until, now + draw.choice((0.1, 0.5, 2.0))))
+        if advanced.time > grant and draw.random() < 0.7:
+            back = draw.uniform(grant, advanced.time)
+            assert back <= rewind(client, back) < back + 0.004
+            continue
+        seen += [*advanced.contacts, *advanced.occurrences, *advanced.feedback]
+    return seen
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_taken_back_leaves_no_trace(seed: int) -> None:
+    one, other = busy(), busy()
+    happened = plain(one, END)
+    assert there_and_back(other, END, random.Random(seed)) == happened
+    assert {"noise", "way"} <= {each.id for each in happened if isinstance(each, wire.Occurrence)}
+    assert any(isinstance(each, wire.Contact) for each in happened)
+    assert differences(one.simulator.simulation, other.simulator.simulation) == []
+
+
+def test_an_arm_that_was_taken_back_moves_on_as_it_did() -> None:
+    ends = []
+    for tried in (False, True):
+        client = Client("arm_cell")
+        goal = wire.FollowJointTrajectory(id="goal", robot=ARM, points=(AWAY,))
+        client.ask(wire.FOLLOW_JOINT_TRAJECTORY, goal)
+        client.advance(0.3)
+        if tried:
+            ahead(client, 0.32, 0.9)
+            assert rewind(client, 0.4) == pytest.approx(0.4)
+        ended, _ = client.run_until("goal")
+        ends.append((ended, client.simulator.simulation.engine.joint_states(ARM).positions.tobytes()))
+    assert ends[0] == ends[1]
+
+
+def test_a_node_goes_ahead_to_what_happens_first() -> None:
+    client = Client("maze")
+    client.spawn("box", pose(0.45, 0.0, z=0.1))
+    client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.3, angular=0.0, duration=4.0))
+    advanced = ahead(client, 0.02, 4.0)
+    assert [each.second for each in advanced.contacts] == [ROBOT]
+    assert 0.02 < advanced.time < 4.0
+    assert rewind(client, 0.1) == pytest.approx(0.1)
+    assert client.advance(4.0).contacts == advanced.contacts
+
+
+def test_nothing_is_taken_back_after_another_request() -> None:
+    client = Client("maze")
+    reached = ahead(client, 0.02, 1.0).time
+    client.ask(wire.GET_ENTITIES, wire.EntityFilter())
+    assert rewind(client, 0.02) == reached
+
+
+@pytest.mark.parametrize("time", [0.1, 0.02, 0.0])
+def test_a_node_that_went_nowhere_stays_where_it_is(time: float) -> None:
+    client = Client("maze")
+    client.advance(0.5)
+    assert rewind(client, time) == 0.5
+
+
+@pytest.mark.parametrize("horizon", [float("nan"), float("inf")])
+def test_a_horizon_is_a_time(horizon: float) -> None:
+    with pytest.raises(RequestRefused, match="up to a finite time"):
+        ahead(Client("maze"), 0.02, horizon)
+
+
+@pytest.mark.engine("pybullet")
+def test_engines_that_cannot_go_back_do_not_go_ahead() -> None:
+    client = Client("maze", engine="pybullet")
+    features = client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    assert wire.REWIND.name not in features.features
+    assert ahead(client, 0.02, 1.0).time == pytest.approx(0.02)
