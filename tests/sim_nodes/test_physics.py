@@ -5,7 +5,7 @@ from functools import partial
 import pytest
 
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.check import OPTIONAL, RULES, Rule, check_rule
+from sim_nodes.check import OPTIONAL, RULES, Rule, check_rule, rules_for
 from tests.sim_nodes.engines import make_engine
 
 ALL = (*RULES, *(rule for _, rules in OPTIONAL for rule in rules))
@@ -14,4 +14,6 @@ ALL = (*RULES, *(rule for _, rules in OPTIONAL for rule in rules))
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("rule", ALL, ids=lambda rule: rule.__name__)
 def test_engines_keep_the_rules(engine: str, rule: Rule) -> None:
+    if rule not in rules_for(make_engine(engine)):
+        pytest.skip(f"it is a rule for what the engine {engine} does not offer")
     check_rule(rule, partial(make_engine, engine))
