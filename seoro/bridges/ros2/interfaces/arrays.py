@@ -1,0 +1,91 @@
+"""From lists and numpy arrays to what the wire has."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from seoro.bridges.ros2.interfaces.definitions import Array, Scalar, Sequence
+from seoro.bridges.ros2.interfaces.messages import Message
+from seoro.bridges.ros2.interfaces.mismatch import Count, Mismatch
+from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
+
+_OCTETS: Final = ("byte", "char", "uint8")
+
+
+def list_converter(type_: Array | Sequence, convert: Convert) -> Convert:
+    """What turns a list into one of texts or structures, each by `convert`."""
+
+    def converted(value: Any) -> list[Any]:
+        if not _is_list(value):
+            raise Mismatch(f"a list ({type_})", value)
+        _check_length(type_, len(value))
+        return _all(value, convert)
+
+    return converted
+
+
+def array_converter(type_: Array | Sequence, element: Scalar) -> Convert:
+    """What turns a list, bytes or a numpy array into a numpy array of numbers or truth values."""
+    dtype = np.dtype(np.uint8 if element.name in _OCTETS else element.name)
+    convert = scalar_converter(element)
+
+    def array(value: Any) -> np.ndarray[Any, Any]:
+        if isinstance(value, np.ndarray):
+            made = _converted_array(type_, value, dtype)
+        elif isinstance(value, bytes | bytearray | memoryview) and element.name in _OCTETS:
+            made = np.frombuffer(value, dtype)
+        elif not _is_list(value):
+            raise Mismatch(f"a list ({type_})", value)
+        else:
+            _check_length(type_, len(value))
+            return np.array(_all(value, convert), dtype)
+        _check_length(type_, len(made))
+        return made
+
+    return array
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list | tuple) and not isinstance(value, Message)  # messages are tuples too
+
+
+def _converted_array(
+    type_: Array | Sequence, value: np.ndarray[Any, Any], dtype: np.dtype[Any]
+) -> np.ndarray[Any, Any]:
+    """A numpy array with the elements that the wire wants, the same one where possible."""
+    if value.ndim != 1:
+        raise Mismatch(f"one dimension ({type_})", value, "`array.ravel()` has all elements, row by row")
+    if value.dtype != dtype:
+        kinds = {"f": "fiu", "i": "iu", "u": "iu", "b": "b"}[dtype.kind]
+        if value.dtype.kind not in kinds:
+            raise Mismatch(f"an array of {dtype}", value)
+        if dtype.kind in "iu" and value.size:
+            limits = np.iinfo(dtype)
+            if int(value.min()) < limits.min or int(value.max()) > limits.max:
+                raise Mismatch(f"numbers from {limits.min} to {limits.max} ({type_})", value)
+        with np.errstate(over="ignore"):
+            converted = value.astype(dtype)
+        if dtype.kind == "f" and not np.array_equal(np.isinf(converted), np.isinf(value)):
+            raise Mismatch(f"numbers that {dtype} has", value)
+        value = converted
+    return np.ascontiguousarray(value)
+
+
+def _all(values: list[Any] | tuple[Any, ...], convert: Convert) -> list[Any]:
+    made: list[Any] = []
+    try:
+        for value in values:
+            made.append(convert(value))
+    except Mismatch as mismatch:
+        mismatch.within(f"[{len(made)}]")
+        raise
+    return made
+
+
+def _check_length(type_: Array | Sequence, length: int) -> None:
+    if isinstance(type_, Array) and length != type_.length:
+        raise Mismatch(f"{type_.length} elements ({type_})", Count(length))
+    if isinstance(type_, Sequence) and 0 < type_.bound < length:
+        raise Mismatch(f"at most {type_.bound} elements ({type_})", Count(length))

@@ -1,0 +1,94 @@
+"""Type hashes of ROS 2, which are part of every key of rmw_zenoh.
+
+REP-2011 and rosidl's `rosidl_generator_type_description` say how: SHA-256 of the JSON of a structure and of all
+structures that it refers to, with the names of types and fields; defaults and constants do not count.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from typing import Any, Final, assert_never
+
+from seoro.bridges.ros2.interfaces.definitions import (
+    Array,
+    Field,
+    Named,
+    Scalar,
+    Sequence,
+    Structure,
+    element_of,
+    wire_fields,
+)
+
+_NESTED: Final = 1
+_IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in IDL
+    "int8": 2,
+    "uint8": 3,
+    "char": 3,
+    "int16": 4,
+    "uint16": 5,
+    "int32": 6,
+    "uint32": 7,
+    "int64": 8,
+    "uint64": 9,
+    "float32": 10,
+    "float64": 11,
+    "bool": 15,
+    "byte": 16,
+    "string": 17,
+    "wstring": 18,
+}
+_BOUNDED_TEXT: Final = 4  # a bounded string is 21, a bounded wstring 22
+_ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
+
+
+def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
+    """The hash of a structure, such as `RIHS01_6398fe76...`.
+
+    Args:
+        name: Its full name.
+        lookup: Gives structures by their full names.
+    """
+    described: dict[str, dict[str, Any]] = {}
+    missing = [name]
+    while missing:
+        structure = lookup(missing.pop())
+        if structure.name in described:
+            continue
+        fields = wire_fields(structure)
+        described[structure.name] = {"type_name": structure.name, "fields": [_field(field) for field in fields]}
+        missing.extend(element.name for field in fields if isinstance(element := element_of(field.type), Named))
+    top = described.pop(name)
+    description = {
+        "type_description": top,
+        "referenced_type_descriptions": [described[referenced] for referenced in sorted(described)],
+    }
+    return f"RIHS01_{hashlib.sha256(json.dumps(description).encode()).hexdigest()}"
+
+
+def _field(field: Field) -> dict[str, Any]:
+    match field.type:
+        case Array(_, length):
+            offset, capacity = _ARRAY, length
+        case Sequence(_, bound):
+            offset, capacity = (_BOUNDED_SEQUENCE if bound else _SEQUENCE), bound
+        case Scalar() | Named():
+            offset, capacity = 0, 0
+        case _:
+            assert_never(field.type)
+    match element_of(field.type):
+        case Named(nested):
+            number, length, name = _NESTED, 0, nested
+        case Scalar(primitive, bound):
+            number, length, name = _IDS[primitive] + (_BOUNDED_TEXT if bound else 0), bound, ""
+    return {
+        "name": field.name,
+        "type": {
+            "type_id": offset + number,
+            "capacity": capacity,
+            "string_capacity": length,
+            "nested_type_name": name,
+        },
+    }

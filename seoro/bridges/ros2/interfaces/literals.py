@@ -1,0 +1,109 @@
+"""Values in definitions: defaults of fields and values of constants."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from seoro.bridges.ros2.interfaces.definitions import (
+    FLOATS,
+    INTEGERS,
+    Array,
+    FieldType,
+    Literal,
+    Scalar,
+    Sequence,
+)
+
+_TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
+_ITEM = re.compile(r"""\s*("(?:\\"|[^"])*"|'(?:\\'|[^'])*'|[^,]*?)\s*(?:,|$)""")
+
+
+class InvalidLiteral(Exception):
+    """The text is no value of the type."""
+
+
+def read_default(type_: FieldType, text: str) -> Literal | tuple[Literal, ...]:
+    """The default of a field.
+
+    Raises:
+        InvalidLiteral: The text is no value of the type, or the type has no defaults.
+    """
+    match type_:
+        case Scalar():
+            return read_scalar(type_, text)
+        case Array(Scalar() as element) | Sequence(Scalar() as element):
+            values = tuple(read_scalar(element, item) for item in _items(text))
+        case _:
+            raise InvalidLiteral(f"{type_} can have no default")
+    if isinstance(type_, Array) and len(values) != type_.length:
+        raise InvalidLiteral(f"{type_} has {type_.length} elements, and {len(values)} are given")
+    if isinstance(type_, Sequence) and 0 < type_.bound < len(values):
+        raise InvalidLiteral(f"{type_} has at most {type_.bound} elements, and {len(values)} are given")
+    return values
+
+
+def read_scalar(type_: Scalar, text: str) -> Literal:
+    """A number, a truth value or a text.
+
+    Raises:
+        InvalidLiteral: The text is no value of the type.
+    """
+    name = type_.name
+    if name == "bool":
+        if text.lower() not in _TRUTH:
+            raise InvalidLiteral(f"`{text}` is no bool; write true or false")
+        return _TRUTH[text.lower()]
+    if name in INTEGERS:
+        return _integer(name, text)
+    if name in FLOATS:
+        try:
+            return float(text)
+        except ValueError:
+            raise InvalidLiteral(f"`{text}` is no {name}") from None
+    unquoted = _unquoted(text)
+    if 0 < type_.bound < len(unquoted.encode()):
+        raise InvalidLiteral(f"{unquoted!r} is longer than {type_}")
+    return unquoted
+
+
+def _integer(name: str, text: str) -> int:
+    """A whole number, in decimal, or with 0x, 0o or 0b."""
+    low, high = INTEGERS[name]
+    digits = text if len(text) < 80 else ""  # Python refuses to convert what is much longer
+    try:
+        value = int(digits)
+    except ValueError:
+        try:
+            value = int(digits, 0)
+        except ValueError:
+            raise InvalidLiteral(f"`{text[:80]}` is no {name}") from None
+    if not low <= value <= high:
+        raise InvalidLiteral(f"{value} is outside of {name}, which goes from {low} to {high}")
+    return value
+
+
+def _unquoted(text: str) -> str:
+    for quote in ('"', "'"):
+        if len(text) > 1 and text.startswith(quote) and text.endswith(quote):
+            inner = text[1:-1]
+            if re.search(rf"(?<!\\){quote}", inner):
+                raise InvalidLiteral(rf"{text} has a {quote} within; write \{quote}")
+            return inner.replace(f"\\{quote}", quote)
+    return text
+
+
+def _items(text: str) -> list[str]:
+    """The elements of `[a, b, c]`; commas within quotes separate nothing."""
+    if not (text.startswith("[") and text.endswith("]")):
+        raise InvalidLiteral(f"`{text}` is no list; write [a, b, c]")
+    inner = text[1:-1].strip()
+    items: list[str] = []
+    position = 0
+    while position < len(inner):
+        found = _ITEM.match(inner, position)
+        if found is None or not found[1]:
+            raise InvalidLiteral(f"`{text}` has an element that cannot be read")
+        items.append(found[1])
+        position = found.end()
+    return items

@@ -1,0 +1,151 @@
+"""Where definitions come from: the packages that seoro brings, and folders of users.
+
+seoro's own are files `data/DISTRIBUTION/PACKAGE.interfaces`, one for each package: the lines of all its .msg, .srv
+and .action files without comments, each under a heading such as `[msg/Point]`. `packing.py` makes them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
+from seoro.bridges.ros2.interfaces.syntax import MAX_FILE, PARTS, is_interface_name, is_package_name
+from seoro.errors import InvalidUse
+
+DATA: Final = Path(__file__).with_name("data")
+MAX_FILES: Final = 20_000  # in the folder of a user
+_HEADING = re.compile(r"^\[(\w+/\w+)\]$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Source:
+    """The text of one definition.
+
+    Args:
+        text: What a .msg, .srv or .action file has.
+        origin: The file that has it.
+        line: The number of its first line there.
+    """
+
+    text: str
+    origin: str
+    line: int = 1
+
+
+class Package(Protocol):
+    """A package of interfaces."""
+
+    origin: str  # for messages
+
+    def interfaces(self) -> tuple[str, ...]:
+        """What it defines, such as `msg/Point`, sorted."""
+
+    def source(self, interface: str) -> Source | None:
+        """The definition of such a name, if there is one."""
+
+
+def bundled_packages(distribution: str) -> dict[str, Package]:
+    """The packages that seoro has of a distribution of ROS 2, by name.
+
+    Raises:
+        InvalidUse: seoro has none of that distribution.
+    """
+    known = sorted(folder.name for folder in DATA.iterdir() if folder.is_dir())
+    if distribution not in known:
+        raise InvalidUse(
+            f"no interfaces of ROS 2 {distribution!r} come with seoro",
+            help=f"there are those of {', '.join(known)}; for others, add a folder with their packages",
+        )
+    return {file.stem: _BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
+
+
+def packages_in(folder: Path) -> dict[str, Package]:
+    """The packages of a folder of a user, by name.
+
+    Args:
+        folder: Has `PACKAGE/msg/X.msg`, `PACKAGE/srv/X.srv` and `PACKAGE/action/X.action`.
+
+    Raises:
+        InvalidUse: There is no such folder, or no interface in it.
+        InvalidDefinition: A package or a file has a name that ROS 2 does not have.
+    """
+    if not folder.is_dir():
+        raise InvalidUse(f"{folder}: there is no such folder with packages of interfaces")
+    files: dict[str, dict[str, Path]] = {}
+    count = 0
+    for kind in PARTS:
+        for file in folder.glob(f"*/{kind}/*.{kind}"):
+            count += 1
+            if count > MAX_FILES:
+                raise InvalidUse(f"{folder}: more than {MAX_FILES} interfaces are too many")
+            package = file.parent.parent.name
+            if not is_package_name(package) or not is_interface_name(file.stem):
+                raise InvalidDefinition(
+                    f"{file}: no name of ROS 2",
+                    help="packages are written like_this, with letters and digits, and interfaces LikeThis",
+                )
+            files.setdefault(package, {})[f"{kind}/{file.stem}"] = file
+    if not files:
+        raise InvalidUse(
+            f"{folder}: no interfaces found",
+            help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package",
+        )
+    return {package: _PackageFolder(folder / package, found) for package, found in files.items()}
+
+
+class _BundledPackage:
+    """A file of seoro's with the definitions of a package."""
+
+    def __init__(self, file: Path) -> None:
+        self.origin = str(file)
+        self._file = file
+        self._sources: Mapping[str, Source] | None = None
+
+    def interfaces(self) -> tuple[str, ...]:
+        """What it defines, sorted."""
+        return tuple(sorted(self._read()))
+
+    def source(self, interface: str) -> Source | None:
+        """The definition of such a name, if there is one."""
+        return self._read().get(interface)
+
+    def _read(self) -> Mapping[str, Source]:
+        if self._sources is None:
+            head, *parts = _HEADING.split(self._file.read_text(encoding="utf-8"))
+            line = 1 + head.count("\n")
+            sources: dict[str, Source] = {}
+            for heading, text in zip(parts[::2], parts[1::2], strict=True):
+                sources[heading] = Source(text, self.origin, line)
+                line += text.count("\n")
+            self._sources = sources
+        return self._sources
+
+
+class _PackageFolder:
+    """A package of a user."""
+
+    def __init__(self, folder: Path, files: Mapping[str, Path]) -> None:
+        self.origin = str(folder)
+        self._files = files
+
+    def interfaces(self) -> tuple[str, ...]:
+        """What it defines, sorted."""
+        return tuple(sorted(self._files))
+
+    def source(self, interface: str) -> Source | None:
+        """The definition of such a name, if there is one."""
+        file = self._files.get(interface)
+        if file is None:
+            return None
+        try:
+            if file.stat().st_size > 4 * MAX_FILE:
+                raise InvalidDefinition(f"{file}: larger than the limit of {MAX_FILE} characters")
+            return Source(file.read_text(encoding="utf-8-sig"), str(file))
+        except UnicodeDecodeError:
+            raise InvalidDefinition(f"{file}: no text in UTF-8") from None
+        except OSError as error:
+            raise InvalidDefinition(f"{file}: cannot be read: {error.strerror}") from None

@@ -1,0 +1,43 @@
+"""From the folders of packages to the files in `data`.
+
+Run when a distribution of ROS 2 is added or renewed, with
+
+    python -m seoro.bridges.ros2.interfaces.packing DISTRIBUTION FOLDER [PACKAGE...]
+
+where FOLDER has `PACKAGE/msg/X.msg` and so on, as `share` of an installation does. Only what messages consist of
+is kept: types, names, constants, defaults and bounds.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from seoro.bridges.ros2.interfaces.packages import DATA, packages_in
+from seoro.bridges.ros2.interfaces.registry import Registry
+from seoro.bridges.ros2.interfaces.syntax import PARTS
+from seoro.bridges.ros2.interfaces.text import lines
+
+
+def pack(package: str, registry: Registry) -> str:
+    """The file with all definitions of a package."""
+    sections = [f"# Interfaces of the ROS 2 package {package}; made by packing.py.\n"]
+    for interface in registry.packages[package].interfaces():
+        kind = interface.partition("/")[0]
+        parts = [registry.read(f"{package}/{interface}{suffix}") for suffix in PARTS[kind]]
+        body = "---\n".join("".join(f"{line}\n" for line in lines(part)) for part in parts)
+        sections.append(f"[{interface}]\n{body}")
+    return "\n".join(sections)
+
+
+def main(distribution: str, folder: str, *packages: str) -> None:
+    """Write the files of some packages of a folder, or of all."""
+    registry = Registry(packages_in(Path(folder)))
+    for package in packages or sorted(registry.packages):
+        target = DATA / distribution / f"{package}.interfaces"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(pack(package, registry), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,155 @@
+"""From plain values to messages: everything is checked, and what is missing gets its default.
+
+A mapping becomes a structure, a list becomes an array, numbers, truth values and texts become scalars. Kinds are
+not converted into each other, but for whole numbers where a float is expected: what looks wrong is wrong, and the
+error has the path of the member.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
+
+from seoro.bridges.ros2.interfaces.arrays import array_converter, list_converter
+from seoro.bridges.ros2.interfaces.definitions import (
+    FLOATS,
+    Array,
+    Element,
+    Field,
+    FieldType,
+    Named,
+    Scalar,
+    Sequence,
+    Structure,
+)
+from seoro.bridges.ros2.interfaces.errors import InvalidValue, near
+from seoro.bridges.ros2.interfaces.messages import Message, attribute
+from seoro.bridges.ros2.interfaces.mismatch import Mismatch, Unknown
+from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
+
+
+class Builder:
+    """Makes messages of plain values.
+
+    Args:
+        lookup: Gives structures by their full names.
+        class_of: Gives the classes of their messages.
+    """
+
+    def __init__(self, lookup: Callable[[str], Structure], class_of: Callable[[str], type[Message]]) -> None:
+        self._lookup = lookup
+        self._class_of = class_of
+        self._structures: dict[str, _StructureConverter] = {}
+
+    def build(self, name: str, value: Mapping[str, Any] | Message) -> Message:
+        """The message of a structure.
+
+        Args:
+            name: The full name of the structure.
+            value: Its members; those that are missing get their defaults.
+
+        Raises:
+            InvalidValue: A member is unknown or does not fit; says which.
+        """
+        try:
+            return self.converter(name)(value)
+        except Mismatch as mismatch:
+            raise InvalidValue(name, mismatch.path, str(mismatch), mismatch.help) from None
+
+    def converter(self, name: str) -> _StructureConverter:
+        """What makes the messages of a structure."""
+        known = self._structures.get(name)
+        if known is None:
+            known = _StructureConverter(self._lookup(name), self._class_of(name), self)
+            self._structures[name] = known
+        return known
+
+
+class _StructureConverter:
+    """Makes the messages of one structure, of mappings or of messages.
+
+    Args:
+        structure: The structure.
+        cls: The class of its messages.
+        builder: Makes the structures within.
+    """
+
+    def __init__(self, structure: Structure, cls: Callable[..., Message], builder: Builder) -> None:
+        self._name = structure.name
+        self._cls = cls
+        self._members = tuple(
+            (field.name, attribute(field.name), _converter(field.type, builder), _default(field, builder))
+            for field in structure.fields
+        )
+        self._names = frozenset(field.name for field in structure.fields)
+        defaults = [default for _, _, _, default in self._members]
+        self.default: Message = self._cls(*defaults) if defaults else self._cls(0)
+
+    def __call__(self, value: Any) -> Message:
+        if isinstance(value, Message):
+            value = self._members_of(value)
+        elif not isinstance(value, Mapping):
+            raise Mismatch(f"the members of a {self._name}", value)
+        if not value.keys() <= self._names:
+            self._refuse_unknown(value)
+        made = []
+        for name, _, convert, default in self._members:
+            if name in value:
+                try:
+                    made.append(convert(value[name]))
+                except Mismatch as mismatch:
+                    mismatch.within(name)
+                    raise
+            else:
+                made.append(default)
+        return self._cls(*made) if made else self.default
+
+    def _members_of(self, message: Message) -> dict[str, Any]:
+        if message.__msgtype__ != self._name:
+            raise Mismatch(f"a {self._name}", message)
+        return {name: getattr(message, attribute_) for name, attribute_, _, _ in self._members}
+
+    def _refuse_unknown(self, value: Mapping[Any, Any]) -> NoReturn:
+        unknown = next(name for name in value if name not in self._names)
+        names = [name for name, *_ in self._members]
+        members = f"its members are {', '.join(f'`{name}`' for name in names)}" if names else "it has no members"
+        raise Mismatch(f"members of a {self._name}", Unknown(unknown), near(str(unknown), names) or members)
+
+
+def _default(field: Field, builder: Builder) -> Any:
+    """What a member has that nobody gives: what the definition says, or else zero or empty."""
+    convert = _converter(field.type, builder)
+    if field.default is not None:
+        return convert(field.default)
+    match field.type:
+        case Array(element, length):
+            return convert([_zero(element, builder)] * length)
+        case Sequence():
+            return convert(())
+        case Scalar() | Named() as element:
+            return _zero(element, builder)
+
+
+def _zero(element: Element, builder: Builder) -> Any:
+    match element:
+        case Named(name):
+            return builder.converter(name).default
+        case Scalar("bool"):
+            return False
+        case Scalar("string"):
+            return ""
+        case Scalar(name):
+            return 0.0 if name in FLOATS else 0
+
+
+def _converter(type_: FieldType, builder: Builder) -> Convert:
+    """What turns a value into one of a type."""
+    match type_:
+        case Named(name):
+            return builder.converter(name)
+        case Scalar():
+            return scalar_converter(type_)
+        case Array(Scalar(name)) | Sequence(Scalar(name)) if name != "string":
+            return array_converter(type_, Scalar(name))
+        case Array(element) | Sequence(element):
+            return list_converter(type_, _converter(element, builder))

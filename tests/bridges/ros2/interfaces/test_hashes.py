@@ -1,0 +1,58 @@
+"""Type hashes against the official ones."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
+from tests.bridges.ros2.interfaces.folders import make_folder, store_with
+
+GOLDEN: dict[str, str] = json.loads(
+    (Path(__file__).parents[3] / "data" / "ros2" / "jazzy_rihs01.json").read_text(encoding="utf-8")
+)
+# Made where geographic_msgs was missing, so that the golden hashes of what has its poses are none.
+INCOMPLETE = {
+    f"nav2_msgs/action/FollowGPSWaypoints{suffix}"
+    for suffix in ("", "_Goal", "_SendGoal", "_SendGoal_Event", "_SendGoal_Request")
+}
+
+
+def test_all_hashes_agree_with_the_official_ones() -> None:
+    store = TypeStore.bundled()
+    compared = {name for name in GOLDEN if not name.startswith("test_msgs/")} - INCOMPLETE
+    assert {name: store.type_hash(name) for name in compared} == {name: GOLDEN[name] for name in compared}
+    assert len(compared) == 721
+
+
+def test_all_interfaces_have_a_hash() -> None:
+    store = TypeStore.bundled()
+    assert len(store.names()) > 500
+    for name in store.names():
+        assert store.type_hash(name).startswith("RIHS01_")
+
+
+def test_interfaces_of_users_have_hashes(tmp_path: Path) -> None:
+    times = "builtin_interfaces/Duration duration_value\nbuiltin_interfaces/Time time_value\n"
+    make_folder(tmp_path, Builtins_msg=times)
+    (tmp_path / "my_robot").rename(tmp_path / "test_msgs")
+    store = TypeStore.bundled().add_folder(tmp_path)
+    assert store.type_hash("test_msgs/msg/Builtins") == GOLDEN["test_msgs/msg/Builtins"]
+
+
+def test_defaults_constants_and_comments_do_not_count(tmp_path: Path) -> None:
+    store = store_with(tmp_path, A_msg="int8 x", B_msg="int8 X=1\nint8 x 5 # five")
+    (tmp_path / "my_robot" / "msg" / "A.msg").write_text("int8 x 3\n")
+    assert store.type_hash("my_robot/A") == TypeStore.bundled().add_folder(tmp_path).type_hash("my_robot/A")
+    assert store.type_hash("my_robot/A") != store.type_hash("my_robot/B")  # its name counts
+
+
+@pytest.mark.parametrize("suffix", ["", "_SendGoal", "_GetResult_Response", "_FeedbackMessage"])
+def test_derived_structures_of_actions_are_known(suffix: str) -> None:
+    name = f"nav2_msgs/action/Spin{suffix}"
+    assert TypeStore.bundled().type_hash(name) == GOLDEN[name]
+
+
+def test_a_message_has_no_request() -> None:
+    with pytest.raises(UnknownInterface, match="no `_Request`"):
+        TypeStore.bundled().type_hash("std_msgs/msg/String_Request")

@@ -1,0 +1,41 @@
+"""The files with definitions, and definitions as text."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from seoro.bridges.ros2.interfaces.packages import DATA, bundled_packages
+from seoro.bridges.ros2.interfaces.packing import pack
+from seoro.bridges.ros2.interfaces.registry import Registry
+from tests.bridges.ros2.interfaces.folders import store_with
+
+
+def test_packing_what_was_packed_changes_nothing() -> None:
+    registry = Registry(bundled_packages("jazzy"))
+    for package in registry.packages:
+        written = (DATA / "jazzy" / f"{package}.interfaces").read_text(encoding="utf-8")
+        assert pack(package, registry) == written
+
+
+def test_what_is_packed_is_what_was_read(tmp_path: Path) -> None:
+    fields = 'float32[2] f [1.0, 2.5]\nbool[<=2] b [true]\nstring<=3[] s ["a,b"]\n'
+    store = store_with(tmp_path, A_msg=f'# c\n{fields}\nint8 X = -3 # d\nstring Y="a \\"b"')
+    assert store.schema("my_robot/msg/A") == f'int8 X=-3\nstring Y="a \\"b"\n{fields}'
+
+
+def test_a_schema_has_all_that_it_refers_to_once(tmp_path: Path) -> None:
+    store = store_with(tmp_path, A_msg="B b\nC c", B_msg="C[] c", C_msg="int8 x")
+    ruler = "=" * 80
+    assert store.schema("my_robot/A") == (
+        f"my_robot/B b\nmy_robot/C c\n{ruler}\nMSG: my_robot/B\nmy_robot/C[] c\n{ruler}\nMSG: my_robot/C\nint8 x\n"
+    )
+
+
+def test_names_and_hashes_need_neither_numpy_nor_rosbags() -> None:
+    program = (
+        "import sys; from seoro.bridges.ros2.interfaces import TypeStore; "
+        "TypeStore.bundled().type_hash('std_msgs/String'); "
+        "print({'numpy', 'rosbags'} & set(sys.modules))"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert ran.stdout == "set()\n"

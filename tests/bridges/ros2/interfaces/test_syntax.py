@@ -1,0 +1,150 @@
+"""Reading .msg, .srv and .action files."""
+
+from typing import Any
+
+import pytest
+
+from seoro.bridges.ros2.interfaces import InvalidDefinition
+from seoro.bridges.ros2.interfaces.definitions import Array, Constant, Field, Named, Scalar, Sequence, Structure
+from seoro.bridges.ros2.interfaces.syntax import read_interface
+
+
+def read(text: str, name: str = "my_robot/msg/Thing") -> Structure:
+    (structure,) = read_interface(name, text, "Thing.msg")
+    return structure
+
+
+def refusal(text: str, name: str = "my_robot/msg/Thing") -> str:
+    with pytest.raises(InvalidDefinition) as raised:
+        read_interface(name, text, "Thing.msg")
+    return f"{raised.value}\n{raised.value.help}"
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("float64", Scalar("float64")),
+        ("string", Scalar("string")),
+        ("string<=10", Scalar("string", 10)),
+        ("Other", Named("my_robot/msg/Other")),
+        ("geometry_msgs/Point", Named("geometry_msgs/msg/Point")),
+        ("geometry_msgs/msg/Point", Named("geometry_msgs/msg/Point")),
+        ("int8[]", Sequence(Scalar("int8"))),
+        ("int8[<=4]", Sequence(Scalar("int8"), 4)),
+        ("int8[4]", Array(Scalar("int8"), 4)),
+        ("string<=5[<=10]", Sequence(Scalar("string", 5), 10)),
+        ("string<=5[2]", Array(Scalar("string", 5), 2)),
+        ("geometry_msgs/Point[]", Sequence(Named("geometry_msgs/msg/Point"))),
+    ],
+)
+def test_types(written: str, expected: object) -> None:
+    assert read(f"{written} member").fields == (Field("member", expected),)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("line", "default"),
+    [
+        ("int32 a -7", -7),
+        ("uint8 a 0xff", 255),
+        ("float32 a 1e-3", 0.001),
+        ("float64 a .5", 0.5),
+        ("bool a true", True),
+        ("bool a 0", False),
+        ("string a", None),
+        ('string a "two words"', "two words"),
+        ("string a 'it''s'".replace("''", r"\'"), "it's"),
+        ("string a bare words", "bare words"),
+        ('string a ""', ""),
+        ("int32[] a [1, -2,3]", (1, -2, 3)),
+        ("int32[] a []", ()),
+        ("float64[2] a [1, 2.5]", (1.0, 2.5)),
+        ("string[] a [\"x, y\", 'z', w]", ("x, y", "z", "w")),
+    ],
+)
+def test_defaults(line: str, default: Any) -> None:
+    assert read(line).fields[0].default == default
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("uint8 OK=0", 0),
+        ("int32 LOW = -5", -5),
+        ("float64 PI=3.25", 3.25),
+        ("string NAME=some words", "some words"),
+        ('string NAME="a=b"', "a=b"),
+        ("string EMPTY=", ""),
+        ("bool YES=True", True),
+    ],
+)
+def test_constants(line: str, value: object) -> None:
+    structure = read(line)
+    assert structure.fields == ()
+    assert structure.constants[0].value == value
+
+
+def test_comments_blank_lines_tabs_and_carriage_returns_say_nothing() -> None:
+    text = "# all about it\r\n\r\n  # more\r\nint8\t a\t 3 # [m]\r\n   string  b\r\nint8 C=1# one\r\n"
+    structure = read(text)
+    assert structure.fields == (Field("a", Scalar("int8"), 3), Field("b", Scalar("string")))
+    assert structure.constants == (Constant("C", Scalar("int8"), 1),)
+
+
+def test_a_comment_begins_within_quotes_too_as_in_ros() -> None:
+    assert read('string a "before # after').fields[0].default == '"before'
+
+
+def test_parts_of_services_and_actions() -> None:
+    request, response = read_interface("my_robot/srv/Grip", "float64 force\n---\nbool done\n", "Grip.srv")
+    assert (request.name, response.name) == ("my_robot/srv/Grip_Request", "my_robot/srv/Grip_Response")
+    assert response.fields == (Field("done", Scalar("bool")),)
+    goal, result, feedback = read_interface("my_robot/action/Dock", "---\n---\nfloat64 left\n", "Dock.action")
+    assert goal.fields == result.fields == ()
+    assert feedback.name == "my_robot/action/Dock_Feedback"
+    assert feedback.fields[0].line == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("int32", "Thing.msg:1: `int32` is a type without a name"),
+        ("int32 a\nint33 b", "Thing.msg:2: `int33` is no type"),
+        ("time stamp", "ROS 2 has `builtin_interfaces/Time`"),
+        ("Header[ header", "`Header[` is no type"),
+        ("int32[0] a", "from 1 to"),
+        ("int32[<=0] a", "a bound is from 1"),
+        ("geometry_msgs/Point[5000] a", "from 1 to 4096"),
+        ("int32<=3 a", "a length can be given for `string` only"),
+        ("Point<=3 a", "a length can be given for `string` only"),
+        ("string<=0 a", "from 1 to"),
+        ("int32 Speed", "`Speed` is no name of a field"),
+        ("int32 a__b", "`a__b` is no name of a field"),
+        ("int32 a;import", "`a;import` is no name of a field"),
+        ("int32 max=3", "`max` is no name of a constant"),
+        ("Point P=3", "constants are numbers, bool or string"),
+        ("int8 LIMIT=300", "300 is outside of int8, which goes from -128 to 127"),
+        ("int8 LIMIT=", "constant `LIMIT` has no value"),
+        ("int8 a 1.5", "default of `a`: `1.5` is no int8"),
+        ("float32 a fast", "`fast` is no float32"),
+        ("bool a yes", "`yes` is no bool; write true or false"),
+        ("Point a 3", "can have no default"),
+        ("int8[2] a [1]", "has 2 elements, and 1 are given"),
+        ("int8[<=2] a [1, 2, 3]", "has at most 2 elements, and 3 are given"),
+        ("int8[] a 1", "is no list"),
+        ("int8[] a [1,,2]", "element that cannot be read"),
+        ('string a "x"y"', 'has a " within'),
+        ("string<=2 a abc", "longer than string<=2"),
+        ("int8 a\nint8 b\nfloat32 a", "Thing.msg:3: `a` is defined in line 1 already"),
+        ("int8 a\n---\nint8 b", "a .msg file has 1 part, and this one has 2"),
+        ("Bad_Name/Point a", "`Bad_Name` is no name of a package"),
+        ("x" * 1_000_001, "are more than the 1000000 of the limit"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(text: str, problem: str) -> None:
+    assert problem in refusal(text)
+
+
+def test_a_service_without_a_separator_is_refused() -> None:
+    message = refusal("int8 a", "my_robot/srv/Grip")
+    assert "has 2 parts, and this one has 1" in message
+    assert "lines of `---`" in message

@@ -1,0 +1,230 @@
+"""From plain values to messages: what is taken, what is missing, and what is refused with its path."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.bridges.ros2.interfaces import InvalidDefinition, InvalidValue, TypeStore
+from tests.bridges.ros2.interfaces.folders import store_with
+
+np = pytest.importorskip("numpy", reason="numpy is not installed")
+pytest.importorskip("rosbags", reason="rosbags is not installed (extra `ros2`)")
+
+PRIMITIVES = [
+    "int8",
+    "uint8",
+    "int16",
+    "uint16",
+    "int32",
+    "uint32",
+    "int64",
+    "uint64",
+    "float32",
+    "float64",
+    "bool",
+]
+KINDS = "\n".join(
+    [f"{name} an_{name}\n{name}[] some_{name}\n{name}[2] two_{name}" for name in [*PRIMITIVES, "byte", "char"]]
+    + ["string text", "string<=3 short", "string[] texts", "string<=3[<=2] few", "geometry_msgs/Point[2] points"]
+)
+DEFAULTS = "int8 a 5\nstring b x\nfloat32[2] c [1, 2]\nstring[] d [y]\nbool e true\nint8 f\nint8[<=3] g [7]"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> TypeStore:
+    return store_with(
+        tmp_path_factory.mktemp("packages"),
+        Kinds_msg=KINDS,
+        Nothing_msg="int8 A=1",
+        Defaults_msg=DEFAULTS,
+        Words_msg="int8 from\nint8 class",
+        Wide_msg="int8 a\nwstring b",
+    )
+
+
+def refusal(store: TypeStore, name: str, value: Any) -> tuple[str, str, str]:
+    with pytest.raises(InvalidValue) as raised:
+        store.message(name, value)
+    return raised.value.path, str(raised.value), raised.value.help
+
+
+def test_what_is_missing_is_zero_empty_or_the_default(store: TypeStore) -> None:
+    odometry = store.plain("nav_msgs/Odometry", store.message("nav_msgs/Odometry", {"child_frame_id": "base"}))
+    assert odometry["child_frame_id"] == "base"
+    assert odometry["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    assert odometry["pose"]["covariance"] == [0.0] * 36
+    assert odometry["pose"]["pose"]["orientation"]["w"] == 1.0  # as geometry_msgs says
+    plain = store.plain("my_robot/Defaults", store.message("my_robot/Defaults", {"f": 1}))
+    assert plain == {"a": 5, "b": "x", "c": [1.0, 2.0], "d": ["y"], "e": True, "f": 1, "g": [7]}
+
+
+def test_members_are_attributes_and_constants_are_of_the_class(store: TypeStore) -> None:
+    status = store.message("action_msgs/GoalStatus", {"status": 4})
+    assert status.status == status.STATUS_SUCCEEDED == 4
+    assert status.goal_info.stamp.sec == 0
+    assert repr(status.goal_info.stamp) == "Time(sec=0, nanosec=0)"
+
+
+def test_members_that_are_words_of_python_keep_their_names(store: TypeStore) -> None:
+    message = store.message("my_robot/Words", {"from": 1, "class": 2})
+    assert (message.from_, message.class_) == (1, 2)
+    assert store.plain("my_robot/Words", message) == {"from": 1, "class": 2}
+
+
+def test_a_structure_without_members_is_an_empty_mapping(store: TypeStore) -> None:
+    for name in ("my_robot/Nothing", "std_srvs/srv/Trigger_Request", "std_msgs/Empty"):
+        message = store.message(name, {})
+        assert store.plain(name, message) == {}
+        assert store.encode(name, {}) == b"\x00\x01\x00\x00\x00"
+        assert store.plain(name, store.decode(name, store.encode(name, message))) == {}
+    assert refusal(store, "std_msgs/Empty", {"structure_needs_at_least_one_member": 0})[0] == ""
+
+
+def test_messages_are_values_and_parts_of_values(store: TypeStore) -> None:
+    point = store.message("geometry_msgs/Point", {"x": 1})
+    pose = store.message("geometry_msgs/Pose", {"position": point})
+    assert pose.position == point
+    assert store.message("geometry_msgs/Pose", pose) == pose
+    path, problem, _ = refusal(store, "geometry_msgs/Pose", {"orientation": point})
+    assert path == "orientation"
+    assert problem.endswith("`: expected a geometry_msgs/msg/Quaternion, got a geometry_msgs/msg/Point")
+
+
+def test_messages_are_checked_like_other_values(store: TypeStore) -> None:
+    broken = store.message("geometry_msgs/Point", {})._replace(y="far")
+    assert refusal(store, "geometry_msgs/Point", broken)[0] == "y"
+
+
+def test_no_message_is_taken_for_a_list(store: TypeStore) -> None:
+    point = store.message("geometry_msgs/Point", {})
+    assert refusal(store, "my_robot/Kinds", {"some_float64": point})[0] == "some_float64"
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "expected"),
+    [
+        ("an_float64", 3, 3.0),
+        ("an_float64", np.float32(0.5), 0.5),
+        ("an_float64", math.inf, math.inf),
+        ("an_float32", np.int8(3), 3.0),
+        ("an_int8", np.int64(-128), -128),
+        ("an_bool", np.True_, True),
+        ("an_byte", 200, 200),
+        ("an_byte", b"\xc8", 200),
+        ("an_char", 255, 255),
+        ("text", "grün", "grün"),
+        ("short", "abc", "abc"),
+        ("some_uint8", b"\x01\x02", [1, 2]),
+        ("some_byte", bytearray(b"\xff"), [255]),
+        ("some_char", memoryview(b"\xff"), [255]),
+        ("some_int16", (1, -2), [1, -2]),
+        ("some_float32", [1, 0.5, math.inf], [1.0, 0.5, math.inf]),
+        ("some_float32", np.array([1, 2]), [1.0, 2.0]),
+        ("some_float64", np.arange(6.0)[::2], [0.0, 2.0, 4.0]),
+        ("some_int8", np.array([-128, 127], np.int64), [-128, 127]),
+        ("some_int32", np.array([1], ">i4"), [1]),
+        ("some_bool", [True, False], [True, False]),
+        ("some_bool", np.array([True]), [True]),
+        ("some_uint64", [2**64 - 1], [2**64 - 1]),
+        ("two_float64", np.zeros(2, np.float32), [0.0, 0.0]),
+        ("texts", ["a", "bc"], ["a", "bc"]),
+        ("few", ["abc"], ["abc"]),
+        ("some_int8", np.array([], np.uint64), []),
+    ],
+)
+def test_what_is_taken(store: TypeStore, member: str, value: Any, expected: object) -> None:
+    payload = store.encode("my_robot/Kinds", {member: value})
+    assert store.plain("my_robot/Kinds", store.decode("my_robot/Kinds", payload))[member] == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "path", "problem"),
+    [
+        ({"an_int8": 128}, "an_int8", "expected a whole number from -128 to 127 (int8), got 128"),
+        ({"an_uint8": -1}, "an_uint8", "from 0 to 255 (uint8), got -1"),
+        ({"an_int64": 2**63}, "an_int64", f"got {2**63}"),
+        ({"an_int64": 10**5000}, "an_int64", "got a huge number"),
+        ({"an_int32": 1.0}, "an_int32", "expected a whole number (int32), got 1.0"),
+        ({"an_int32": True}, "an_int32", "expected a whole number (int32), got true"),
+        ({"an_int32": "1"}, "an_int32", "got the text '1'"),
+        ({"an_int32": None}, "an_int32", "got nothing"),
+        ({"an_byte": b"ab"}, "an_byte", "expected a whole number (byte), got 2 bytes"),
+        ({"an_float64": "1.5"}, "an_float64", "expected a number (float64), got the text '1.5'"),
+        ({"an_float64": False}, "an_float64", "got false"),
+        ({"an_float64": 10**400}, "an_float64", "got a huge number"),
+        ({"an_float32": 1e39}, "an_float32", "expected a number up to 3.4028"),
+        ({"an_bool": 1}, "an_bool", "expected true or false, got 1"),
+        ({"text": 5}, "text", "expected a text, got 5"),
+        ({"text": "a\0b"}, "text", "without the character NUL"),
+        ({"text": "\ud800"}, "text", "expected a text in Unicode"),
+        ({"short": "abcd"}, "short", "expected a text of at most 3 bytes, got the text 'abcd'"),
+        ({"short": "grü"}, "short", "at most 3 bytes"),
+        ({"some_int8": [1, 2, 300]}, "some_int8[2]", "got 300"),
+        ({"some_int8": 5}, "some_int8", "expected a list (int8[]), got 5"),
+        ({"some_int8": "123"}, "some_int8", "expected a list"),
+        ({"some_int8": b"12"}, "some_int8", "got 2 bytes"),
+        ({"some_float32": [0.5, [1]]}, "some_float32[1]", "got a list of 1"),
+        ({"some_float32": np.array([1e300])}, "some_float32", "expected numbers that float32 has"),
+        ({"some_float32": np.zeros((2, 2))}, "some_float32", "expected one dimension (float32[])"),
+        ({"some_int8": np.array([1.0])}, "some_int8", "expected an array of int8, got an array of float64"),
+        ({"some_uint8": np.array([256])}, "some_uint8", "expected numbers from 0 to 255"),
+        ({"some_bool": np.array([1])}, "some_bool", "expected an array of bool"),
+        ({"some_float64": np.array(["a"])}, "some_float64", "expected an array of float64"),
+        ({"two_int8": [1]}, "two_int8", "expected 2 elements (int8[2]), got 1"),
+        ({"two_int8": np.zeros(3, np.int8)}, "two_int8", "expected 2 elements (int8[2]), got 3"),
+        ({"two_uint8": b"abc"}, "two_uint8", "expected 2 elements (uint8[2]), got 3"),
+        ({"few": ["a", "b", "c"]}, "few", "expected at most 2 elements (string<=3[<=2]), got 3"),
+        ({"few": ["a", "long"]}, "few[1]", "at most 3 bytes"),
+        ({"texts": "abc"}, "texts", "expected a list (string[]), got the text 'abc'"),
+        ({"points": [{}, {"x": "far"}]}, "points[1].x", "expected a number (float64), got the text 'far'"),
+        ({"points": [{}]}, "points", "expected 2 elements"),
+        ({"points": {"x": 1}}, "points", "got a mapping with 1 entries"),
+        ({"points": [{}, 5]}, "points[1]", "expected the members of a geometry_msgs/msg/Point, got 5"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_path(
+    store: TypeStore, value: dict[str, Any], path: str, problem: str
+) -> None:
+    found, message, _ = refusal(store, "my_robot/Kinds", value)
+    assert found == path
+    assert message.startswith(f"my_robot/msg/Kinds, `{path}`: ")
+    assert problem in message
+
+
+def test_unknown_members_list_the_near_ones(store: TypeStore) -> None:
+    path, problem, help_ = refusal(store, "geometry_msgs/PoseStamped", {"pose": {"positon": {}}})
+    assert path == "pose"
+    assert "got an unknown one, `positon`" in problem
+    assert help_ == "did you mean `position`?"
+    _, _, help_ = refusal(store, "geometry_msgs/Point", {"where": 1})
+    assert help_ == "its members are `x`, `y`, `z`"
+    _, _, help_ = refusal(store, "std_msgs/Empty", {"data": 1})
+    assert help_ == "it has no members"
+
+
+def test_numbers_for_texts_have_a_hint(store: TypeStore) -> None:
+    assert "in quotes" in refusal(store, "std_msgs/String", {"data": 5})[2]
+
+
+def test_wide_texts_are_refused_but_have_a_hash(store: TypeStore, tmp_path: Path) -> None:
+    assert store.type_hash("my_robot/Wide").startswith("RIHS01_")
+    with pytest.raises(
+        InvalidDefinition, match="my_robot/msg/Wide, `b`: `wstring` can be neither encoded"
+    ) as raised:
+        store.encode("my_robot/Wide", {"a": 1})
+    assert "use `string`" in raised.value.help
+
+
+def test_plain_says_when_a_message_is_of_another_type(store: TypeStore) -> None:
+    message = store.message("std_msgs/String", {})
+    with pytest.raises(InvalidValue, match=r"expected a std_msgs/msg/Bool, got a std_msgs/msg/String"):
+        store.plain("std_msgs/Bool", message)
+
+
+def test_not_a_number_stays_what_it_is(store: TypeStore) -> None:
+    scan = store.message("sensor_msgs/LaserScan", {"ranges": [math.nan, math.inf]})
+    ranges = store.plain("sensor_msgs/LaserScan", scan)["ranges"]
+    assert math.isnan(ranges[0])
+    assert ranges[1] == math.inf
