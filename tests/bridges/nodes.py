@@ -13,10 +13,11 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 
 OPTIONS = SimulatorOptions("empty", 3, ModelPath())
+CELL = SimulatorOptions("arm_cell", 3, ModelPath())
 
 
 @contextmanager
-def running(engine: str, folder: Path) -> Iterator[Make]:
+def running(engine: str, folder: Path, options: SimulatorOptions = OPTIONS) -> Iterator[Make]:
     """A node with a socket in a folder, and what connects to it."""
     endpoint = f"unixsock-stream/{folder}/hub"
     command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
@@ -24,6 +25,6 @@ def running(engine: str, folder: Path) -> Iterator[Make]:
         try:
             assert process.stdout is not None
             process.stdout.readline()
-            yield lambda: connect_simulator(endpoint, OPTIONS)
+            yield lambda: connect_simulator(endpoint, options)
         finally:
             process.kill()

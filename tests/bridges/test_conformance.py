@@ -5,8 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -16,22 +15,25 @@ import pytest
 
 from seoro.bridges import conformance
 from seoro.bridges.conformance import (
+    ARM_RULES,
     RULES,
+    ArmFacts,
     Rule,
+    check_arm,
     check_backend,
     check_loss,
-    check_rule,
     entities,
     passing,
     robots,
     snapshots,
 )
-from seoro.bridges.conformance.bench import Make, SimulatedBackend
+from seoro.bridges.conformance.bench import Make
 from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Report, Reporter
 from tests.bridges.nodes import OPTIONS, running
+from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.integration.conftest import children
 
 
@@ -53,6 +55,11 @@ async def test_pybullet_keeps_the_contracts(tmp_path: Path) -> None:
         await check_backend(making)
 
 
+async def test_a_world_without_an_arm_is_told(make: Make) -> None:
+    with pytest.raises(AssertionError, match="has no robot for an actor of type arm"):
+        await check_arm(make, ArmFacts(("joint",), ((0.0,), (1.0,)), 0.1))
+
+
 @pytest.mark.engine("mujoco")
 async def test_the_end_of_a_node_is_told() -> None:
     others = children(os.getpid())
@@ -72,15 +79,13 @@ async def test_an_end_that_is_not_told_is_found(monkeypatch: pytest.MonkeyPatch,
 
 
 def test_each_rule_says_what_has_to_hold() -> None:
-    for _, rules in RULES:
-        for rule in rules:
-            assert str(rule.__doc__).partition("\n")[0].endswith("."), rule
+    for rule in (*(rule for _, rules in RULES for rule in rules), *ARM_RULES):
+        assert str(rule.__doc__).partition("\n")[0].endswith("."), rule
 
 
 # ---------------------------------------------------------------- backends with a fault
 
 DRAWS = count(1)
-Spoil = Callable[[SimulatorNode], None]
 
 
 def deaf(node: SimulatorNode) -> None:
@@ -151,7 +156,7 @@ def restless(node: SimulatorNode) -> None:
 
 def prescient(node: SimulatorNode) -> None:
     """It stays where it has gone ahead to."""
-    replace_method(node, _come_back=_do_nothing)
+    replace_method(node, _come_back=do_nothing)
 
 
 def noisy(node: SimulatorNode) -> None:
@@ -167,7 +172,7 @@ def noisy(node: SimulatorNode) -> None:
 
 def stubborn(node: SimulatorNode) -> None:
     """It cancels no goals."""
-    replace_method(node, cancel_goal=_do_nothing)
+    replace_method(node, cancel_goal=do_nothing)
 
 
 def touchy(node: SimulatorNode) -> None:
@@ -181,7 +186,7 @@ def touchy(node: SimulatorNode) -> None:
 
 def persistent(node: SimulatorNode) -> None:
     """It goes on watching."""
-    replace_method(node, cancel_watch=_do_nothing)
+    replace_method(node, cancel_watch=do_nothing)
 
 
 def credulous(node: SimulatorNode) -> None:
@@ -212,7 +217,7 @@ def curt(node: SimulatorNode) -> None:
 
 def hoarding(node: SimulatorNode) -> None:
     """It deletes nothing."""
-    replace_method(node, delete_entity=_do_nothing)
+    replace_method(node, delete_entity=do_nothing)
 
 
 def accommodating(node: SimulatorNode) -> None:
@@ -227,12 +232,12 @@ def accommodating(node: SimulatorNode) -> None:
 
 def sticky(node: SimulatorNode) -> None:
     """A reset deletes nothing."""
-    replace_method(node, reset_simulation=_do_nothing)
+    replace_method(node, reset_simulation=do_nothing)
 
 
 def unattended(node: SimulatorNode) -> None:
     """Its robots drive on after the run."""
-    replace_method(node, end_run=_do_nothing)
+    replace_method(node, end_run=do_nothing)
 
 
 def discreet(node: SimulatorNode) -> None:
@@ -247,15 +252,7 @@ def discreet(node: SimulatorNode) -> None:
 
 def amnesic(node: SimulatorNode) -> None:
     """It restores nothing."""
-    replace_method(node, restore_snapshot=_do_nothing)
-
-
-async def _do_nothing(*arguments: object) -> None:
-    """Do nothing, and say nothing of it."""
-
-
-def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[object]]) -> None:
-    vars(node).update(methods)
+    replace_method(node, restore_snapshot=do_nothing)
 
 
 @pytest.mark.parametrize(
@@ -289,15 +286,4 @@ def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[objec
     ids=lambda value: getattr(value, "__name__", None),
 )
 async def test_backends_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule: Rule, words: str) -> None:
-    @asynccontextmanager
-    async def spoiled() -> AsyncIterator[SimulatedBackend]:
-        async with make() as backend:
-            assert isinstance(backend, SimulatorNode)
-            spoil(backend)
-            yield backend
-
-    with pytest.raises(AssertionError) as broken:
-        await check_rule(rule, spoiled)
-    message = str(broken.value)
-    assert message.startswith(str(rule.__doc__).partition("\n")[0])
-    assert words in message
+    await expect_broken(rule, words, spoiled(make, spoil))

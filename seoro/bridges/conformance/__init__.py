@@ -7,24 +7,49 @@
         asyncio.run(check_backend(open_my_backend))
 
 It knows a backend by the contracts only, and asks it over whatever there is between them. The world has to be a
-free and level floor about one robot that drives, which begins at the origin and looks along x. Rules are
-functions; the first line of a docstring is what has to hold.
+free and level floor about one robot that drives, which begins at the origin and looks along x. `check_arm` is for
+a world with an arm. Rules are functions; the first line of a docstring is what has to hold.
 """
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from typing import ParamSpec
 
 import anyio
 
-from seoro.bridges.conformance import entities, passing, robots, snapshots
+from seoro.bridges.conformance import arms, cameras, entities, faults, passing, robots, snapshots
+from seoro.bridges.conformance.arms import ArmFacts
 from seoro.bridges.conformance.bench import Make, SimulatedBackend
 from seoro.errors import BackendLost, BackendRefused
-from seoro.runtime.capabilities import DrivenRobots, MobileRobots, Simulation, Snapshots
+from seoro.runtime.capabilities import (
+    Arms,
+    Cameras,
+    DrivenRobots,
+    Faults,
+    MobileRobots,
+    Sensors,
+    Simulation,
+    Snapshots,
+)
 
-__all__ = ["RULES", "Make", "Rule", "SimulatedBackend", "check_backend", "check_loss", "check_rule"]
+__all__ = [
+    "ARM_RULES",
+    "RULES",
+    "ArmFacts",
+    "ArmRule",
+    "Make",
+    "Rule",
+    "SimulatedBackend",
+    "check_arm",
+    "check_backend",
+    "check_loss",
+    "check_rule",
+]
 
+P = ParamSpec("P")
 Rule = Callable[[Make], Awaitable[None]]
+ArmRule = Callable[[Make, ArmFacts], Awaitable[None]]
 LOSS_TIME = 10.0  # [s] of the machine's clock
 
 RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
@@ -70,8 +95,39 @@ RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
         (Simulation, DrivenRobots, Snapshots),
         (snapshots.what_was_saved_goes_on_as_it_did, snapshots.unknown_snapshots_are_refused),
     ),
+    (
+        (Cameras,),
+        (
+            cameras.pictures_have_the_size_that_was_asked_for,
+            cameras.what_stays_as_it_is_looks_the_same,
+            cameras.cameras_are_there_until_they_are_deleted,
+            cameras.unknown_cameras_are_refused,
+        ),
+    ),
+    ((Cameras, Simulation), (cameras.cameras_see_what_changes,)),
+    (
+        (Faults, Sensors),
+        (
+            faults.faults_take_effect_until_they_are_cleared,
+            faults.faults_that_cannot_be_found_are_given_up,
+            faults.cancelled_faults_are_cleared,
+            faults.impossible_faults_are_refused,
+        ),
+    ),
+    ((Faults, DrivenRobots, Simulation), (faults.motors_without_power_do_not_drive,)),
 )
 """The rules, each after the capabilities that a backend has to have for it to apply."""
+
+ARM_RULES: tuple[ArmRule, ...] = (
+    arms.arms_come_to_their_goals,
+    arms.cancelled_motions_end_and_arms_stop,
+    arms.impossible_motions_are_refused,
+    arms.a_moving_arm_is_busy,
+    arms.what_is_only_planned_moves_nothing,
+    arms.grippers_open_and_close,
+    arms.joints_are_watched,
+)
+"""The rules for arms with grippers."""
 
 
 async def check_backend(make: Make) -> None:
@@ -92,15 +148,32 @@ async def check_backend(make: Make) -> None:
         await check_rule(rule, make)
 
 
-async def check_rule(rule: Rule, make: Make) -> None:
-    """Check a backend by one of the rules.
+async def check_arm(make: Make, facts: ArmFacts) -> None:
+    """Check a backend that has an arm by all rules for arms.
+
+    Args:
+        make: As of `check_backend`; opens a world with an arm.
+        facts: What the rules have to know of it.
+
+    Raises:
+        AssertionError: It has none, or a rule is broken; the message says which, and what was found.
+    """
+    async with make() as backend:
+        if not isinstance(backend, Arms):
+            raise AssertionError(f"{backend.name} lacks what the contract `Arms` asks for")
+    for rule in ARM_RULES:
+        await check_rule(rule, make, facts)
+
+
+async def check_rule(rule: Callable[P, Awaitable[None]], *of: P.args, **named: P.kwargs) -> None:
+    """Check a backend by one of the rules, with what that takes.
 
     Raises:
         AssertionError: The rule is broken.
     """
     demand = str(rule.__doc__).partition("\n")[0]
     try:
-        await rule(make)
+        await rule(*of, **named)
     except AssertionError as error:
         raise AssertionError(f"{demand} But {error}") from error
     except BackendRefused as refused:

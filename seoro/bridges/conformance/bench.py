@@ -21,7 +21,7 @@ from seoro.runtime.contracts import (
 )
 
 BOX = "example_simulation://models/box.sdf"  # a cube of 0.3 m, its origin in the middle of its underside
-TYPES = ("differential_drive_robot", "robot", "osc_actor")
+DRIVEN = ("differential_drive_robot", "robot", "osc_actor")
 STEP = 0.05  # [s] by which a grant may be overrun: the longest physics step
 AT_REST = Velocity6D()
 C = TypeVar("C")
@@ -110,12 +110,12 @@ class Bench:
 
 
 @asynccontextmanager
-async def started(make: Make) -> AsyncIterator[Bench]:
-    """A backend whose run has started, and that is ended afterwards."""
+async def started(make: Make, types: tuple[str, ...] = DRIVEN) -> AsyncIterator[Bench]:
+    """A backend whose run has started with an actor of a type, and that is ended afterwards."""
     async with make() as backend:
-        robot = backend.home_of("robot", TYPES)
+        robot = backend.home_of("robot", types)
         if robot is None:
-            raise AssertionError(f"{backend.name} has no robot for an actor of type {TYPES[0]}")
+            raise AssertionError(f"{backend.name} has no robot for an actor of type {types[0]}")
         bench = Bench(backend, robot)
         await backend.start_run(
             lambda name, arguments: bench.happened.append((name, arguments)), bench.lost.append

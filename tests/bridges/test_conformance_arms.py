@@ -1,0 +1,165 @@
+"""The rules for arms: nodes with an arm keep them, and they find those that do not."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.conformance import ArmFacts, ArmRule, Make, arms, check_arm
+from seoro.bridges.sim.node import SimulatorNode
+from seoro.errors import BackendRefused
+from seoro.runtime.capabilities import Manner
+from seoro.runtime.contracts import GoalStatus, Pose3D, Report, Reporter
+from tests.bridges.nodes import CELL, running
+from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
+
+UR10E = ArmFacts(
+    joints=(
+        "shoulder_pan_joint",
+        "shoulder_lift_joint",
+        "elbow_joint",
+        "wrist_1_joint",
+        "wrist_2_joint",
+        "wrist_3_joint",
+    ),
+    postures=((0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0), (0.8, -1.3, 1.3, -1.6, -1.5, 0.5)),
+    opening=0.085,
+)
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
+    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+    with running("mujoco", tmp_path_factory.mktemp("n"), CELL) as making:
+        yield making
+
+
+async def test_an_arm_in_mujoco_keeps_the_contract(make: Make) -> None:
+    await check_arm(make, UR10E)
+
+
+@pytest.mark.slow
+async def test_an_arm_in_pybullet_keeps_the_contract(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
+    with running("pybullet", tmp_path, CELL) as making:
+        await check_arm(making, UR10E)
+
+
+# ---------------------------------------------------------------- backends with a fault
+
+
+def short(node: SimulatorNode) -> None:
+    """It comes nine tenths of the way."""
+    move = node.move_joints
+
+    async def spoiled(
+        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+    ) -> str:
+        return await move(robot, [0.9 * position for position in positions], names, manner, report)
+
+    replace_method(node, move_joints=spoiled)
+
+
+def repetitive(node: SimulatorNode) -> None:
+    """It says twice that a motion has ended."""
+    move = node.move_joints
+
+    async def spoiled(
+        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+    ) -> str:
+        def twice(told: Report) -> None:
+            report(told)
+            report(told)
+
+        return await move(robot, positions, names, manner, twice)
+
+    replace_method(node, move_joints=spoiled)
+
+
+def stubborn(node: SimulatorNode) -> None:
+    """It cancels no motions."""
+    replace_method(node, cancel_goal=do_nothing)
+
+
+def credulous(node: SimulatorNode) -> None:
+    """It takes every pose, and says later that it cannot."""
+    move = node.move_tool
+
+    async def spoiled(
+        robot: str, pose: Pose3D, frame: str, manner: Manner, report: Reporter, *, straight: bool
+    ) -> str:
+        try:
+            return await move(robot, pose, frame, manner, report, straight=straight)
+        except BackendRefused:
+            return "taken"
+
+    replace_method(node, move_tool=spoiled)
+
+
+def fickle(node: SimulatorNode) -> None:
+    """It takes up another motion while it moves."""
+    move, taken = node.move_joints, list[str]()
+
+    async def spoiled(
+        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+    ) -> str:
+        for goal in taken:
+            await node.cancel_goal(goal)
+        taken.append(await move(robot, positions, names, manner, report))
+        return taken[-1]
+
+    replace_method(node, move_joints=spoiled)
+
+
+def eager(node: SimulatorNode) -> None:
+    """It moves where it is to plan only."""
+    move = node.move_joints
+
+    async def spoiled(
+        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+    ) -> str:
+        return await move(robot, positions, names, replace(manner, plan_only=False), report)
+
+    replace_method(node, move_joints=spoiled)
+
+
+def limp(node: SimulatorNode) -> None:
+    """Its gripper does nothing, and says that it did."""
+
+    async def spoiled(robot: str, opening: float, force: float | None, manner: Manner, report: Reporter) -> str:
+        asyncio.get_running_loop().call_soon(report, Report(GoalStatus.SUCCEEDED))
+        return "done"
+
+    replace_method(node, move_gripper=spoiled)
+
+
+def nervous(node: SimulatorNode) -> None:
+    """Its watches of joints fire at once."""
+    watch = node.watch_joint
+
+    async def spoiled(robot: str, joint: str, position: float, tolerance: float, report: Reporter) -> str:
+        return await watch(robot, joint, position, 10.0, report)
+
+    replace_method(node, watch_joint=spoiled)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "rule", "words"),
+    [
+        (short, arms.arms_come_to_their_goals, "is not near -1.5708 rad, which it was sent to"),
+        (repetitive, arms.arms_come_to_their_goals, "reported as succeeded, succeeded"),
+        (stubborn, arms.cancelled_motions_end_and_arms_stop, "whose motion was cancelled 1 s ago moved"),
+        (credulous, arms.impossible_motions_are_refused, "a pose 100 m away is not refused"),
+        (fickle, arms.a_moving_arm_is_busy, "a second motion of an arm that moves is not refused"),
+        (eager, arms.what_is_only_planned_moves_nothing, "an arm that was to plan only moved its tool"),
+        (limp, arms.grippers_open_and_close, "how far it is open [m] is 0.085 instead of 0"),
+        (nervous, arms.joints_are_watched, "has fired far from there"),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+async def test_arms_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule: ArmRule, words: str) -> None:
+    await expect_broken(rule, words, spoiled(make, spoil), UR10E)
