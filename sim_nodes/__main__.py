@@ -9,9 +9,11 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import entry_points
+from pathlib import Path
 
 from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
+from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
 from sim_nodes.refusal import RequestRefused
@@ -47,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     end_on_signals()
     if options.die_with_parent:
         die_with_parent(options.folder)
-    make = partial(_make, _engine(options.engine), options.world, options.seed, options.rate)
+    make = partial(_make, _engine(options.engine), options)
     try:
         node_command(settings.namespace, settings.node, "*")
         serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
@@ -67,10 +69,11 @@ def _engine(name: str) -> Callable[[], Engine]:
     return found
 
 
-def _make(engine: Callable[[], Engine], world: str, seed: int, rate: float | None) -> Simulator:
-    simulator = Simulator(engine(), world, seed)
-    if rate is not None:
-        simulator.set_state(SimulationState.PLAYING, rate)
+def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulator:
+    beginning = options.world if options.from_snapshot is None else snapshots.read(options.from_snapshot)
+    simulator = Simulator(engine(), beginning, options.seed)
+    if options.rate is not None:
+        simulator.set_state(SimulationState.PLAYING, options.rate)
     return simulator
 
 
@@ -88,7 +91,8 @@ def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> N
         return
     where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
     world = simulator.simulation.world.name
-    sys.stdout.write(f"{settings.node} {where} with the world {world}; Ctrl-C ends it\n")
+    since = f" at {simulator.time:.2f} s" if simulator.time > 0.0 else ""
+    sys.stdout.write(f"{settings.node} {where} with the world {world}{since}; Ctrl-C ends it\n")
     sys.stdout.flush()
 
 
@@ -108,8 +112,10 @@ def _parser() -> argparse.ArgumentParser:
         "--namespace", default="default", help="first part of the node's name (default %(default)s)"
     )
     parser.add_argument("--node", help="name of the node (default: the engine's)")
-    parser.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="seed of all randomness (default %(default)s)")
+    beginning = parser.add_mutually_exclusive_group()
+    beginning.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
+    beginning.add_argument("--from-snapshot", type=Path, metavar="FILE", help="go on from a state that was saved")
+    parser.add_argument("--seed", type=int, help="seed of all randomness (default 0, or that of the snapshot)")
     parser.add_argument(
         "--rate",
         type=_rate,

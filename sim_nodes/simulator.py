@@ -51,20 +51,26 @@ class Simulator:
 
     Args:
         engine: The engine.
-        world: Name or path of the first world.
-        seed: Its seed.
+        beginning: Name or path of the first world, or a snapshot to go on from, with its world.
+        seed: Its seed, or that of all that is drawn from the snapshot on; None for 0, or what the snapshot had.
 
     Raises:
-        RequestRefused: The world cannot be loaded.
+        RequestRefused: The world cannot be loaded, or the snapshot does not fit.
     """
 
-    def __init__(self, engine: Engine, world: str, seed: int) -> None:
+    def __init__(self, engine: Engine, beginning: str | Snapshot, seed: int | None = None) -> None:
         self._engine = engine
         self._pace = Pace(1.0)
-        self._source = world
-        self._simulation: Simulation | None = Simulation(engine, _read(world), seed)
-        self._state = SimulationState.STOPPED
         self._ahead: Ahead | None = None
+        self._origin: str | World  # of the world that is loaded where none is named
+        self._simulation: Simulation | None
+        if isinstance(beginning, Snapshot):
+            contents = snapshots.check(beginning, engine, _version())
+            self._origin, self._state = contents.world, SimulationState.PAUSED
+            self._simulation = snapshots.resumed(contents, engine, seed)
+        else:
+            self._origin, self._state = beginning, SimulationState.STOPPED
+            self._simulation = Simulation(engine, _read(beginning), seed or 0)
 
     @property
     def simulation(self) -> Simulation:
@@ -92,8 +98,8 @@ class Simulator:
             world: Name or path; empty for the one that is loaded already.
             seed: All randomness follows from it.
         """
-        world = world or self._source
-        loaded = _read(world)
+        origin = world or self._origin
+        loaded = _read(origin)
         self._check_offered(loaded)
         before = self._simulation
         try:
@@ -104,7 +110,7 @@ class Simulator:
                 before.reset(ResetScope.ALL)
             raise
         self._state = SimulationState.STOPPED
-        self._source = world
+        self._origin = origin
 
     def _check_offered(self, world: World) -> None:
         with_arms = [robot.name for robot in world.robots if robot.declaration.arm is not None]
@@ -148,8 +154,8 @@ class Simulator:
 
     @property
     def source(self) -> str:
-        """Name or path by which the world was asked for."""
-        return self._source
+        """Name or path by which the world was asked for; empty for that of a snapshot."""
+        return self._origin if isinstance(self._origin, str) else ""
 
     @property
     def state(self) -> SimulationState:
@@ -300,7 +306,9 @@ class Simulator:
         return self._pace.wait(clock, self.simulation.time)
 
 
-def _read(world: str) -> World:
+def _read(world: str | World) -> World:
+    if isinstance(world, World):
+        return world
     try:
         return load_world(world)
     except WorldError as error:

@@ -7,11 +7,14 @@ version and the version of seoro by which it was made: what follows from it in o
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import blake2b
+from pathlib import Path
 from typing import Any
 
-from seoro.bridges.wire import SNAPSHOT_FORMAT, Purpose, Result, Snapshot
+from seoro.bridges.wire import MAX_MESSAGE, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
 from sim_nodes.refusal import RequestRefused
@@ -66,6 +69,22 @@ def take(simulation: Simulation, version: str) -> Snapshot:
     )
 
 
+def read(path: Path) -> Snapshot:
+    """The snapshot in a file.
+
+    Raises:
+        RequestRefused: The file cannot be read, or holds no snapshot.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_MESSAGE + 1)
+        return decode(Snapshot, content)
+    except OSError as error:
+        raise RequestRefused(Result.NOT_FOUND, f"{path} cannot be read: {error.strerror}") from error
+    except WireError as error:
+        raise RequestRefused(Result.OPERATION_FAILED, f"{path} holds no snapshot") from error
+
+
 def check(snapshot: Snapshot, engine: Engine, version: str) -> Contents:
     """What is in a snapshot, if an engine can go on from it; nothing has changed yet.
 
@@ -107,10 +126,8 @@ def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int
     Raises:
         RequestRefused: The snapshot does not fit; the engine has no usable state then.
     """
-    try:
-        simulation = Simulation(before.engine, contents.world, contents.seed if seed is None else seed)
-        _saving(before.engine).restore(contents.engine)
-        simulation.restore(contents.simulation)
+    simulation = resumed(contents, before.engine, seed)
+    with _refusing_what_does_not_fit():
         match purpose:
             case Purpose.CONTINUE:
                 pass
@@ -118,9 +135,24 @@ def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int
                 simulation.begin()
             case Purpose.REWIND:
                 simulation.take_over(before)
+    return simulation
+
+
+def resumed(contents: Contents, engine: Engine, seed: int | None) -> Simulation:
+    """The simulation of a snapshot, which goes on as if nothing had been between; see `restored`."""
+    with _refusing_what_does_not_fit():
+        simulation = Simulation(engine, contents.world, contents.seed if seed is None else seed)
+        _saving(engine).restore(contents.engine)
+        simulation.restore(contents.simulation)
+        return simulation
+
+
+@contextmanager
+def _refusing_what_does_not_fit() -> Iterator[None]:
+    try:
+        yield
     except Exception as error:  # what somebody has made up can be wrong in any way
         raise RequestRefused(Result.OPERATION_FAILED, f"the snapshot cannot be restored: {error}") from error
-    return simulation
 
 
 def _saving(engine: Engine) -> SavesState:

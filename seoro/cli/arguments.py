@@ -41,3 +41,14 @@ class Parser(argparse.ArgumentParser):
             f"`{self.prog}` has no option `{name}`",
             near(name, options) or f"`{self.prog} --help` lists those that it has",
         )
+
+
+def seed(text: str) -> int:
+    """A seed of the command line.
+
+    Raises:
+        ArgumentTypeError: It is none.
+    """
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
+    return int(text)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from seoro.cli.arguments import seed
 from seoro.embed import Simulator
 from seoro.errors import InvalidUse
 
@@ -30,9 +31,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="values of parameters in YAML: a mapping under the scenario's name, numbers in SI base units",
     )
-    parser.add_argument(
-        "--seed", type=_seed, metavar="N", help="seed of everything that is drawn (default: drawn)"
-    )
+    parser.add_argument("--seed", type=seed, metavar="N", help="seed of everything that is drawn (default: drawn)")
     parser.add_argument(
         "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
     )
@@ -103,12 +102,6 @@ def overrides_of(settings: Sequence[str]) -> dict[str, str]:
             raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
         overrides[path.strip()] = value.strip()
     return overrides
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
-    return int(text)
 
 
 def _rate(text: str) -> float:

@@ -5,10 +5,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from pathlib import Path
+
+from seoro.cli.arguments import seed
+from seoro.errors import InvalidUse
+
+DEFAULT_WORLD = "maze"
 
 EXAMPLES = """examples:
   seoro sim mujoco --world maze
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450      (in another terminal)
+  seoro sim --from-snapshot out/entrance.snapshot --rate 1
 
 It ends on Ctrl-C."""
 
@@ -16,12 +23,25 @@ It ends on Ctrl-C."""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "name", metavar="NAME", help="the simulator: mujoco, pybullet, or one that an installed package brings"
+        "name",
+        nargs="?",
+        metavar="NAME",
+        help="the simulator: mujoco, pybullet, or one that an installed package brings (default: the one that "
+        "saved the snapshot)",
+    )
+    parser.add_argument("--world", metavar="WORLD", help=f"name or file of the world (default: {DEFAULT_WORLD})")
+    parser.add_argument(
+        "--from-snapshot",
+        type=Path,
+        metavar="FILE",
+        help="go on from the state that a run has saved, with its world, its clock and what its robots do",
     )
     parser.add_argument(
-        "--world", default="maze", metavar="WORLD", help="name or file of the world (default: maze)"
+        "--seed",
+        type=seed,
+        metavar="N",
+        help="seed of all it draws (default: 0, or what a snapshot goes on with)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all it draws (default: 0)")
     parser.add_argument(
         "--listen", metavar="ENDPOINT", help="Zenoh endpoint to listen on (default: tcp/127.0.0.1:7450)"
     )
@@ -37,10 +57,36 @@ def run(options: argparse.Namespace) -> int:
     """Run the command: the node takes the place of this process."""
     from seoro.bridges.launch import check_installed  # noqa: PLC0415 - Zenoh, for this command only
 
-    check_installed(options.name)
-    arguments = ["--world", options.world, "--seed", str(options.seed)]
+    name, arguments = _beginning(options)
+    check_installed(name)
+    if options.seed is not None:
+        arguments += ["--seed", str(options.seed)]
     if options.listen is not None:
         arguments += ["--listen", options.listen]
     if options.rate is not None:
         arguments += ["--rate", options.rate]
-    os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", options.name, *arguments])  # noqa: S606
+    os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606
+
+
+def _beginning(options: argparse.Namespace) -> tuple[str, list[str]]:
+    """The simulator, and how it is told what to begin at.
+
+    Raises:
+        InvalidUse: It is not said which, or what was said contradicts itself.
+    """
+    path = options.from_snapshot
+    if path is None:
+        if options.name is None:
+            raise InvalidUse("it is not said which simulator", help="such as `seoro sim mujoco`")
+        return options.name, ["--world", options.world or DEFAULT_WORLD]
+    from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
+
+    if options.world is not None:
+        raise InvalidUse("a snapshot has its own world", help="leave out `--world`, or the snapshot")
+    snapshot = read_snapshot(path)
+    if options.name not in (None, snapshot.engine):
+        raise InvalidUse(
+            f"{path} was saved by {snapshot.engine}, and means nothing to {options.name}",
+            help=f"leave out `{options.name}`: it goes on in the simulator that saved it",
+        )
+    return snapshot.engine, ["--from-snapshot", str(path)]

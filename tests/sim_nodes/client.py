@@ -27,7 +27,7 @@ def pose(x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Pose:
 class Client:
     """Asks a simulator."""
 
-    def __init__(self, world: str = "maze", seed: int = 0, engine: str = "mujoco") -> None:
+    def __init__(self, world: str | wire.Snapshot = "maze", seed: int | None = 0, engine: str = "mujoco") -> None:
         self.simulator = Simulator(make_engine(engine), world, seed)
 
     def ask(self, verb: Verb[Q, A], request: Q) -> A:

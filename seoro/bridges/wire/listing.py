@@ -62,7 +62,10 @@ class EntityBounds(Message):
 
 
 class CurrentWorld(Message):
-    """The world that is loaded: its name, and the name or path by which it was asked for."""
+    """The world that is loaded: its name, and the name or path by which it was asked for.
+
+    `source` is empty for the world of the snapshot that a node was started from.
+    """
 
     name: str
     source: str

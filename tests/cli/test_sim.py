@@ -1,0 +1,91 @@
+"""`seoro sim`: how it starts a node, and what it refuses."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.cli.main import main
+
+pytestmark = pytest.mark.engine("mujoco")
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the program that takes the place of this one would be given."""
+    given: list[str] = []
+
+    def replace(_: str, command: Sequence[str]) -> None:
+        given.extend(command[3:])
+        raise SystemExit(0)
+
+    monkeypatch.setattr(os, "execv", replace)
+    return given
+
+
+@pytest.fixture
+def snapshot(tmp_path: Path) -> Path:
+    path = tmp_path / "here.snapshot"
+    message = wire.Snapshot(
+        format=wire.SNAPSHOT_FORMAT,
+        version="1",
+        engine="mujoco",
+        engine_version="4",
+        world="maze",
+        seed=0,
+        time=2.0,
+        state=b"",
+        digest="",
+    )
+    path.write_bytes(wire.encode(message))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("options", "given"),
+    [
+        ([], ["--world", "maze"]),
+        (["--world", "hall", "--seed", "7"], ["--world", "hall", "--seed", "7"]),
+        (
+            ["--listen", "tcp/[::]:0", "--rate", "max"],
+            ["--world", "maze", "--listen", "tcp/[::]:0", "--rate", "max"],
+        ),
+    ],
+)
+def test_options_are_handed_on(started: list[str], options: list[str], given: list[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["sim", "mujoco", *options])
+    assert started == ["mujoco", *given]
+
+
+@pytest.mark.parametrize("named", [[], ["mujoco"]])
+def test_a_snapshot_goes_on_in_the_simulator_that_saved_it(
+    started: list[str], snapshot: Path, named: list[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["sim", *named, "--from-snapshot", str(snapshot)])
+    assert started == ["mujoco", "--from-snapshot", str(snapshot)]
+
+
+@pytest.mark.usefixtures("started")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "it is not said which simulator"),
+        (["--from-snapshot", "SNAPSHOT", "--world", "maze"], "a snapshot has its own world"),
+        (["pybullet", "--from-snapshot", "SNAPSHOT"], "was saved by mujoco, and means nothing to pybullet"),
+        (["--from-snapshot", "nowhere"], "the snapshot nowhere cannot be read"),
+        (["mujoco", "--from-snapshot", __file__], "holds no snapshot"),
+        (["muJoCo"], "there is no simulator 'muJoCo'"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(
+    snapshot: Path, arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [str(snapshot) if argument == "SNAPSHOT" else argument for argument in arguments]
+    assert main(["sim", *given]) == 2
+    assert words in capsys.readouterr().err
