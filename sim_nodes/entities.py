@@ -28,6 +28,16 @@ class Spawned:
 
     model: BodyModel
     time: float  # [s]
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Info:
+    """What is said of an entity: for people, and by which tags it is found."""
+
+    category: Category
+    description: str
+    tags: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -38,6 +48,7 @@ class Wish:
     model: BodyModel
     state: BodyState
     rename: bool
+    tags: tuple[str, ...] = ()
 
 
 class Entities(Stateful):
@@ -51,7 +62,7 @@ class Entities(Stateful):
         cameras: All cameras, of which the free ones are entities.
     """
 
-    STATE = ("spawned", "cameras")
+    STATE = ("spawned", "cameras", "_told")
 
     def __init__(self, engine: Engine, world: World) -> None:
         self._engine = engine
@@ -63,6 +74,7 @@ class Entities(Stateful):
         self._add_props(world)
         self._of_the_world = self._robots | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
+        self._told: dict[str, Info] = {}  # what somebody has said of entities
         self.cameras = Cameras(engine, world)
 
     def _add_props(self, world: World) -> None:
@@ -85,9 +97,20 @@ class Entities(Stateful):
         """Props and what was spawned, by name."""
         return {**self._props, **{name: spawned.model for name, spawned in self.spawned.items()}}
 
-    def category(self, name: str) -> Category:
-        """What an entity is."""
+    def info(self, name: str) -> Info:
+        """What an entity is: what was said of it last, or what it is by itself."""
         self._known(name)
+        if name in self._told:
+            return self._told[name]
+        tags = self.spawned[name].tags if name in self.spawned else self._world.tags.get(name, ())
+        return Info(self._category(name), self._description(name), tags)
+
+    def tell(self, name: str, info: Info) -> None:
+        """Say what an entity is, until it is deleted, or everything is reset."""
+        self._known(name)
+        self._told[name] = info
+
+    def _category(self, name: str) -> Category:
         if name in self._robots:
             return Category.ROBOT
         if name in self.cameras.free:
@@ -107,9 +130,7 @@ class Entities(Stateful):
             return bounding_box(wall.part for wall in self._world.walls if wall.name == name)
         return bounding_box(self.bodies[name].parts)
 
-    def description(self, name: str) -> str:
-        """What an entity is, for people."""
-        self._known(name)
+    def _description(self, name: str) -> str:
         if name in self._robots:
             return "a robot of the world"
         if name in self._walls:
@@ -134,7 +155,7 @@ class Entities(Stateful):
         return name in self.movable()
 
     def matching(self, pattern: str) -> tuple[str, ...]:
-        """Names that match a regular expression as a whole, sorted.
+        """Names that match a regular expression as a whole, sorted; all names do if it is empty.
 
         Raises:
             RequestRefused: It is no regular expression.
@@ -147,7 +168,7 @@ class Entities(Stateful):
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"the filter {pattern!r} is no regular expression: {error}"
             ) from error
-        return tuple(name for name in self.names() if expression.fullmatch(name))
+        return tuple(name for name in self.names() if not pattern or expression.fullmatch(name))
 
     def state(self, name: str) -> BodyState:
         """The state of an entity; walls are at the origin."""
@@ -157,13 +178,13 @@ class Entities(Stateful):
             return BodyState(view.position, view.orientation)
         return BodyState((0.0, 0.0, 0.0)) if name in self._walls else self._engine.body_state(name)
 
-    def spawn(self, name: str, model: BodyModel, state: BodyState, time: float, *, rename: bool) -> str:
+    def spawn(self, wish: Wish, time: float) -> str:
         """Add a body; returns its name, which is another than the one asked for when that is taken and `rename`.
 
         Raises:
             RequestRefused: The name is taken or wrong, or there is something at that place.
         """
-        [result] = self.spawn_all([Wish(name, model, state, rename)], time)
+        [result] = self.spawn_all([wish], time)
         if isinstance(result, RequestRefused):
             raise result
         return result
@@ -194,7 +215,7 @@ class Entities(Stateful):
                 Result.OPERATION_FAILED, f"there are {MAX_SPAWNED} spawned entities already: delete some"
             )
         _check_floor(name, wish.model, wish.state)
-        self.spawned[name] = Spawned(wish.model, time)
+        self.spawned[name] = Spawned(wish.model, time, wish.tags)
         return name
 
     def _take_back(self, results: list[str | RequestRefused], wishes: Sequence[Wish]) -> None:
@@ -236,6 +257,7 @@ class Entities(Stateful):
                 self._engine.remove_body(name)
         for name in names:
             del self.spawned[name]
+            self._told.pop(name, None)
 
     def spawn_camera(self, name: str, lens: Lens, place: BodyState) -> str:
         """Add a free camera; returns its name.
@@ -311,6 +333,7 @@ class Entities(Stateful):
         self._known(name)
         if name in self.cameras.free:
             self.cameras.remove(name)
+            self._told.pop(name, None)
             return
         if name not in self.spawned:
             raise RequestRefused(
@@ -326,6 +349,7 @@ class Entities(Stateful):
             self.cameras.forget(name)
         self._remove(tuple(self.spawned))
         self.cameras.remove_spawned()
+        self._told = {name: info for name, info in self._told.items() if name in self.names()}
 
     def _known(self, name: str) -> None:
         if name not in self.names():

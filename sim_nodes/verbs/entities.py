@@ -9,6 +9,7 @@ from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
+from sim_nodes.verbs.filters import check_tags, chosen
 from sim_nodes.verbs.handling import Handling
 
 MAX_SPEED = 100.0  # [m/s], [rad/s]
@@ -16,9 +17,7 @@ MAX_SPEED = 100.0  # [m/s], [rad/s]
 
 def _spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.EntityName:
     simulation = simulator.simulation
-    wish = _wish(request)
-    name = simulation.entities.spawn(wish.name, wish.model, wish.state, simulation.time, rename=wish.rename)
-    return wire.EntityName(name=name)
+    return wire.EntityName(name=simulation.entities.spawn(_wish(request), simulation.time))
 
 
 def _spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.Spawnings:
@@ -45,8 +44,9 @@ def _wish(request: wire.SpawnEntity) -> Wish:
     """What is to be spawned.
 
     Raises:
-        RequestRefused: The place is none, or the model is wrong.
+        RequestRefused: The place or a tag is none, or the model is wrong.
     """
+    check_tags(request.tags)
     check_pose(request.initial_pose, wire.SpawnResult.INVALID_POSE)
     if not request.resource_string.strip():
         raise RequestRefused(wire.SpawnResult.NO_RESOURCE, f"the model {request.uri!r} is empty")
@@ -54,7 +54,7 @@ def _wish(request: wire.SpawnEntity) -> Wish:
         model = parse_model(request.resource_string)
     except RequestRefused as error:
         raise RequestRefused(error.code, f"{request.uri}: {error.message}") from error
-    return Wish(request.name, model, body_state(request.initial_pose), request.allow_renaming)
+    return Wish(request.name, model, body_state(request.initial_pose), request.allow_renaming, request.tags)
 
 
 def _delete_entity(simulator: Simulator, request: wire.EntityName) -> Empty:
@@ -63,7 +63,7 @@ def _delete_entity(simulator: Simulator, request: wire.EntityName) -> Empty:
 
 
 def _get_entities(simulator: Simulator, request: wire.EntityFilter) -> wire.Entities:
-    return wire.Entities(names=simulator.simulation.entities.matching(request.filter))
+    return wire.Entities(names=tuple(chosen(simulator.simulation.entities, request)))
 
 
 def _get_entity_state(simulator: Simulator, request: wire.EntityName) -> wire.EntityState:

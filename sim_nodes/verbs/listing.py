@@ -2,55 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty, Result
-from sim_nodes.messages import entity_state, flat_pose
-from sim_nodes.physics import BodyState
-from sim_nodes.refusal import RequestRefused
+from sim_nodes.entities import Info
+from sim_nodes.messages import entity_state, flat_pose, pose_of
+from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.checks import check_finite
+from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, chosen, has_tags
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.worlds.loader import available_worlds
+from sim_nodes.worlds.schema import MAX_DESCRIPTION
 
 
-def _get_entities_states(simulator: Simulator, request: wire.StateFilter) -> wire.EntityStates:
-    entities = simulator.simulation.entities
-    unknown = [number for number in request.categories if number not in list(Category)]
-    if unknown:
-        known = ", ".join(f"{each.value} ({each.name.lower()})" for each in Category)
-        raise RequestRefused(Result.OPERATION_FAILED, f"there is no category {unknown[0]}: known are {known}")
-    if request.bounds is not None:
-        low, high = request.bounds.lower, request.bounds.upper
-        check_finite("bounds", low.x, low.y, low.z, high.x, high.y, high.z)
-    found = {
-        name: state
-        for name in entities.matching(request.filter)
-        if not request.categories or entities.category(name) in request.categories
-        for state in [entities.state(name)]
-        if request.bounds is None or _is_in(request.bounds, state)
-    }
+def _get_entities_states(simulator: Simulator, request: wire.EntityFilter) -> wire.EntityStates:
+    found = chosen(simulator.simulation.entities, request)
     return wire.EntityStates(names=tuple(found), states=tuple(map(entity_state, found.values())))
 
 
-def _is_in(bounds: wire.Bounds, state: BodyState) -> bool:
-    low, high = bounds.lower, bounds.upper
-    x, y, z = state.position
-    return low.x <= x <= high.x and low.y <= y <= high.y and low.z <= z <= high.z
-
-
 def _get_entity_info(simulator: Simulator, request: wire.EntityName) -> wire.EntityInfo:
-    entities = simulator.simulation.entities
-    return wire.EntityInfo(
-        category=entities.category(request.name), description=entities.description(request.name)
-    )
+    info = simulator.simulation.entities.info(request.name)
+    return wire.EntityInfo(category=info.category, description=info.description, tags=info.tags)
+
+
+def _set_entity_info(simulator: Simulator, request: wire.SetEntityInfo) -> Empty:
+    info = request.info
+    check_categories([info.category])
+    check_tags(info.tags)
+    if len(info.description) > MAX_DESCRIPTION:
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"a description has {MAX_DESCRIPTION} characters at most, not {len(info.description)}",
+        )
+    simulator.simulation.entities.tell(request.name, Info(Category(info.category), info.description, info.tags))
+    return Empty()
 
 
 def _get_entity_bounds(simulator: Simulator, request: wire.EntityName) -> wire.EntityBounds:
     box = simulator.simulation.entities.bounds(request.name)
     if box is None:
         return wire.EntityBounds(bounds=None)
-    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in (box.lower.tolist(), box.upper.tolist()))
-    return wire.EntityBounds(bounds=wire.Bounds(lower=lower, upper=upper))
+    return wire.EntityBounds(bounds=_bounds(box.lower.tolist(), box.upper.tolist()))
+
+
+def _bounds(*corners: Sequence[float]) -> wire.Bounds:
+    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in corners)
+    return wire.Bounds(lower=lower, upper=upper)
+
+
+def _get_named_poses(simulator: Simulator, request: wire.TagsFilter) -> wire.NamedPoses:
+    check_tags_filter(request)
+    return wire.NamedPoses(
+        poses=tuple(
+            wire.NamedPose(name=pose.name, description=pose.description, tags=pose.tags, pose=pose_of(pose.place))
+            for pose in simulator.simulation.world.poses
+            if has_tags(pose.tags, request)
+        )
+    )
+
+
+def _get_named_pose_bounds(simulator: Simulator, request: wire.PoseName) -> wire.NamedPoseBounds:
+    poses = {pose.name: pose for pose in simulator.simulation.world.poses}
+    if request.name not in poses:
+        raise RequestRefused(
+            Result.NOT_FOUND, f"the world has no pose {request.name!r}: named are {listed(poses)}"
+        )
+    room = poses[request.name].room
+    return wire.NamedPoseBounds(bounds=None if room is None else _bounds(*room))
 
 
 def _get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:
@@ -78,7 +97,10 @@ def _get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
 HANDLERS: tuple[Handling, ...] = (
     (wire.GET_ENTITIES_STATES, _get_entities_states),
     (wire.GET_ENTITY_INFO, _get_entity_info),
+    (wire.SET_ENTITY_INFO, _set_entity_info),
     (wire.GET_ENTITY_BOUNDS, _get_entity_bounds),
+    (wire.GET_NAMED_POSES, _get_named_poses),
+    (wire.GET_NAMED_POSE_BOUNDS, _get_named_pose_bounds),
     (wire.GET_CURRENT_WORLD, _get_current_world),
     (wire.GET_AVAILABLE_WORLDS, _get_available_worlds),
     (wire.GET_SIMULATION_STATE, _get_simulation_state),

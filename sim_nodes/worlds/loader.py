@@ -19,8 +19,9 @@ from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.checking import check_urdf
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.poses import NamedPose, read_pose
 from sim_nodes.worlds.props import Prop, read_prop
-from sim_nodes.worlds.schema import CameraFile, WallFile, WorldFile
+from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
 
 MAX_FILE = 1_000_000  # [bytes]
 OVERHEAD = 0.5  # [m] above the floor; what begins higher is in no robot's way, and above what its lidar sees
@@ -36,7 +37,10 @@ class WorldError(Exception):
 
 @dataclass(frozen=True)
 class World:
-    """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m]."""
+    """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m].
+
+    `tags` are what its entities are found by, by their names.
+    """
 
     name: str
     extent: tuple[float, float, float, float]
@@ -44,6 +48,8 @@ class World:
     robots: tuple[PlacedRobot, ...]
     cameras: Mapping[str, View] = field(default_factory=dict)  # free ones, by name
     props: tuple[Prop, ...] = ()
+    poses: tuple[NamedPose, ...] = ()
+    tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def scene(self) -> Scene:
@@ -126,7 +132,18 @@ def _world(file: WorldFile, folder: Path) -> World:
     assert extent is not None, "the schema asks for one or the other"
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
-    return World(file.name, extent, walls, _robots(file, folder), cameras, props)
+    poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
+    return World(file.name, extent, walls, _robots(file, folder), cameras, props, poses, _tags(file))
+
+
+def _tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
+    """The tags of entities; walls of one name have those of all of them."""
+    tags: dict[str, dict[str, None]] = {}
+    entities: tuple[WallFile | RobotFile | PropFile | CameraFile, ...]
+    entities = (*file.walls, *file.robots, *file.props, *file.cameras)
+    for entity in entities:
+        tags.setdefault(entity.name, {}).update(dict.fromkeys(entity.tags))
+    return {name: tuple(of) for name, of in tags.items() if of}
 
 
 def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:

@@ -15,13 +15,19 @@ MAX_WALLS = 500
 MAX_ROBOTS = 16
 MAX_CAMERAS = 16
 MAX_PROPS = 100
+MAX_POSES = 200
 PROP_FORMS = ("box", "cube", "cylinder", "sphere", "model")
+MAX_TAGS = 20
+MAX_DESCRIPTION = 1000  # [characters]
+TAG = r"^[^\s,]{1,64}$"
 NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
 Name = Annotated[str, Field(pattern=NAME)]
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
 Length = Annotated[float, Field(gt=0.0, le=200.0)]  # [m]
 Edge = Annotated[float, Field(ge=SIZES[0], le=SIZES[1])]  # [m]
+Tag = Annotated[str, Field(pattern=TAG)]
+Tags = Annotated[tuple[Tag, ...], Field(max_length=MAX_TAGS)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Point = tuple[Coordinate, Coordinate]
 
@@ -43,6 +49,7 @@ class WallFile(_Part):
     size: tuple[Length, Length] | None = None
     yaw: float = 0.0
     height: Length | None = None
+    tags: Tags = ()
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -68,8 +75,8 @@ class PoseFile(_Part):
     yaw: float = 0.0
 
 
-class PropPoseFile(_Part):
-    """Where a prop is [m, rad]; without z it stands or lies on the floor."""
+class PlaceFile(_Part):
+    """Where something is [m, rad]; without z it stands or lies on the floor."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -102,7 +109,8 @@ class PropFile(_Part):
     static: bool = False  # a model stands fixed, whatever its file says
     friction: Annotated[float, Field(ge=FRICTIONS[0], le=FRICTIONS[1])] = 1.0  # of a shape
     colour: tuple[Share, Share, Share] | None = None  # red, green, blue, from 0 to 1
-    pose: PropPoseFile = PropPoseFile()
+    pose: PlaceFile = PlaceFile()
+    tags: Tags = ()
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -145,6 +153,7 @@ class RobotFile(_Part):
     name: Name
     robot: str
     pose: PoseFile = PoseFile()
+    tags: Tags = ()
 
 
 class CameraFile(_Part):
@@ -159,6 +168,7 @@ class CameraFile(_Part):
     fov: Annotated[float, Field(ge=MIN_FOV, le=MAX_FOV)] = DEFAULT_LENS.fov  # vertical [rad]
     width: Annotated[int, Field(ge=MIN_SIZE, le=MAX_SIZE)] = DEFAULT_LENS.width  # [pixels]
     height: Annotated[int, Field(ge=MIN_SIZE, le=MAX_SIZE)] = DEFAULT_LENS.height
+    tags: Tags = ()
 
     @model_validator(mode="after")
     def _one_way_to_look(self) -> Self:
@@ -167,6 +177,29 @@ class CameraFile(_Part):
         if self.look_at == self.position:
             raise ValueError("a camera cannot look at the point where it is")
         return self
+
+
+class BoundsFile(_Part):
+    """A box along the axes of a pose, by two of its corners [m]."""
+
+    lower: tuple[Coordinate, Coordinate, Coordinate]
+    upper: tuple[Coordinate, Coordinate, Coordinate]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError("`lower` has to be less than `upper` in x, y and z")
+        return self
+
+
+class NamedPoseFile(_Part):
+    """A pose with a name, on the floor without z; tags say what it is for, `bounds` how much room there is."""
+
+    name: Name
+    description: Annotated[str, Field(max_length=MAX_DESCRIPTION)] = ""
+    pose: PlaceFile
+    bounds: BoundsFile | None = None
+    tags: Tags = ()
 
 
 class WorldFile(_Part):
@@ -182,6 +215,7 @@ class WorldFile(_Part):
     robots: Annotated[tuple[RobotFile, ...], Field(max_length=MAX_ROBOTS)] = ()
     props: Annotated[tuple[PropFile, ...], Field(max_length=MAX_PROPS)] = ()
     cameras: Annotated[tuple[CameraFile, ...], Field(max_length=MAX_CAMERAS)] = ()
+    poses: Annotated[tuple[NamedPoseFile, ...], Field(max_length=MAX_POSES)] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -200,6 +234,8 @@ class WorldFile(_Part):
                 if other.name in taken | set(names):
                     raise ValueError(f"the name of {kind} {other.name!r} is taken")
                 names.append(other.name)
+        if len({pose.name for pose in self.poses}) < len(self.poses):
+            raise ValueError("two of the `poses` have the same name")
         return self
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Bounds, Category, SimulationState, StateFilter, Vector3
+from seoro.bridges.wire import Bounds, Category, EntityFilter, SimulationState, Vector3
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.worlds.loader import available_worlds
 from tests.sim_nodes.client import BOX, ROBOT, TRUTH, Client, pose
@@ -24,7 +24,7 @@ def full(maze: Client) -> Client:
 
 
 def found(client: Client, **of: object) -> tuple[str, ...]:
-    return client.ask(wire.GET_ENTITIES_STATES, StateFilter.model_validate(of)).names
+    return client.ask(wire.GET_ENTITIES_STATES, EntityFilter.model_validate(of)).names
 
 
 def test_entities_are_found_by_name_category_and_place(full: Client) -> None:
@@ -34,7 +34,7 @@ def test_entities_are_found_by_name_category_and_place(full: Client) -> None:
     east = Bounds(lower=Vector3(x=1.0, y=-5.0, z=-1.0), upper=Vector3(x=5.0, y=5.0, z=1.0))
     assert found(full, bounds=east) == ("box",)
     assert found(full, bounds=east, categories=(Category.ROBOT,)) == ()
-    states = full.ask(wire.GET_ENTITIES_STATES, StateFilter(filter="box")).states
+    states = full.ask(wire.GET_ENTITIES_STATES, EntityFilter(filter="box")).states
     assert [state.pose.position.x for state in states] == [2.0]
 
 

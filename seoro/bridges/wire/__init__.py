@@ -21,6 +21,7 @@ from seoro.bridges.wire.driving import *
 from seoro.bridges.wire.entities import *
 from seoro.bridges.wire.faults import *
 from seoro.bridges.wire.feedback import *
+from seoro.bridges.wire.filters import *
 from seoro.bridges.wire.geometry import *
 from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.listing import *
@@ -30,6 +31,7 @@ from seoro.bridges.wire.message import *
 from seoro.bridges.wire.message import Verb
 from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.passing import *
+from seoro.bridges.wire.poses import *
 from seoro.bridges.wire.recording import *
 from seoro.bridges.wire.results import *
 from seoro.bridges.wire.sensors import *

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from seoro.bridges.wire.filters import EntityFilter
 from seoro.bridges.wire.geometry import EntityState, Pose, Twist
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.results import Result
 
 
 class SpawnEntity(Message):
-    """Spawn an entity from the text of its model (`resource_string`); `uri` names it for people."""
+    """Spawn an entity from the text of its model (`resource_string`); `uri` names it for people.
+
+    `tags` are what it is found by later.
+    """
 
     name: str
     uri: str
     resource_string: str
     initial_pose: Pose
     allow_renaming: bool = False
+    tags: tuple[str, ...] = ()
 
 
 class SpawnEntities(Message):
@@ -41,12 +46,6 @@ class EntityName(Message):
     """An entity by name."""
 
     name: str
-
-
-class EntityFilter(Message):
-    """Which entities: those whose whole name matches the regular expression."""
-
-    filter: str = ".*"
 
 
 class Entities(Message):

@@ -2,43 +2,11 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 from seoro.bridges.wire.entities import EntityName
-from seoro.bridges.wire.geometry import EntityState, Pose, Vector3
+from seoro.bridges.wire.filters import Bounds, EntityFilter
+from seoro.bridges.wire.geometry import EntityState, Pose
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulationState
-
-
-class Category(IntEnum):
-    """Categories of entities, by the numbers of `simulation_interfaces`."""
-
-    OBJECT = 0
-    ROBOT = 1
-    HUMAN = 2
-    DYNAMIC_OBJECT = 4
-    STATIC_OBJECT = 5
-
-
-class Bounds(Message):
-    """A box along the axes of a frame, by two of its corners [m]."""
-
-    lower: Vector3
-    upper: Vector3
-
-
-class StateFilter(Message):
-    """Which entities: those that all of this holds for.
-
-    Args:
-        filter: A regular expression that their whole names match.
-        categories: They are of one of these; of any, if there are none.
-        bounds: Their origins are in it, in the frame `map`.
-    """
-
-    filter: str = ".*"
-    categories: tuple[int, ...] = ()
-    bounds: Bounds | None = None
 
 
 class EntityStates(Message):
@@ -49,10 +17,18 @@ class EntityStates(Message):
 
 
 class EntityInfo(Message):
-    """What an entity is; `description` is for people."""
+    """What an entity is; `description` is for people, tags are what it is found by."""
 
     category: int
     description: str
+    tags: tuple[str, ...] = ()
+
+
+class SetEntityInfo(Message):
+    """Say what an entity is, in the place of all that was said of it."""
+
+    name: str
+    info: EntityInfo
 
 
 class EntityBounds(Message):
@@ -97,8 +73,9 @@ class Transforms(Message):
     transforms: tuple[Transform, ...]
 
 
-GET_ENTITIES_STATES = Verb("get_entities_states", StateFilter, EntityStates)
+GET_ENTITIES_STATES = Verb("get_entities_states", EntityFilter, EntityStates)
 GET_ENTITY_INFO = Verb("get_entity_info", EntityName, EntityInfo)
+SET_ENTITY_INFO = Verb("set_entity_info", SetEntityInfo, Empty)
 GET_ENTITY_BOUNDS = Verb("get_entity_bounds", EntityName, EntityBounds)
 GET_CURRENT_WORLD = Verb("get_current_world", Empty, CurrentWorld)
 GET_AVAILABLE_WORLDS = Verb("get_available_worlds", Empty, AvailableWorlds)
