@@ -11,6 +11,7 @@ from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from seoro.bridges.models import ModelPath
 from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
 from sim_nodes import snapshots
@@ -71,7 +72,7 @@ def _engine(name: str) -> Callable[[], Engine]:
 
 def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulator:
     beginning = options.world if options.from_snapshot is None else snapshots.read(options.from_snapshot)
-    simulator = Simulator(engine(), beginning, options.seed)
+    simulator = Simulator(engine(), beginning, options.seed, ModelPath(options.model_path))
     if options.rate is not None:
         simulator.set_state(SimulationState.PLAYING, options.rate)
     return simulator
@@ -121,6 +122,14 @@ def _parser() -> argparse.ArgumentParser:
         type=_rate,
         metavar="RATE",
         help="play from the start, this many times as fast as the machine's clock, or as fast as possible (max)",
+    )
+    parser.add_argument(
+        "--model-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="look up models `name://path` in DIR/name first, where they are asked for by URIs (repeatable)",
     )
     parser.add_argument(
         "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from seoro.bridges import wire
@@ -60,6 +61,12 @@ def twist_of(state: BodyState) -> wire.Twist:
     vx, vy, vz = state.linear
     wx, wy, wz = state.angular
     return wire.Twist(linear=wire.Vector3(x=vx, y=vy, z=vz), angular=wire.Vector3(x=wx, y=wy, z=wz))
+
+
+def bounds_of(*corners: Sequence[float]) -> wire.Bounds:
+    """A box by its lower and its upper corner, as it is said."""
+    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in corners)
+    return wire.Bounds(lower=lower, upper=upper)
 
 
 def flat_pose(pose: Pose2) -> wire.Pose:

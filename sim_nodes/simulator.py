@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 
+from seoro.bridges.models import ModelPath
 from seoro.bridges.wire import (
     RESTORE_STATE,
     REWIND,
@@ -43,6 +44,7 @@ NEEDS: Mapping[str, type] = {
     REWIND.name: Rewinds,
 }
 """What an engine has to offer beyond `Engine`, by verb."""
+OWN_MODELS = ModelPath()
 MAX_STEPS = 1_000_000  # of one request
 
 
@@ -53,13 +55,17 @@ class Simulator:
         engine: The engine.
         beginning: Name or path of the first world, or a snapshot to go on from, with its world.
         seed: Its seed, or that of all that is drawn from the snapshot on; None for 0, or what the snapshot had.
+        models: Where models are looked up that are asked for by their URIs.
 
     Raises:
         RequestRefused: The world cannot be loaded, or the snapshot does not fit.
     """
 
-    def __init__(self, engine: Engine, beginning: str | Snapshot, seed: int | None = None) -> None:
+    def __init__(
+        self, engine: Engine, beginning: str | Snapshot, seed: int | None = None, models: ModelPath = OWN_MODELS
+    ) -> None:
         self._engine = engine
+        self.models = models
         self._pace = Pace(1.0)
         self._ahead: Ahead | None = None
         self._origin: str | World  # of the world that is loaded where none is named

@@ -7,12 +7,12 @@ packages register in the entry-point group `seoro.models` (`name = "package.modu
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import quote, unquote
 
 MAX_MODEL_SIZE = 4 * 1024 * 1024  # [bytes]
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
@@ -58,6 +58,24 @@ class ModelPath:
             looked.append(str(path))
         raise ModelNotFound(f"there is no model '{uri}'; looked at {', '.join(looked)}")
 
+    def files(self, suffixes: Container[str]) -> Iterator[tuple[str, Path]]:
+        """All files with one of some suffixes, each after the URI by which `read` finds it, and no other first."""
+        for name in dict.fromkeys(self._names()):
+            seen: set[str] = set()
+            for root in self._roots(name):
+                for path in files_in(root, suffixes):
+                    relative = path.relative_to(root).as_posix()
+                    if relative not in seen:
+                        seen.add(relative)
+                        yield f"{name}://{quote(relative)}", path
+
+    def _names(self) -> Iterator[str]:
+        """Names that there may be models by."""
+        for folder in (*self.folders, OWN_MODELS):
+            if folder.is_dir():
+                yield from sorted(each.name for each in folder.iterdir() if each.is_dir())
+        yield from sorted(entry_points(group="seoro.models").names)
+
     def _roots(self, name: str) -> Iterator[Path]:
         for folder in self.folders:
             yield folder / name
@@ -66,6 +84,16 @@ class ModelPath:
             if spec is not None and spec.origin is not None:
                 yield Path(spec.origin).parent
         yield OWN_MODELS / name
+
+
+def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:
+    """The files in and below a folder that have one of some suffixes, sorted; none that links lead out to."""
+    if not folder.is_dir():
+        return
+    home = folder.resolve()
+    for path in sorted(folder.rglob("*")):
+        if path.suffix in suffixes and path.is_file() and path.resolve().is_relative_to(home):
+            yield path
 
 
 def _read(path: Path, uri: str) -> str:

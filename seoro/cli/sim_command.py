@@ -51,6 +51,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
         "by default it passes while runs grant it",
     )
+    parser.add_argument(
+        "--model-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="look up models `name://path` in DIR/name first, where programs ask for them by name (repeatable)",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -65,6 +73,8 @@ def run(options: argparse.Namespace) -> int:
         arguments += ["--listen", options.listen]
     if options.rate is not None:
         arguments += ["--rate", options.rate]
+    for folder in options.model_path:
+        arguments += ["--model-path", str(folder)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606
 
 

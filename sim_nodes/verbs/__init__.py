@@ -25,6 +25,7 @@ from sim_nodes.verbs import (
     recording,
     sensors,
     snapshots,
+    spawnables,
     whole,
 )
 from sim_nodes.verbs.handling import Handler
@@ -42,6 +43,7 @@ PARTS = (
     sensors,
     snapshots,
     listing,
+    spawnables,
     artifacts,
 )
 VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyType(

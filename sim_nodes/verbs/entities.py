@@ -7,8 +7,10 @@ from seoro.bridges.wire import Empty, Result
 from sim_nodes.entities import Wish
 from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
+from sim_nodes.physics import BodyModel
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
+from sim_nodes.spawnables import model_of
 from sim_nodes.verbs.filters import check_tags, chosen
 from sim_nodes.verbs.handling import Handling
 
@@ -17,14 +19,14 @@ MAX_SPEED = 100.0  # [m/s], [rad/s]
 
 def _spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.EntityName:
     simulation = simulator.simulation
-    return wire.EntityName(name=simulation.entities.spawn(_wish(request), simulation.time))
+    return wire.EntityName(name=simulation.entities.spawn(_wish(simulator, request), simulation.time))
 
 
 def _spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.Spawnings:
     wishes: list[Wish | RequestRefused] = []
     for each in request.entities:
         try:
-            wishes.append(_wish(each))
+            wishes.append(_wish(simulator, each))
         except RequestRefused as refused:
             wishes.append(refused)
     possible = [wish for wish in wishes if isinstance(wish, Wish)]
@@ -40,7 +42,7 @@ def _spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.S
     )
 
 
-def _wish(request: wire.SpawnEntity) -> Wish:
+def _wish(simulator: Simulator, request: wire.SpawnEntity) -> Wish:
     """What is to be spawned.
 
     Raises:
@@ -48,13 +50,21 @@ def _wish(request: wire.SpawnEntity) -> Wish:
     """
     check_tags(request.tags)
     check_pose(request.initial_pose, wire.SpawnResult.INVALID_POSE)
-    if not request.resource_string.strip():
-        raise RequestRefused(wire.SpawnResult.NO_RESOURCE, f"the model {request.uri!r} is empty")
+    if not (request.uri or request.resource_string):
+        raise RequestRefused(wire.SpawnResult.NO_RESOURCE, "neither a model nor the URI of one was given")
     try:
-        model = parse_model(request.resource_string)
+        model = _model(simulator, request)
     except RequestRefused as error:
         raise RequestRefused(error.code, f"{request.uri}: {error.message}") from error
     return Wish(request.name, model, body_state(request.initial_pose), request.allow_renaming, request.tags)
+
+
+def _model(simulator: Simulator, request: wire.SpawnEntity) -> BodyModel:
+    if request.resource_string:
+        if not request.resource_string.strip():
+            raise RequestRefused(wire.SpawnResult.NO_RESOURCE, "the model is empty")
+        return parse_model(request.resource_string)
+    return model_of(request.uri, simulator.models, simulator.simulation.world)
 
 
 def _delete_entity(simulator: Simulator, request: wire.EntityName) -> Empty:

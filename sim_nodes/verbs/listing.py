@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty, Result
 from sim_nodes.entities import Info
-from sim_nodes.messages import entity_state, flat_pose, pose_of
+from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, chosen, has_tags
@@ -43,12 +41,7 @@ def _get_entity_bounds(simulator: Simulator, request: wire.EntityName) -> wire.E
     box = simulator.simulation.entities.bounds(request.name)
     if box is None:
         return wire.EntityBounds(bounds=None)
-    return wire.EntityBounds(bounds=_bounds(box.lower.tolist(), box.upper.tolist()))
-
-
-def _bounds(*corners: Sequence[float]) -> wire.Bounds:
-    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in corners)
-    return wire.Bounds(lower=lower, upper=upper)
+    return wire.EntityBounds(bounds=bounds_of(box.lower.tolist(), box.upper.tolist()))
 
 
 def _get_named_poses(simulator: Simulator, request: wire.TagsFilter) -> wire.NamedPoses:
@@ -69,7 +62,7 @@ def _get_named_pose_bounds(simulator: Simulator, request: wire.PoseName) -> wire
             Result.NOT_FOUND, f"the world has no pose {request.name!r}: named are {listed(poses)}"
         )
     room = poses[request.name].room
-    return wire.NamedPoseBounds(bounds=None if room is None else _bounds(*room))
+    return wire.NamedPoseBounds(bounds=None if room is None else bounds_of(*room))
 
 
 def _get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:

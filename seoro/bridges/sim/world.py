@@ -11,6 +11,7 @@ from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Velocity6D
 
+PROP = "prop://"  # names a body like a prop of the world, which only the node knows
 SPAWN_TIMEOUT = 60.0  # [s] for as many as a simulator takes
 
 
@@ -42,10 +43,7 @@ class WorldRequests(Requests):
             )
 
     def _entity(self, name: str, model: str, pose: Pose3D, allow_renaming: bool) -> wire.SpawnEntity:
-        try:
-            text = self._models.read(model)
-        except ModelNotFound as error:
-            raise BackendRefused(str(error), wire.SpawnResult.NO_RESOURCE) from error
+        text = "" if model.startswith(PROP) else self._text(model)
         return wire.SpawnEntity(
             name=name,
             uri=model,
@@ -53,6 +51,15 @@ class WorldRequests(Requests):
             initial_pose=pose_message(pose),
             allow_renaming=allow_renaming,
         )
+
+    def _text(self, model: str) -> str:
+        try:
+            text = self._models.read(model)
+        except ModelNotFound as error:
+            raise BackendRefused(str(error), wire.SpawnResult.NO_RESOURCE) from error
+        if not text:
+            raise BackendRefused(f"the model '{model}' is empty", wire.SpawnResult.NO_RESOURCE)
+        return text
 
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""

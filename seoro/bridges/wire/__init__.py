@@ -37,5 +37,6 @@ from seoro.bridges.wire.results import *
 from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *
+from seoro.bridges.wire.spawnables import *
 
 VERBS: tuple[Verb[Any, Any], ...] = tuple(value for value in tuple(globals().values()) if isinstance(value, Verb))

@@ -9,14 +9,15 @@ from seoro.bridges.wire.results import Result
 
 
 class SpawnEntity(Message):
-    """Spawn an entity from the text of its model (`resource_string`); `uri` names it for people.
+    """Spawn an entity from the text of its model, which `uri` names for people then.
 
-    `tags` are what it is found by later.
+    Without a text, the model is that of the `uri`, one of those that `get_spawnables` tells, or another along the
+    node's model path. `tags` are what the entity is found by later.
     """
 
     name: str
     uri: str
-    resource_string: str
+    resource_string: str = ""
     initial_pose: Pose
     allow_renaming: bool = False
     tags: tuple[str, ...] = ()

@@ -1,0 +1,44 @@
+"""What a simulator node as a backend is asked of its world."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.launch import SimulatorOptions
+from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.node import SimulatorNode
+from seoro.bridges.wire import SpawnResult
+from seoro.errors import BackendRefused
+from seoro.runtime.contracts import Pose3D, Position3D
+from tests.bridges.nodes import running
+
+WORLD = """
+name: yard
+extent: [-5, -5, 5, 5]
+props:
+  - {name: parcel, box: [0.2, 0.4, 0.6], mass: 2.0, pose: {x: 2.0, y: 0.0}}
+"""
+
+
+@pytest.mark.engine("mujoco")
+async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_sent_to_it(tmp_path: Path) -> None:
+    (tmp_path / "yard.yaml").write_text(WORLD)
+    (tmp_path / "empty.sdf").write_text("")
+    options = SimulatorOptions(str(tmp_path / "yard.yaml"), 3, ModelPath())
+    with running("mujoco", tmp_path, options) as make:
+        async with make() as node:
+            assert isinstance(node, SimulatorNode)
+            there = Pose3D(Position3D(0.0, 1.0, 0.5))
+            assert await node.spawn_entity("second", "prop://parcel", there) == "second"
+            await node.spawn_entities([("third", "prop://parcel", Pose3D(Position3D(0.0, -1.0, 0.5)))])
+            assert await node.entities() == ("parcel", "second", "third")
+            for model, words in (
+                ("prop://moon", "the world has no prop 'moon': it has parcel"),
+                (f"file://{tmp_path}/empty.sdf", "is empty"),
+                ("none://none.sdf", "there is no model 'none://none.sdf'"),
+            ):
+                with pytest.raises(BackendRefused, match=words) as refused:
+                    await node.spawn_entity("fourth", model, there)
+                assert refused.value.code == SpawnResult.NO_RESOURCE
