@@ -1,6 +1,7 @@
 """The cameras of a world: free ones, which are put somewhere or follow something, and those that robots carry.
 
 Cameras are nothing to physics: they have no mass, nothing touches them, and pictures leave the state as it is.
+Pictures for those who ask for them have the faults that lie on their way; films are an observer's, and have none.
 """
 
 from __future__ import annotations
@@ -9,18 +10,25 @@ import io
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import assert_never
 
-from seoro.bridges.wire import Result
+from seoro.bridges.wire import CameraFault, Delay, Freeze, Result
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
+from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused, listed
-from sim_nodes.stateful import Stateful
+from sim_nodes.sensors.camera_feed import PERIOD, CameraFeed, Exposure, Missing
+from sim_nodes.stateful import State, Stateful
+from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
 from sim_nodes.worlds.loader import World
 
 MAX_CAMERAS = 50
 NEAREST = 1e-6  # [m] to what a camera looks at
+MAX_KEPT = (
+    128 * 1024 * 1024
+)  # [bytes] of pictures that are kept because of faults; half of what a snapshot may have
 
 
 @dataclass(frozen=True)
@@ -67,16 +75,33 @@ class Cameras(Stateful):
     Args:
         engine: What draws.
         world: The world.
+        seed: Seed of the simulation.
     """
 
-    STATE = ("_first", "_cameras")
+    STATE = ("_first", "_cameras", "_feeds")
 
-    def __init__(self, engine: Engine, world: World) -> None:
+    def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
+        self._seed = seed
         self._first = {name: _standing(view) for name, view in world.cameras.items()}
         for robot in world.robots:
             self._first |= _cameras_of(robot)
+        self.reset()
+
+    def reset(self) -> None:
+        """Put every camera back to where it was at first, and clear its faults."""
         self._cameras = dict(self._first)
+        self._feeds = {name: self._made_feed(name) for name in self._cameras}
+
+    def restore(self, state: State) -> None:
+        """See `Stateful`; cameras come and go, and with them the ways of their pictures."""
+        self._cameras = state.values["_cameras"]
+        self._feeds = {name: self._made_feed(name) for name in self._cameras}
+        super().restore(state)
+
+    def _made_feed(self, name: str) -> CameraFeed:
+        look = partial(self._sound_picture, name)
+        return CameraFeed(self._cameras[name].lens, look, lambda purpose: Noise(self._seed, f"{name}/{purpose}"))
 
     def names(self) -> tuple[str, ...]:
         """Names of all cameras, sorted."""
@@ -97,6 +122,7 @@ class Cameras(Stateful):
             raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_CAMERAS} cameras already: delete some")
         self._first[name] = Camera(lens, Standing(place.position, place.orientation), spawned=True)
         self._cameras[name] = self._first[name]
+        self._feeds[name] = self._made_feed(name)
 
     def place(self, name: str, place: BodyState) -> None:
         """Put a free camera somewhere; it follows nothing any more."""
@@ -135,16 +161,12 @@ class Cameras(Stateful):
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"{name!r} belongs to the world: what was spawned can be deleted"
             )
-        del self._cameras[name], self._first[name]
+        del self._cameras[name], self._first[name], self._feeds[name]
 
     def remove_spawned(self) -> None:
         """Remove those that were spawned."""
         for name in [name for name, camera in self._cameras.items() if camera.spawned]:
             self.remove(name)
-
-    def reset(self) -> None:
-        """Put every camera back to where it was at first."""
-        self._cameras = dict(self._first)
 
     def forget(self, entity: str) -> None:
         """An entity is about to be deleted: let what follows it stay where it is."""
@@ -181,13 +203,60 @@ class Cameras(Stateful):
             case _:
                 assert_never(mount)
 
-    def picture(self, name: str) -> Picture:
-        """What a camera sees now.
+    @property
+    def is_busy(self) -> bool:
+        """Whether any of them has to do something in every tick."""
+        return any(feed.is_busy for feed in self._feeds.values())
+
+    def tick(self, tick: int) -> None:
+        """Do what is due in a tick."""
+        for feed in self._feeds.values():
+            if feed.is_busy:
+                feed.pass_tick(tick)
+
+    def feed(self, name: str) -> CameraFeed:
+        """The way of a camera's pictures to those who ask for them.
 
         Raises:
-            RequestRefused: There is no such camera, or there are no pictures here.
+            RequestRefused: There is no such camera.
         """
+        self._camera(name)
+        return self._feeds[name]
+
+    def picture(self, name: str, tick: int) -> Exposure:
+        """What a camera gives now, in a tick.
+
+        Raises:
+            RequestRefused: There is no such camera, it gives nothing, or there are no pictures here.
+        """
+        given = self.feed(name).give(tick)
+        if isinstance(given, Missing):
+            raise RequestRefused(Result.OPERATION_FAILED, f"no picture of {name!r} has come: {given.value}")
+        return given
+
+    def _sound_picture(self, name: str) -> Picture:
         return render(self._engine, self.view(name))
+
+    def check_room(self, name: str, fault: CameraFault) -> None:
+        """Refuse a fault for which more pictures would have to be kept than may be.
+
+        Raises:
+            RequestRefused: There is no room for them.
+        """
+        others = (
+            _kept(feed.lens, each)
+            for other, feed in self._feeds.items()
+            for each in feed.faults.values()
+            if (other, each.kind) != (name, fault.kind)
+        )
+        wanted = _kept(self.feed(name).lens, fault)
+        left = MAX_KEPT - sum(others)
+        if wanted > left:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"{fault.kind} of {name!r} keeps {wanted / 1e6:.0f} MB of pictures, and for those of all cameras "
+                f"{left / 1e6:.0f} MB are left: make it shorter, or the pictures smaller",
+            )
 
     def _camera(self, name: str) -> Camera:
         if name not in self._cameras:
@@ -207,6 +276,18 @@ def render(engine: Engine, view: View) -> Picture:
         return engine.render(view)
     except NoRendering as error:
         raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"no picture can be taken: {error}") from error
+
+
+def _kept(lens: Lens, fault: CameraFault) -> int:
+    """How much of pictures is kept because of a fault [bytes]."""
+    match fault:
+        case Delay(time=time):
+            pictures = math.ceil(time / (PERIOD * TICK)) + 2
+        case Freeze():
+            pictures = 1
+        case _:
+            pictures = 0
+    return pictures * lens.width * lens.height * 3
 
 
 def png(picture: Picture) -> bytes:

@@ -10,13 +10,13 @@ from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
 from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
+from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
-from sim_nodes.worlds.schema import NAME
 
 MAX_SPAWNED = 1000
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
@@ -54,6 +54,11 @@ class Wish:
 class Entities(Stateful):
     """The entities of a world.
 
+    Args:
+        engine: The engine that they are in.
+        world: The world.
+        seed: Seed of the simulation.
+
     Raises:
         RequestRefused: A prop that can move overlaps something.
 
@@ -64,7 +69,7 @@ class Entities(Stateful):
 
     STATE = ("spawned", "cameras", "_told")
 
-    def __init__(self, engine: Engine, world: World) -> None:
+    def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
         self._world = world
         self._robots = frozenset(robot.name for robot in world.robots)
@@ -75,7 +80,7 @@ class Entities(Stateful):
         self._of_the_world = self._robots | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
         self._told: dict[str, Info] = {}  # what somebody has said of entities
-        self.cameras = Cameras(engine, world)
+        self.cameras = Cameras(engine, world, seed)
 
     def _add_props(self, world: World) -> None:
         for prop in world.props:

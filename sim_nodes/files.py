@@ -10,6 +10,8 @@ import yaml
 from pydantic import ValidationError
 
 MAX_TEXT = 1_000_000  # [bytes]
+NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
+"""What names entities and the parts of robots that are asked for by name."""
 
 
 class FileError(Exception):

@@ -27,6 +27,8 @@ from seoro.bridges.wire import (
 from sim_nodes.clearance import Surroundings
 from sim_nodes.contacts import Contacts
 from sim_nodes.entities import Entities
+from sim_nodes.faults.board import FaultBoard
+from sim_nodes.faults.cameras import FreeCameras
 from sim_nodes.films import Films
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
@@ -75,6 +77,7 @@ class Simulation(Stateful):
         "_watches",
         "_touched",
         "entities",
+        "camera_faults",
         "robots",
         "records",
         "trails",
@@ -99,7 +102,7 @@ class Simulation(Stateful):
         self._epoch = 0  # step at which the clock shows zero
         self._watches: dict[str, Watch] = {}
         self._touched = Contacts(self.engine.steps_per_second)
-        self.entities = Entities(self.engine, self.world)
+        self.entities = Entities(self.engine, self.world, self.seed)
         self._make_robots()
         self._occurrences: list[Occurrence] = []
         self._contacts: list[Contact] = []
@@ -107,7 +110,9 @@ class Simulation(Stateful):
 
     def _make_robots(self) -> None:
         placed = self.world.robots
-        about = Knowledge(self._map, self.entities.is_loose)
+        cameras = self.entities.cameras
+        self.camera_faults = FaultBoard("", FreeCameras(cameras))
+        about = Knowledge(self._map, self.entities.is_loose, cameras)
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
         self.trails = Trails()
@@ -163,6 +168,11 @@ class Simulation(Stateful):
         return (tick * self._tick_steps - self._epoch) / self.engine.steps_per_second
 
     @property
+    def draws(self) -> bool:
+        """Whether pictures are taken while time passes."""
+        return self.films.is_recording or self.entities.cameras.is_busy
+
+    @property
     def has_to_tell(self) -> bool:
         """Whether something has happened that was not collected yet."""
         return bool(self._occurrences or self._contacts or self._feedback)
@@ -185,7 +195,7 @@ class Simulation(Stateful):
 
     def _pass(self, until: float) -> None:
         """Make the steps to a time that has not come, or to the next tick in which something is due, if before."""
-        watched = bool(self._watches) or self.films.is_recording
+        watched = bool(self._watches) or bool(self.camera_faults.goals) or self.draws
         idle = not watched and all(robot.is_idle for robot in self.robots.values())
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
@@ -215,6 +225,8 @@ class Simulation(Stateful):
         return happened
 
     def _tick(self, tick: int) -> None:
+        self.entities.cameras.tick(tick)
+        self._report(self.camera_faults, self.camera_faults.tick(tick))
         for robot in self.robots.values():
             if tick % IDLE_TICKS and robot.is_idle:
                 continue
@@ -299,7 +311,7 @@ class Simulation(Stateful):
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
-        active = {goal: robot for robot in self.robots.values() for goal in robot.goals}
+        active = self._active()
         if goal_id not in active:
             raise RequestRefused(
                 Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}"
@@ -311,24 +323,36 @@ class Simulation(Stateful):
         self._report(self.robot(robot), self.robot(robot).stop())
 
     def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
-        """Inject a fault into a device of a robot; the end of its measurement, within a limit [s], is reported."""
+        """Inject a fault into a device; the end of its measurement, within a limit [s], is reported."""
         self._claim(identifier)
-        self.robot(robot).faults.inject(identifier, device, fault, limit, self.tick)
+        self.faults_of(robot).inject(identifier, device, fault, limit, self.tick)
+
+    def faults_of(self, robot: str) -> FaultBoard:
+        """The faults of a robot, or, without a name, of the free cameras."""
+        return self.robot(robot).faults if robot else self.camera_faults
+
+    @property
+    def _workers(self) -> tuple[Robot | FaultBoard, ...]:
+        """All that works on goals."""
+        return (*self.robots.values(), self.camera_faults)
+
+    def _active(self) -> dict[str, Robot | FaultBoard]:
+        """Who works on which goal, by the goals' ids."""
+        return {goal: who for who in self._workers for goal in who.goals}
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""
-        active = {goal for robot in self.robots.values() for goal in robot.goals}
-        if identifier in active | self._watches.keys():
+        if identifier in self._active().keys() | self._watches.keys():
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
             )
 
-    def _report(self, robot: Robot, ended: Iterable[Ended]) -> None:
+    def _report(self, who: Robot | FaultBoard, ended: Iterable[Ended]) -> None:
         for end in ended:
             if end.id == NOBODY:
                 continue
-            if robot.drives:
-                self._measuring[robot.name].ended(end.id, end.outcome)
+            if isinstance(who, Robot) and who.drives:
+                self._measuring[who.name].ended(end.id, end.outcome)
             self._occurrences.append(
                 Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
             )
@@ -391,6 +415,8 @@ class Simulation(Stateful):
         if ResetScope.STATE in scope:
             for robot in self.robots:
                 self.stop_robot(robot)
+                self._report(self.robots[robot], self.robots[robot].faults.abandon())
+            self._report(self.camera_faults, self.camera_faults.abandon())
             self.engine.reset()
             self.entities.cameras.reset()
             self._touched = Contacts(self.engine.steps_per_second)
@@ -418,11 +444,12 @@ class Simulation(Stateful):
         self.films.go_on_in(lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
         self._occurrences, self._contacts = before._occurrences, before._contacts
-        active = {goal for robot in before.robots.values() for goal in robot.goals}
-        kept = {goal for robot in self.robots.values() for goal in robot.goals} & active
+        active = before._active()
+        kept = self._active().keys() & active.keys()
         self._disown_all_but(kept)
-        for robot in before.robots.values():
-            self._report(robot, (Ended(goal, Outcome.CANCELED) for goal in robot.goals if goal not in kept))
+        for goal, who in active.items():
+            if goal not in kept:
+                self._report(who, [Ended(goal, Outcome.CANCELED)])
         saved, self._watches = self._watches, {}
         for identifier, watch in before._watches.items():
             is_here = watch.of_robot is None or watch.of_robot in self.robots
@@ -430,5 +457,6 @@ class Simulation(Stateful):
             self._watches[identifier] = saved.get(identifier) or over
 
     def _disown_all_but(self, kept: Container[str]) -> None:
-        for robot in self.robots.values():
-            robot.disown([goal for goal in robot.goals if goal not in kept])
+        gone = [goal for goal in self._active() if goal not in kept]
+        for who in self._workers:
+            who.disown(gone)

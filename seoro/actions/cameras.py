@@ -17,7 +17,7 @@ from seoro.runtime.values import Actor
 @action("camera.place", anywhere=Cameras)
 async def place(ctx: ActionContext, camera: Actor, pose: Pose3D) -> None:
     """Put the camera somewhere; it looks along the x axis of the pose."""
-    cameras, name = ctx.anywhere(Cameras), _name(camera)
+    cameras, name = ctx.anywhere(Cameras), name_of(camera)
     if name in await ctx.ask(cameras.cameras()):
         await ctx.ask(cameras.place_camera(name, pose))
     else:
@@ -27,14 +27,14 @@ async def place(ctx: ActionContext, camera: Actor, pose: Pose3D) -> None:
 @action("camera.look_at", anywhere=Cameras)
 async def look_at(ctx: ActionContext, camera: Actor, target: Position3D) -> None:
     """Turn the camera where it is, so that a point is in the middle of its pictures."""
-    await _check_is_there(ctx, camera)
-    await ctx.ask(ctx.anywhere(Cameras).aim_camera(_name(camera), target))
+    await check_is_there(ctx, camera)
+    await ctx.ask(ctx.anywhere(Cameras).aim_camera(name_of(camera), target))
 
 
 @action("camera.follow", anywhere=Cameras)
 async def follow(ctx: ActionContext, camera: Actor, entity: str, offset: Position3D) -> None:
     """Let the camera go with an entity, at an offset along the axes of the map, and look at it."""
-    cameras, name = ctx.anywhere(Cameras), _name(camera)
+    cameras, name = ctx.anywhere(Cameras), name_of(camera)
     if name not in await ctx.ask(cameras.cameras()):
         await _spawn(ctx, camera, Pose3D(offset))
     await ctx.ask(cameras.follow_entity(name, entity, offset))
@@ -43,8 +43,8 @@ async def follow(ctx: ActionContext, camera: Actor, entity: str, offset: Positio
 @action("camera.take_snapshot", anywhere=Cameras)
 async def take_snapshot(ctx: ActionContext, camera: Actor, name: str) -> None:
     """Take a picture, and leave it in the output folder of the run as `name.png`; without one, it is not kept."""
-    await _check_is_there(ctx, camera)
-    source = _name(camera)
+    await check_is_there(ctx, camera)
+    source = name_of(camera)
     image = await ctx.ask(ctx.anywhere(Cameras).take_picture(source))
     file = f"{name or source.replace('/', '_')}.png"
     size = f"{image.width} by {image.height} pixels"
@@ -58,8 +58,8 @@ async def take_snapshot(ctx: ActionContext, camera: Actor, name: str) -> None:
 @action("camera.remove", anywhere=Cameras)
 async def remove(ctx: ActionContext, camera: Actor) -> None:
     """Delete a camera that came into the world by this run."""
-    await _check_is_there(ctx, camera)
-    await ctx.ask(ctx.anywhere(Cameras).delete_camera(_name(camera)))
+    await check_is_there(ctx, camera)
+    await ctx.ask(ctx.anywhere(Cameras).delete_camera(name_of(camera)))
 
 
 async def _spawn(ctx: ActionContext, camera: Actor, pose: Pose3D) -> None:
@@ -69,11 +69,16 @@ async def _spawn(ctx: ActionContext, camera: Actor, pose: Pose3D) -> None:
         raise ActionFailed(f"there is no camera '{source}'; there are {', '.join(known) or 'none'}")
     fov, width, height = (camera.fields[name] for name in ("fov", "width", "height"))
     assert isinstance(fov, float) and isinstance(width, int) and isinstance(height, int)
-    await ctx.ask(ctx.anywhere(Cameras).spawn_camera(_name(camera), pose, fov, width, height))
+    await ctx.ask(ctx.anywhere(Cameras).spawn_camera(name_of(camera), pose, fov, width, height))
 
 
-async def _check_is_there(ctx: ActionContext, camera: Actor) -> None:
-    name, known = _name(camera), await ctx.ask(ctx.anywhere(Cameras).cameras())
+async def check_is_there(ctx: ActionContext, camera: Actor) -> None:
+    """Find out whether the simulator has a camera.
+
+    Raises:
+        ActionFailed: It has not.
+    """
+    name, known = name_of(camera), await ctx.ask(ctx.anywhere(Cameras).cameras())
     if name not in known:
         raise ActionFailed(
             f"there is no camera '{name}': put one somewhere with `{camera.name}.place`, or name one of the "
@@ -81,7 +86,7 @@ async def _check_is_there(ctx: ActionContext, camera: Actor) -> None:
         )
 
 
-def _name(camera: Actor) -> str:
+def name_of(camera: Actor) -> str:
     """What an actor is called in the simulator."""
     source = camera.fields["source"]
     return source if isinstance(source, str) and source else camera.name.replace(".", "_")

@@ -236,7 +236,7 @@ class Cameras(Protocol):
         ...
 
     async def take_picture(self, name: str) -> Image:
-        """What a camera sees now."""
+        """What a camera gives now; with its faults, by which it may also give nothing, and that is refused."""
 
 
 @runtime_checkable
@@ -273,7 +273,11 @@ class Sensors(Protocol):
 
 @runtime_checkable
 class Faults(Protocol):
-    """Faults of sensors and motors. `robot` is what `home_of` returned, a device one of those of the robot."""
+    """Faults of sensors, cameras and motors.
+
+    `robot` is what `home_of` returned, a device one of those of the robot. Free cameras are devices of no robot,
+    whose name is empty then.
+    """
 
     def devices(self) -> Mapping[str, Sequence[str]]:
         """For each robot, in their order, the names of its devices."""

@@ -1,4 +1,4 @@
-"""Faults that sensors and motors can have: what `capabilities.Faults` is asked for. SI units and radians."""
+"""Faults of sensors, cameras and motors: what `capabilities.Faults` is asked for. SI units and radians."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ class Amounts(Value):
     angle: float = 0.0  # [rad]
     acceleration: float = 0.0  # [m/s^2]
     angular_rate: float = 0.0  # [rad/s]
+    brightness: float = 0.0  # of pixels, as a share of the brightest
 
 
 class GaussianNoise(Value):
@@ -47,18 +48,33 @@ class DeadBeams(Value):
     beams: Sequence[int]
 
 
+class DeadPixels(Value):
+    """A share of the pixels is black, always the same ones."""
+
+    share: float
+
+
+class DeadArea(Value):
+    """A rectangle is black, in shares of the width from the left and of the height from the top."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
 class MessageLoss(Value):
-    """Each sample is lost with a probability."""
+    """Each sample is lost with a probability, or each picture that is asked for."""
 
     probability: float
 
 
 class Freeze(Value):
-    """Samples go on to come with the values of the first."""
+    """Samples or pictures go on to come with the values of the first."""
 
 
 class Delay(Value):
-    """Samples come late by a time [s]."""
+    """Samples come late by a time [s]; pictures are as old as that."""
 
     time: float
 
@@ -71,9 +87,20 @@ class WheelSlip(Value):
 
 
 class PowerLoss(Value):
-    """A sensor sends nothing, motors have no torque."""
+    """A sensor sends nothing, a camera gives no pictures, motors have no torque."""
 
 
 Fault = (
-    GaussianNoise | Bias | BeamLoss | DeadSector | DeadBeams | MessageLoss | Freeze | Delay | WheelSlip | PowerLoss
+    GaussianNoise
+    | Bias
+    | BeamLoss
+    | DeadSector
+    | DeadBeams
+    | DeadPixels
+    | DeadArea
+    | MessageLoss
+    | Freeze
+    | Delay
+    | WheelSlip
+    | PowerLoss
 )

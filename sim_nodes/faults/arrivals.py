@@ -19,11 +19,17 @@ ROUNDING = 1e-9
 
 
 class MessageLossCheck(SensorCheck):
-    """Whether the share of samples that do not arrive is that of a fault."""
+    """Whether the share of samples that do not arrive is that of a fault.
+
+    Args:
+        fault: The fault.
+        what: What samples are called.
+    """
 
     STATE = ("_due", "_lost")
 
-    def __init__(self, fault: MessageLoss) -> None:
+    def __init__(self, fault: MessageLoss, what: str = "samples") -> None:
+        self._what = what
         self._probability = fault.probability
         self._due: dict[int, int] = {}  # ticks of samples that have not arrived, and when they are lost
         self._lost = Tally(MESSAGES)
@@ -50,7 +56,7 @@ class MessageLossCheck(SensorCheck):
     def figures(self) -> str:
         """The share."""
         lost = self._lost
-        return f"{lost.found:.0f} of {lost.count} samples were lost, expected were {lost.expected:.1f}"
+        return f"{lost.found:.0f} of {lost.count} {self._what} were lost, expected were {lost.expected:.1f}"
 
 
 class FreezeCheck(SensorCheck):
@@ -122,11 +128,16 @@ class DelayCheck(SensorCheck):
 
 
 class SilenceCheck(SensorCheck):
-    """Whether no samples arrive, though they are due."""
+    """Whether no samples arrive, though they are due.
+
+    Args:
+        what: What samples are called.
+    """
 
     STATE = ("_missed", "_since", "_silence")
 
-    def __init__(self) -> None:
+    def __init__(self, what: str = "samples") -> None:
+        self._what = what
         self._missed = 0
         self._since: int | None = None  # tick of the first that was missed
         self._silence = 0.0  # [s]
@@ -147,7 +158,7 @@ class SilenceCheck(SensorCheck):
 
     def figures(self) -> str:
         """For how long."""
-        return f"{self._missed} samples in a row have not arrived, in {self._silence:.2f} s"
+        return f"{self._missed} {self._what} in a row have not arrived, in {self._silence:.2f} s"
 
 
 ArrivalFault = MessageLoss | Freeze | Delay | PowerLoss

@@ -1,4 +1,4 @@
-"""The faults of one robot: injecting them, measuring that they take effect, clearing them."""
+"""The faults of a robot, or of free cameras: injecting them, measuring that they take effect, clearing them."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class _Saved:
 
 
 class FaultBoard(Stateful):
-    """The faults of a robot.
+    """The faults of a robot, or of the free cameras of a world.
 
     Args:
-        robot: Its name.
-        devices: What of it can have faults, by their names.
+        robot: Its name; empty for free cameras.
+        devices: What of it can have faults, by their names; cameras may come and go.
     """
 
     def __init__(self, robot: str, devices: Mapping[str, Device]) -> None:
@@ -63,6 +63,7 @@ class FaultBoard(Stateful):
 
     def save(self) -> State:
         """See `Stateful`; what is being measured was not made with the robot."""
+        self._end_gone()
         devices = {name: device.save() for name, device in self._devices.items()}
         measured = {
             identifier: _Saved(each.device, each.fault, each.check.save(), each.deadline)
@@ -86,6 +87,12 @@ class FaultBoard(Stateful):
         """Measure no more for some ids; the faults stay."""
         self._measured = {each: measured for each, measured in self._measured.items() if each not in goals}
         self._ended = [end for end in self._ended if end.id not in goals]
+
+    def abandon(self) -> Iterator[Ended]:
+        """Stop measuring, since everything is put back; gives the measurements that ended."""
+        for identifier in tuple(self._measured):
+            del self._measured[identifier]
+            yield Ended(identifier, Outcome.CANCELED, "everything was reset")
 
     def inject(self, identifier: str, device: str, fault: Fault, limit: float, tick: int) -> None:
         """Inject a fault and begin to measure it.
@@ -135,9 +142,10 @@ class FaultBoard(Stateful):
 
     def tick(self, tick: int) -> Iterator[Ended]:
         """Measure what has happened in a tick; gives the measurements that ended."""
+        self._end_gone()
         for identifier, measured in tuple(self._measured.items()):
             self._devices[measured.device].measure(measured.check, tick)
-            what = f"{measured.fault.kind} of {self._robot}/{measured.device}"
+            what = f"{measured.fault.kind} of {self._called(measured.device)}"
             if measured.check.holds:
                 del self._measured[identifier]
                 yield Ended(identifier, Outcome.SUCCEEDED, f"{what} takes effect: {measured.check.figures()}")
@@ -150,11 +158,24 @@ class FaultBoard(Stateful):
         yield from ended
 
     def _device(self, name: str) -> Device:
-        if name not in self._devices:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"{self._robot} has no device {name!r}: it has {listed(self.devices)}"
-            )
-        return self._devices[name]
+        if name in self._devices:
+            return self._devices[name]
+        what = (
+            f"{self._robot} has no device {name!r}: it has"
+            if self._robot
+            else (f"there is no free camera {name!r}: there are")
+        )
+        raise RequestRefused(Result.NOT_FOUND, f"{what} {listed(self.devices)}")
+
+    def _called(self, device: str) -> str:
+        return f"{self._robot}/{device}" if self._robot else device
+
+    def _end_gone(self) -> None:
+        """Stop measuring cameras that were deleted."""
+        for identifier, measured in tuple(self._measured.items()):
+            if measured.device not in self._devices:
+                del self._measured[identifier]
+                self._ended.append(Ended(identifier, Outcome.ABORTED, f"{measured.device} was deleted"))
 
     def _drop(self, device: str, kind: str, why: str) -> None:
         """Stop measuring a fault of a device; its end is told in the next tick."""

@@ -1,15 +1,17 @@
-"""What can have faults: sensors, the motors of wheels, and a robot as a whole."""
+"""What can have faults: sensors, and the motors of wheels."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, assert_never
 
 from seoro.bridges.wire import (
     BeamLoss,
     Bias,
+    DeadArea,
     DeadBeams,
+    DeadPixels,
     DeadSector,
     Delay,
     Fault,
@@ -21,10 +23,10 @@ from seoro.bridges.wire import (
     SensorFault,
     WheelSlip,
 )
-from sim_nodes.faults.arrivals import SilenceCheck, arrival_check
+from sim_nodes.faults.arrivals import arrival_check
 from sim_nodes.faults.check import Check, Observation, SensorCheck
 from sim_nodes.faults.fitting import check_fault, check_slip
-from sim_nodes.faults.motors import Motion, MotorCheck, RestCheck, motor_check
+from sim_nodes.faults.motors import Motion, MotorCheck, motor_check
 from sim_nodes.faults.values import value_check
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.wheels import Wheels
@@ -69,7 +71,19 @@ class Device(Stateful, ABC):
         """Let a measurement of its own take in a tick."""
 
 
-class SensorDevice(Device):
+class Source(Device):
+    """A device that others get something from, as long as it has power."""
+
+    @abstractmethod
+    def supply(self, on: bool) -> None:
+        """Cut off the supply of power, or bring it back."""
+
+    @abstractmethod
+    def observation(self, tick: int) -> Observation[Any]:
+        """What there was of it in a tick."""
+
+
+class SensorDevice(Source):
     """A sensor; its faults are those of the way of its samples.
 
     Args:
@@ -89,14 +103,25 @@ class SensorDevice(Device):
     def check(self, fault: Fault) -> None:
         """See `Device`."""
         if isinstance(fault, WheelSlip):
-            raise _cannot_have(self._name, fault, "it has no wheels")
+            raise cannot_have(self._name, fault, "it has no wheels")
+        if isinstance(fault, DeadPixels | DeadArea):
+            raise cannot_have(self._name, fault, "it has no pixels")
         check_fault(fault, self._name, self.feed.sensor)
 
     def put(self, fault: Fault) -> None:
         """See `Device`; whoever spoils a sensor uses it."""
-        assert not isinstance(fault, WheelSlip)
+        assert not isinstance(fault, WheelSlip | DeadPixels | DeadArea)
         self.feed.put(fault)
         self.feed.in_use = True
+
+    def supply(self, on: bool) -> None:
+        """See `Source`; whoever cuts it off uses it."""
+        self.feed.supply(on)
+        self.feed.in_use = True
+
+    def observation(self, tick: int) -> Observation[Any]:
+        """See `Source`."""
+        return Observation(tick, self.feed.truth, self.feed.arrived, self.feed.faults)
 
     def lift(self, kind: str) -> None:
         """See `Device`."""
@@ -104,13 +129,13 @@ class SensorDevice(Device):
 
     def begin(self, fault: Fault) -> Check:
         """See `Device`."""
-        assert not isinstance(fault, WheelSlip)
+        assert not isinstance(fault, WheelSlip | DeadPixels | DeadArea)
         return sensor_check(fault, self.feed.sensor)
 
     def measure(self, check: Check, tick: int) -> None:
         """See `Device`."""
         assert isinstance(check, SensorCheck)
-        check.observe(observation(self.feed, tick))
+        check.observe(self.observation(tick))
 
 
 class Motors(Device):
@@ -142,7 +167,7 @@ class Motors(Device):
             case PowerLoss():
                 return
             case _:
-                raise _cannot_have("motors", fault, "they can have wheel_slip and power_loss")
+                raise cannot_have("motors", fault, "they can have wheel_slip and power_loss")
 
     def put(self, fault: Fault) -> None:
         """See `Device`."""
@@ -176,93 +201,6 @@ class Motors(Device):
         check.observe(self._motion())
 
 
-class Blackout(Check):
-    """Whether no sensor of a robot sends anything, and its wheels are at rest.
-
-    Args:
-        sensors: Names of the sensors.
-        wheels: How many sets of wheels it has.
-    """
-
-    STATE = ("sensors", "wheels")
-
-    def __init__(self, sensors: Sequence[str], wheels: int) -> None:
-        self.sensors = {name: SilenceCheck() for name in sensors}
-        self.wheels = [RestCheck() for _ in range(wheels)]
-
-    @property
-    def holds(self) -> bool:
-        """Whether that is so."""
-        return all(check.holds for check in (*self.sensors.values(), *self.wheels))
-
-    def figures(self) -> str:
-        """Of each sensor and the wheels."""
-        told = [f"{name}: {check.figures()}" for name, check in self.sensors.items()]
-        return "; ".join([*told, *(check.figures() for check in self.wheels)])
-
-
-class WholeRobot(Device):
-    """A robot as a whole: it can lose its power.
-
-    Args:
-        sensors: The ways of its sensors' samples, by the sensors' names.
-        motors: Its motors, if it has some.
-        motion: Reads what its wheels do.
-    """
-
-    STATE = ("_faults",)
-
-    def __init__(self, sensors: Mapping[str, Feed[Any]], motors: Motors | None, motion: ReadMotion) -> None:
-        self._sensors = sensors
-        self._motors = motors
-        self._motion = motion
-        self._faults: dict[str, Fault] = {}
-
-    @property
-    def kinds(self) -> Sequence[str]:
-        """See `Device`."""
-        return tuple(self._faults)
-
-    def check(self, fault: Fault) -> None:
-        """See `Device`."""
-        if not isinstance(fault, PowerLoss):
-            raise _cannot_have("robot", fault, "it can have power_loss; others are those of its devices")
-
-    def put(self, fault: Fault) -> None:
-        """See `Device`."""
-        self._faults[fault.kind] = fault
-        self._supply(False)
-
-    def lift(self, kind: str) -> None:
-        """See `Device`."""
-        if self._faults.pop(kind, None) is not None:
-            self._supply(True)
-
-    def _supply(self, on: bool) -> None:
-        for feed in self._sensors.values():
-            feed.supply(on)
-            feed.in_use = True
-        if self._motors is not None:
-            self._motors.supply(on)
-
-    def begin(self, fault: Fault) -> Check:
-        """See `Device`."""
-        return Blackout(tuple(self._sensors), 0 if self._motors is None else 1)
-
-    def measure(self, check: Check, tick: int) -> None:
-        """See `Device`."""
-        assert isinstance(check, Blackout)
-        for name, silence in check.sensors.items():
-            silence.observe(observation(self._sensors[name], tick))
-        for rest in check.wheels:
-            rest.observe(self._motion())
-
-
-def observation(feed: Feed[Any], tick: int) -> Observation[Any]:
-    """What there was of a sensor in a tick."""
-    return Observation(tick, feed.truth, feed.arrived, feed.faults)
-
-
 def sensor_check(fault: SensorFault, sensor: Sensor[Any]) -> SensorCheck:
     """The measurement of a fault of a sensor."""
     match fault:
@@ -274,5 +212,6 @@ def sensor_check(fault: SensorFault, sensor: Sensor[Any]) -> SensorCheck:
             assert_never(fault)
 
 
-def _cannot_have(device: str, fault: Fault, why: str) -> RequestRefused:
+def cannot_have(device: str, fault: Fault, why: str) -> RequestRefused:
+    """The refusal of a fault that makes no sense for a device."""
     return RequestRefused(Result.OPERATION_FAILED, f"{device} cannot have {fault.kind}: {why}")

@@ -1,15 +1,18 @@
-"""Which faults a sensor can have, and what they may say."""
+"""Which faults a sensor or a camera can have, and what they may say."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, assert_never
 
 from seoro.bridges.wire import (
     BeamLoss,
     Bias,
+    CameraFault,
+    DeadArea,
     DeadBeams,
+    DeadPixels,
     DeadSector,
     Delay,
     Freeze,
@@ -24,10 +27,15 @@ from seoro.bridges.wire import (
 from sim_nodes.faults.motors import LEAST_SLIP
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.beams import dead_beams, lost_beams
+from sim_nodes.sensors.pixels import BRIGHTEST
 from sim_nodes.sensors.sensor import Sensor
 from sim_nodes.ticks import TICK
+from sim_nodes.views import Lens
 
 LONGEST_DELAY = 10.0  # [s]
+CAMERA_QUANTITIES = (Quantity.BRIGHTNESS,)
+LEAST_DEVIATION = 0.1  # [levels of brightness]; errors of less are rounded to nothing
+LEAST_OFFSET = 0.51  # the same
 
 
 def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
@@ -38,13 +46,11 @@ def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
     """
     match fault:
         case GaussianNoise(deviation=deviation):
-            _check_quantities(fault.kind, deviation, device, sensor)
-            if any(std < 0.0 for std in deviation.values()) or not any(deviation.values()):
-                raise _refused(f"deviations are zero or more, and not all of them zero: {_said(deviation)}")
+            _check_quantities(fault.kind, deviation, device, sensor.quantities)
+            _check_deviations(deviation)
         case Bias(offset=offset):
-            _check_quantities(fault.kind, offset, device, sensor)
-            if not any(offset.values()):
-                raise _refused("a bias of nothing is none: give it an offset other than zero")
+            _check_quantities(fault.kind, offset, device, sensor.quantities)
+            _check_offsets(offset)
         case BeamLoss(share=share):
             _check_beams(fault.kind, device, sensor)
             _check_share("share", share)
@@ -64,12 +70,63 @@ def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
         case MessageLoss(probability=probability):
             _check_share("probability", probability)
         case Delay(time=time):
-            if not TICK <= time <= LONGEST_DELAY:
-                raise _refused(f"a delay lasts from {TICK:g} s to {LONGEST_DELAY:g} s, not {time:g} s")
+            _check_delay(time)
         case Freeze() | PowerLoss():
             return
         case _:
             assert_never(fault)
+
+
+def check_camera_fault(fault: CameraFault, device: str, lens: Lens) -> None:
+    """Refuse faults that a camera cannot have.
+
+    Raises:
+        RequestRefused: The message says why, and what would be right.
+    """
+    match fault:
+        case GaussianNoise(deviation=deviation):
+            _check_quantities(fault.kind, deviation, device, CAMERA_QUANTITIES)
+            _check_deviations(deviation)
+            _check_levels(fault.kind, deviation, LEAST_DEVIATION)
+        case Bias(offset=offset):
+            _check_quantities(fault.kind, offset, device, CAMERA_QUANTITIES)
+            _check_offsets(offset)
+            _check_levels(fault.kind, offset, LEAST_OFFSET)
+        case DeadPixels(share=share):
+            _check_share("share", share)
+            if lost_beams(share, lens.width * lens.height) == 0:
+                raise _refused(f"a share of {share:g} of {lens.width * lens.height} pixels is not one pixel")
+        case DeadArea():
+            _check_area(fault, lens)
+        case MessageLoss(probability=probability):
+            _check_share("probability", probability)
+        case Delay(time=time):
+            _check_delay(time)
+        case Freeze() | PowerLoss():
+            return
+        case _:
+            assert_never(fault)
+
+
+def _check_levels(kind: str, amounts: Mapping[Quantity, float], least: float) -> None:
+    amount = amounts[Quantity.BRIGHTNESS]
+    if abs(amount) * BRIGHTEST < least:
+        raise _refused(
+            f"{kind} of brightness by {amount:g} is rounded to nothing: "
+            f"it has to be {least / BRIGHTEST:.1g} at least"
+        )
+
+
+def _check_area(fault: DeadArea, lens: Lens) -> None:
+    said = f"from {fault.left:g} to {fault.right:g} across and from {fault.top:g} to {fault.bottom:g} down"
+    sides = ((fault.left, fault.right), (fault.top, fault.bottom))
+    if not all(0.0 <= low < high <= 1.0 for low, high in sides):
+        raise _refused(f"an area lies within 0 and 1, its end behind its beginning, not {said}")
+    if not all(
+        math.ceil(low * pixels - 0.5) <= high * pixels - 0.5
+        for (low, high), pixels in zip(sides, (lens.width, lens.height), strict=True)
+    ):
+        raise _refused(f"no pixel lies {said}: the area is too small")
 
 
 def check_slip(fault: WheelSlip) -> None:
@@ -86,13 +143,30 @@ def check_slip(fault: WheelSlip) -> None:
         )
 
 
-def _check_quantities(kind: str, amounts: Mapping[Quantity, float], device: str, sensor: Sensor[Any]) -> None:
-    known = ", ".join(sensor.quantities) or "no values that could be off"
-    strange = [quantity for quantity in amounts if quantity not in sensor.quantities]
+def _check_quantities(
+    kind: str, amounts: Mapping[Quantity, float], device: str, quantities: Sequence[Quantity]
+) -> None:
+    known = ", ".join(quantities) or "no values that could be off"
+    strange = [quantity for quantity in amounts if quantity not in quantities]
     if strange:
         raise _refused(f"{device} cannot have {kind} of {', '.join(strange)}: it measures {known}")
     if not all(math.isfinite(amount) for amount in amounts.values()):
         raise _refused(f"{kind} of {_said(amounts)} has a part that is no finite number")
+
+
+def _check_deviations(deviation: Mapping[Quantity, float]) -> None:
+    if any(std < 0.0 for std in deviation.values()) or not any(deviation.values()):
+        raise _refused(f"deviations are zero or more, and not all of them zero: {_said(deviation)}")
+
+
+def _check_offsets(offset: Mapping[Quantity, float]) -> None:
+    if not any(offset.values()):
+        raise _refused("a bias of nothing is none: give it an offset other than zero")
+
+
+def _check_delay(time: float) -> None:
+    if not TICK <= time <= LONGEST_DELAY:
+        raise _refused(f"a delay lasts from {TICK:g} s to {LONGEST_DELAY:g} s, not {time:g} s")
 
 
 def _check_beams(kind: str, device: str, sensor: Sensor[Any]) -> None:

@@ -26,6 +26,7 @@ UNITS = {
     Quantity.ANGLE: "rad",
     Quantity.ACCELERATION: "m/s^2",
     Quantity.ANGULAR_RATE: "rad/s",
+    Quantity.BRIGHTNESS: "of the brightest",
 }
 TINY = 1e-12  # stands for a deviation of zero where one divides by it
 SCANS = 3  # with dead beams

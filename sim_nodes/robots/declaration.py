@@ -5,12 +5,25 @@ from __future__ import annotations
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 
-from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
+from sim_nodes.files import NAME, FileError, Lines, problems, read_text, read_yaml
 from sim_nodes.geometry import Quaternion, Vector, quaternion
-from sim_nodes.views import Lens
+from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
+
+OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
+"""Names of what a robot may have besides cameras."""
 
 
 class _Declared(BaseModel):
@@ -61,7 +74,7 @@ class LidarDeclaration(_Declared):
 class CameraDeclaration(_Declared):
     """A camera that is fixed to a link, looking along its own x axis with z up."""
 
-    name: str
+    name: str = Field(pattern=NAME)
     link: str
     x: float  # mount in the link's frame [m]
     y: float
@@ -69,9 +82,9 @@ class CameraDeclaration(_Declared):
     roll: float = 0.0  # [rad]
     pitch: float = 0.0
     yaw: float = 0.0
-    fov: PositiveFloat  # vertical [rad]
-    width: PositiveInt  # [pixels]
-    height: PositiveInt
+    fov: float = Field(ge=MIN_FOV, le=MAX_FOV)  # vertical [rad]
+    width: int = Field(ge=MIN_SIZE, le=MAX_SIZE)  # [pixels]
+    height: int = Field(ge=MIN_SIZE, le=MAX_SIZE)
 
     @property
     def lens(self) -> Lens:
@@ -216,6 +229,16 @@ class RobotDeclaration(_Declared):
     mobile: MobileDeclaration | None = None
     arm: ArmDeclaration | None = None
     cameras: tuple[CameraDeclaration, ...] = ()
+
+    @model_validator(mode="after")
+    def _names_of_cameras(self) -> Self:
+        names = [camera.name for camera in self.cameras]
+        for name in names:
+            if name in OTHER_DEVICES or names.count(name) > 1:
+                raise ValueError(
+                    f"the name of camera {name!r} is taken: that of each of a robot's devices is its own"
+                )
+        return self
 
 
 def available_robots() -> tuple[str, ...]:

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from seoro.bridges.wire import Outcome, Result
+from sim_nodes.cameras import Cameras
 from sim_nodes.faults.board import FaultBoard
-from sim_nodes.faults.devices import Device, SensorDevice, WholeRobot
+from sim_nodes.faults.cameras import carried_cameras
+from sim_nodes.faults.devices import Device, SensorDevice
 from sim_nodes.faults.joints import Joints
+from sim_nodes.faults.whole import WholeRobot
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
@@ -23,10 +26,11 @@ from sim_nodes.stateful import Stateful
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What robots know of the world: its map, and which entities can be carried."""
+    """What robots know of the world: its map, which entities can be carried, and its cameras."""
 
     known: NavigationMap
     is_loose: Callable[[str], bool]
+    cameras: Cameras
 
 
 class Robot(Stateful):
@@ -48,17 +52,18 @@ class Robot(Stateful):
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, about.known, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, seed, about.is_loose) if arm is not None else None
-        self.faults = FaultBoard(self.name, self._devices())
+        self.faults = FaultBoard(self.name, self._devices(about.cameras))
 
-    def _devices(self) -> dict[str, Device]:
+    def _devices(self, cameras: Cameras) -> dict[str, Device]:
         """What of it can have faults, by names."""
         base = self._mobile
+        carried = carried_cameras(self.name, [camera.name for camera in self.declaration.cameras], cameras)
         joints: dict[str, Device] = {} if self._arm is None else {"joints": Joints(self._arm)}
         if base is None:
-            return joints
+            return {**joints, **carried}
         sensors = {name: SensorDevice(name, feed) for name, feed in base.sensors.items()}
-        whole = WholeRobot(base.sensors, base.motors, base.motion)
-        return {**joints, **sensors, "motors": base.motors, "robot": whole}
+        whole = WholeRobot({**sensors, **carried}, base.motors, base.motion)
+        return {**joints, **sensors, **carried, "motors": base.motors, "robot": whole}
 
     @property
     def drives(self) -> bool:

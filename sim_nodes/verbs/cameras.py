@@ -60,9 +60,15 @@ def _get_cameras(simulator: Simulator, _: Empty) -> wire.CameraNames:
 
 def _get_camera_image(simulator: Simulator, request: wire.EntityName) -> wire.CameraImage:
     simulation = simulator.simulation
-    picture = simulation.entities.cameras.picture(request.name)
-    height, width, _ = picture.shape
-    return wire.CameraImage(time=simulation.time, width=width, height=height, data=png(picture))
+    given = simulation.entities.cameras.picture(request.name, simulation.tick)
+    is_of_now = given.tick == simulation.tick
+    height, width, _ = given.picture.shape
+    return wire.CameraImage(
+        time=simulation.time if is_of_now else simulation.time_of_tick(given.tick),
+        width=width,
+        height=height,
+        data=png(given.picture),
+    )
 
 
 HANDLERS: tuple[Handling, ...] = (

@@ -16,7 +16,7 @@ def _inject_fault(simulator: Simulator, request: wire.InjectFault) -> Empty:
 
 
 def _clear_faults(simulator: Simulator, request: wire.ClearFaults) -> Empty:
-    simulator.simulation.robot(request.robot).faults.clear(request.device, request.kind)
+    simulator.simulation.faults_of(request.robot).clear(request.device, request.kind)
     return Empty()
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from sim_nodes.files import NAME
 from sim_nodes.models.reading import FRICTIONS, MASSES, SIZES
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 
@@ -20,7 +21,6 @@ PROP_FORMS = ("box", "cube", "cylinder", "sphere", "model")
 MAX_TAGS = 20
 MAX_DESCRIPTION = 1000  # [characters]
 TAG = r"^[^\s,]{1,64}$"
-NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
 Name = Annotated[str, Field(pattern=NAME)]
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]

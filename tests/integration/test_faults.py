@@ -9,6 +9,7 @@ import pytest
 
 from seoro.cli.main import main
 from tests.integration.conftest import read_trace
+from tests.sim_nodes.engines import needs_pictures
 
 PARAMETERS = """
 import osc.helpers
@@ -55,6 +56,49 @@ scenario main:
             failure_is_success()
         robot.inject_noise('lidar', length_deviation: 1cm, confirm_within: 50ms) with:
             failure_is_success()
+"""
+
+CAMERAS = """
+import osc.helpers
+import osc.faults
+import osc.cameras
+import osc.driving
+
+scenario main:
+    robot: differential_drive_robot
+    eye: camera with:
+        keep(it.width == 64)
+        keep(it.height == 48)
+    ghost: camera
+    front: camera with:
+        keep(it.source == 'turtlebot4/front')
+    do serial:
+        eye.place(pose_3d(position_3d(x: -1m, y: 0m, z: 0.5m)))
+        parallel(overlap: inside):
+            robot.drive(0.1mps, 10degps, duration: 12s)
+            serial:
+                eye.inject_noise(0.1)
+                eye.inject_bias(-0.2)
+                eye.inject_dead_pixels(0.1)
+                eye.inject_dead_area(left: 0.5)
+                eye.inject_message_loss(0.5)
+                eye.inject_freeze()
+                eye.clear_faults()
+                eye.inject_delay(100ms)
+                eye.inject_power_loss()
+                robot.inject_bias('front', brightness_offset: 0.2)
+                robot.inject_dead_pixels('front', 0.1)
+                robot.inject_dead_area('front', top: 0.5)
+                eye.take_snapshot() with:
+                    failure_is_success()
+                eye.clear_faults()
+                ghost.inject_freeze() with:
+                    failure_is_success()
+                front.inject_noise(0.0) with:
+                    failure_is_success()
+                robot.inject_dead_sector(10deg, 20deg, 'front') with:
+                    failure_is_success()
+                eye.hold_faults(duration: 1s)
 """
 
 
@@ -107,8 +151,23 @@ def test_faults_are_measured_and_what_was_measured_stands_in_the_trace(tmp_path:
     ]
     angle, nose, limit = reasons(records)
     assert angle == "lidar cannot have gaussian_noise of angle: it measures length"
-    assert nose == "turtlebot4 has no device 'nose': it has bumper, imu, lidar, motors, odometry, robot"
+    assert nose == "turtlebot4 has no device 'nose': it has bumper, front, imu, lidar, motors, odometry, robot"
     assert limit == (
         "gaussian_noise of turtlebot4/lidar was not found to take effect: "
         "no value of length to compare has arrived"
     )
+
+
+def test_faults_of_cameras_are_measured_and_a_picture_that_does_not_come_is_told(tmp_path: Path) -> None:
+    needs_pictures("mujoco")
+    records = run(CAMERAS, tmp_path)
+    assert records[-1]["status"] == "passed", records[-1]
+    told = [message.partition(" takes effect: ")[0] for message in logs(records)]
+    kinds = ["gaussian_noise", "bias", "dead_pixels", "dead_area", "message_loss", "freeze", "delay", "power_loss"]
+    of_robot = [f"{kind} of turtlebot4/front" for kind in ("bias", "dead_pixels", "dead_area")]
+    assert told == [*(f"{kind} of eye" for kind in kinds), *of_robot]
+    power, ghost, nothing, sector = reasons(records)
+    assert power == "no picture of 'eye' has come: the camera has no power"
+    assert ghost.startswith("there is no camera 'ghost': put one somewhere with `ghost.place`")
+    assert nothing == "deviations are zero or more, and not all of them zero: nothing"
+    assert sector == "front cannot have dead_sector: it has no beams"

@@ -14,6 +14,9 @@ from tests.sim_nodes.client import Client
 
 WORKSHOP = Path(__file__).parents[2] / "examples" / "workshop"
 WORLD = "name: w\nextent: [-4, -4, 4, 4]\nrobots: [{name: mine, robot: robots/cart.yaml, pose: {x: 1.0}}]\n"
+CAMERA = """cameras:
+  - {name: eye, link: base_link, x: 0.1, y: 0, z: 0.2, fov: 0.9, width: 64, height: 48}
+"""
 
 Change = Callable[[str], str]
 
@@ -99,6 +102,10 @@ def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tm
         (replaced("wheel_radius", "wheel_diameter"), "wheel_diameter: Extra inputs"),
         (replaced("left_joint: left_wheel_joint", "left_joint: wheel"), "no joint 'wheel', which the declaration"),
         (replaced("rear_caster", "caster"), "no link 'caster', which the declaration"),
+        (lambda text: text + CAMERA.replace("eye", "lidar"), "the name of camera 'lidar' is taken"),
+        (lambda text: text + CAMERA + CAMERA.partition("\n")[2], "the name of camera 'eye' is taken"),
+        (lambda text: text + CAMERA.replace("eye", "a/b"), "cameras.0.name"),
+        (lambda text: text + CAMERA.replace("64", "99999"), "cameras.0.width"),
     ],
 )
 def test_a_declaration_that_is_wrong_is_refused(declaration: Change, words: str, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Faults of sensors and motors; see `Faults` for what the methods do."""
+"""Faults of sensors, cameras and motors; see `Faults` for what the methods do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from seoro.runtime.device_faults import (
     Amounts,
     BeamLoss,
     Bias,
+    DeadArea,
     DeadBeams,
+    DeadPixels,
     DeadSector,
     Delay,
     Fault,
@@ -29,6 +31,8 @@ KINDS: Mapping[type[Fault], str] = {
     BeamLoss: "beam_loss",
     DeadSector: "dead_sector",
     DeadBeams: "dead_beams",
+    DeadPixels: "dead_pixels",
+    DeadArea: "dead_area",
     MessageLoss: "message_loss",
     Freeze: "freeze",
     Delay: "delay",
@@ -76,6 +80,10 @@ def fault_message(fault: Fault) -> wire.Fault:
             return wire.DeadSector(start=start, end=end)
         case DeadBeams(beams=beams):
             return wire.DeadBeams(beams=tuple(beams))
+        case DeadPixels(share=share):
+            return wire.DeadPixels(share=share)
+        case DeadArea(left=left, top=top, right=right, bottom=bottom):
+            return wire.DeadArea(left=left, top=top, right=right, bottom=bottom)
         case MessageLoss(probability=probability):
             return wire.MessageLoss(probability=probability)
         case Freeze():

@@ -39,7 +39,7 @@ class CameraNames(Message):
 
 
 class CameraImage(Message):
-    """What a camera sees at `time` [s], as PNG."""
+    """What a camera has seen at `time` [s], as PNG; with the faults that the camera has."""
 
     time: float
     width: int  # [pixels]

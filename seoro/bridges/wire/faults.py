@@ -1,7 +1,8 @@
-"""Faults of sensors and motors, and what is measured of them.
+"""Faults of sensors, cameras and motors, and what is measured of them.
 
-A device is a sensor of a robot (`lidar`, `odometry`, ...), its `motors`, or `robot`, which is all of them. A
-device has at most one fault of each kind; another of the kind takes its place.
+A device is a sensor or a camera of a robot (`lidar`, `odometry`, ...), its `motors`, or `robot`, which is all of
+them. Free cameras are devices of no robot, whose name is empty then. A device has at most one fault of each kind;
+another of the kind takes its place.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ class Quantity(StrEnum):
     ANGLE = "angle"  # [rad]
     ACCELERATION = "acceleration"  # [m/s^2]
     ANGULAR_RATE = "angular_rate"  # [rad/s]
+    BRIGHTNESS = "brightness"  # of red, green and blue, as a share of the brightest
 
 
 class GaussianNoise(Message):
@@ -59,21 +61,38 @@ class DeadBeams(Message):
     beams: tuple[int, ...]
 
 
+class DeadPixels(Message):
+    """A share of the pixels, always the same ones, is black: of n pixels the whole part of `share` n."""
+
+    kind: Literal["dead_pixels"] = "dead_pixels"
+    share: float
+
+
+class DeadArea(Message):
+    """A rectangle is black, in shares of the width from the left and of the height from the top."""
+
+    kind: Literal["dead_area"] = "dead_area"
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
 class MessageLoss(Message):
-    """Each sample is lost with a probability."""
+    """Each sample, or picture that is asked for, is lost with a probability."""
 
     kind: Literal["message_loss"] = "message_loss"
     probability: float
 
 
 class Freeze(Message):
-    """Samples go on to come, and all have the values of the first."""
+    """Samples or pictures go on to come, and all have the values of the first."""
 
     kind: Literal["freeze"] = "freeze"
 
 
 class Delay(Message):
-    """Samples come later by a time [s]."""
+    """Samples come later by a time [s]; pictures are as old as that."""
 
     kind: Literal["delay"] = "delay"
     time: float
@@ -88,17 +107,18 @@ class WheelSlip(Message):
 
 
 class PowerLoss(Message):
-    """A sensor sends nothing, motors have no torque."""
+    """A sensor sends nothing, a camera gives no pictures, motors have no torque."""
 
     kind: Literal["power_loss"] = "power_loss"
 
 
 SensorFault = GaussianNoise | Bias | BeamLoss | DeadSector | DeadBeams | MessageLoss | Freeze | Delay | PowerLoss
-Fault = SensorFault | WheelSlip
+CameraFault = GaussianNoise | Bias | DeadPixels | DeadArea | MessageLoss | Freeze | Delay | PowerLoss
+Fault = SensorFault | CameraFault | WheelSlip
 
 
 class InjectFault(Message):
-    """Inject a fault, and measure whether it takes effect.
+    """Inject a fault, and measure whether it takes effect; without a `robot`, the device is a free camera.
 
     The end of the measurement is reported as the `Occurrence` with this `id`: succeeded, with what was measured;
     aborted, and the fault is cleared, when it has not been found to take effect within `limit` [s].
@@ -112,7 +132,10 @@ class InjectFault(Message):
 
 
 class ClearFaults(Message):
-    """Clear the faults of a device, or of all, of one kind, or of all; their measurements end as canceled."""
+    """Clear the faults of a device, or of all, of one kind, or of all; their measurements end as canceled.
+
+    Without a `robot`, devices are the free cameras.
+    """
 
     robot: str
     device: str = ""

@@ -244,7 +244,11 @@ def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str, maze:
 @pytest.mark.parametrize(
     ("fault", "device", "message"),
     [
-        (Freeze(), "nose", "turtlebot4 has no device 'nose': it has bumper, imu, lidar, motors, odometry, robot"),
+        (
+            Freeze(),
+            "nose",
+            "turtlebot4 has no device 'nose': it has bumper, front, imu, lidar, motors, odometry, robot",
+        ),
         (BeamLoss(share=0.5), "odometry", "odometry cannot have beam_loss: it has no beams"),
         (WheelSlip(left=0.5, right=0.5), "lidar", "lidar cannot have wheel_slip: it has no wheels"),
         (Freeze(), "motors", "motors cannot have freeze: they can have wheel_slip and power_loss"),

@@ -1,0 +1,55 @@
+"""What faults do to the pixels of a picture.
+
+Brightness is counted in levels, of which a picture has 256; faults are declared in shares of the brightest. A
+value that is off or noisy is rounded to a level, and is the darkest or the brightest where it would be beyond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seoro.bridges.wire import Bias, CameraFault, DeadArea, DeadPixels, GaussianNoise, Quantity
+from sim_nodes.sensors.beams import lost_beams
+from sim_nodes.views import Picture
+
+BRIGHTEST = 255
+
+Mask = NDArray[np.bool_]
+"""Which pixels are meant, shape (height, width)."""
+
+
+def brightness_faults(faults: Mapping[str, CameraFault]) -> tuple[float, float]:
+    """The standard deviation of the errors of a camera's values, and their offset [levels]."""
+    noise, bias = faults.get("gaussian_noise"), faults.get("bias")
+    deviation = noise.deviation.get(Quantity.BRIGHTNESS, 0.0) if isinstance(noise, GaussianNoise) else 0.0
+    offset = bias.offset.get(Quantity.BRIGHTNESS, 0.0) if isinstance(bias, Bias) else 0.0
+    return deviation * BRIGHTEST, offset * BRIGHTEST
+
+
+def with_errors(picture: Picture, deviation: float, offset: float, random: np.random.Generator) -> Picture:
+    """A picture whose values have an offset and normally distributed errors [levels]."""
+    values = picture.astype(np.float32) + np.float32(offset)
+    if deviation > 0.0:
+        values += random.standard_normal(picture.shape, dtype=np.float32) * np.float32(deviation)
+    levels: Picture = np.clip(np.rint(values), 0, BRIGHTEST).astype(np.uint8)
+    return levels
+
+
+def dead_pixels(fault: DeadPixels | DeadArea, height: int, width: int, random: np.random.Generator) -> Mask:
+    """The pixels that a fault makes black; `random` is the same for all pictures of a camera."""
+    match fault:
+        case DeadPixels(share=share):
+            mask = np.zeros(height * width, dtype=np.bool_)
+            mask[random.choice(len(mask), lost_beams(share, len(mask)), replace=False)] = True
+            return mask.reshape(height, width)
+        case DeadArea(left=left, top=top, right=right, bottom=bottom):
+            # A pixel belongs to an area if its middle does.
+            across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+            rows, columns = (down >= top) & (down <= bottom), (across >= left) & (across <= right)
+            return rows[:, None] & columns[None, :]
+        case _:
+            assert_never(fault)
