@@ -74,3 +74,14 @@ def test_a_grant_ends_with_the_first_step_that_reaches_its_time() -> None:
             assert wire.steps_until(time, rate) == step
             assert wire.steps_until(math.nextafter(time, math.inf), rate) == step + 1
             assert wire.steps_until(math.nextafter(time, -math.inf), rate) == step
+
+
+def test_what_bridges_to_robots_serve_beyond_simulators_is_listed_apart() -> None:
+    names = {verb.name for verb in wire.BRIDGE_VERBS}
+    assert "hold_robots" in names
+    assert not names & {verb.name for verb in wire.VERBS}
+
+
+def test_a_sign_of_life_comes_several_times_within_its_deadline() -> None:
+    assert 3 * wire.HOLD_WAIT < wire.HOLD_DEADLINE < 0.5
+    assert wire.holder_token("default", "run-1") == "seoro/1/default/alive/holder/run-1"

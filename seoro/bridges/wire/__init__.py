@@ -1,4 +1,6 @@
-"""What simulator nodes and their clients say to each other: messages, verbs and key expressions. No I/O.
+"""What nodes and their clients say to each other: messages, verbs and key expressions. No I/O.
+
+A node is a simulator, or a bridge to robots.
 
 A request is a Zenoh query on `node_command(...)`, its payload the msgpack map of the verb's request model, its
 answer that of the verb's reply model, or, as an error reply, a `Refusal`. Verbs, fields and result codes are
@@ -23,6 +25,9 @@ from seoro.bridges.wire.faults import *
 from seoro.bridges.wire.feedback import *
 from seoro.bridges.wire.filters import *
 from seoro.bridges.wire.geometry import *
+from seoro.bridges.wire.happened import *
+from seoro.bridges.wire.holding import *
+from seoro.bridges.wire.holding import BRIDGE_VERBS
 from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.localisation import *
@@ -39,4 +44,7 @@ from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.spawnables import *
 
-VERBS: tuple[Verb[Any, Any], ...] = tuple(value for value in tuple(globals().values()) if isinstance(value, Verb))
+# What simulators serve; bridges to robots serve what robots can, and `BRIDGE_VERBS` besides.
+VERBS: tuple[Verb[Any, Any], ...] = tuple(
+    value for value in tuple(globals().values()) if isinstance(value, Verb) and value not in BRIDGE_VERBS
+)

@@ -35,3 +35,13 @@ def token_node(key: str) -> tuple[str, str]:
     """Node and boot of a liveliness token's key."""
     *_, node, boot = key.split("/")
     return node, boot
+
+
+def holder_token(namespace: str, holder: str) -> str:
+    """Liveliness token of a client that holds robots."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/{_chunk(holder)}"
+
+
+def holder_tokens(namespace: str) -> str:
+    """Key expression of the tokens of all holders."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/*"
