@@ -210,7 +210,7 @@ class Engine(Protocol):
         """The entities other than the floor that an entity interpenetrates now, sorted."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
-        """Add a body; everything else stays bit for bit as it is."""
+        """Add a body that moves as its state says; everything else stays bit for bit as it is."""
 
     def remove_body(self, name: str) -> None:
         """Remove an added body."""

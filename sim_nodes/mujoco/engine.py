@@ -7,7 +7,7 @@ It gives a new model and new data, so everything that refers to either is found 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -90,6 +90,7 @@ class MujocoEngine:
             arm.go_home(self._data)
         if self._arms:
             mujoco.mj_forward(self._model, self._data)
+        self._launch(self._added)
 
     def _bind(self) -> None:
         model = self._model
@@ -217,6 +218,14 @@ class MujocoEngine:
             add_body(self._spec, name, model, state)
             self._added[name] = (model, state)
         self._recompile()
+        self._launch(name for name, _, _ in bodies)
+
+    def _launch(self, names: Iterable[str]) -> None:
+        """Give bodies the velocities with which they were added, which a specification has no place for."""
+        for name in names:
+            model, state = self._added[name]
+            if not model.static and any((*state.linear, *state.angular)):
+                self.set_body_state(name, state)
 
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
