@@ -85,8 +85,7 @@ class Films:
         lens = Lens(width=request.width, height=request.height)
         if request.follow:
             return lambda: self._behind(request.follow, lens)
-        whole = self._whole(lens)
-        return lambda: whole
+        return lambda: self._whole(lens)
 
     def _behind(self, entity: str, lens: Lens) -> View:
         x, y, z = self._entities().state(entity).position
@@ -105,9 +104,9 @@ class Films:
                 ]
         return overview(self._world.extent, height, lens, reached)
 
-    def go_on_in(self, entities: Callable[[], Entities]) -> None:
-        """Go on with another simulation of the same world."""
-        self._entities = entities
+    def go_on_in(self, world: World, entities: Callable[[], Entities]) -> None:
+        """Go on with another simulation, of this world or another."""
+        self._world, self._entities = world, entities
 
     def tick(self) -> None:
         """Called in each tick of the simulation."""

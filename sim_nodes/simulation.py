@@ -318,6 +318,12 @@ class Simulation(Stateful):
             )
         self._report(active[goal_id], active[goal_id].cancel(goal_id))
 
+    @property
+    def in_use(self) -> frozenset[str]:
+        """Names of the robots that have a goal, or that something is watched of."""
+        busy = {name for name, robot in self.robots.items() if robot.goals}
+        return frozenset(busy.union(robot for watch in self._watches.values() if (robot := watch.of_robot)))
+
     def stop_robot(self, robot: str) -> None:
         """Stop a robot; the goals that it had end as canceled."""
         self._report(self.robot(robot), self.robot(robot).stop())
@@ -351,7 +357,7 @@ class Simulation(Stateful):
         for end in ended:
             if end.id == NOBODY:
                 continue
-            if isinstance(who, Robot) and who.drives:
+            if isinstance(who, Robot) and who.name in self._measuring:
                 self._measuring[who.name].ended(end.id, end.outcome)
             self._occurrences.append(
                 Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
@@ -439,9 +445,9 @@ class Simulation(Stateful):
         self.entities.begin()
 
     def take_over(self, before: Simulation) -> None:
-        """Be what a run goes back to that has come to `before`: see `Purpose.REWIND`."""
+        """Be what a run goes on in that has come to `before`: see `Purpose.REWIND`, and `ChangeWorld`."""
         self.films = before.films
-        self.films.go_on_in(lambda: self.entities)
+        self.films.go_on_in(self.world, lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
         self._occurrences, self._contacts = before._occurrences, before._contacts
         active = before._active()

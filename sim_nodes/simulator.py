@@ -8,7 +8,7 @@ between requests; grants and steps are refused then, and what happens is held un
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from seoro.bridges.models import ModelPath
@@ -36,6 +36,7 @@ from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
+from sim_nodes.succession import check_successor, succeeded
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
 NEEDS: Mapping[str, type] = {
@@ -69,13 +70,14 @@ class Simulator:
         self._pace = Pace(1.0)
         self._ahead: Ahead | None = None
         self._origin: str | World  # of the world that is loaded where none is named
+        self._source = ""  # of the one that is loaded
         self._simulation: Simulation | None
         if isinstance(beginning, Snapshot):
             contents = snapshots.check(beginning, engine, _version())
             self._origin, self._state = contents.world, SimulationState.PAUSED
             self._simulation = snapshots.resumed(contents, engine, seed)
         else:
-            self._origin, self._state = beginning, SimulationState.STOPPED
+            self._origin, self._source, self._state = beginning, beginning, SimulationState.STOPPED
             self._simulation = Simulation(engine, _read(beginning), seed or 0)
 
     @property
@@ -116,7 +118,33 @@ class Simulator:
                 before.reset(ResetScope.ALL)
             raise
         self._state = SimulationState.STOPPED
-        self._origin = origin
+        self._origin, self._source = origin, origin if isinstance(origin, str) else ""
+
+    def change(self, world: str, robots: Mapping[str, str]) -> None:
+        """Go on in another world, at its initial state; when it is refused, everything stays as it is.
+
+        Args:
+            world: Name or path; what `load` loads where no world is named stays as it is.
+            robots: Those that it has to have: by name, the kind of each.
+        """
+        present, loaded = self.simulation, _read(world)
+        self._check_offered(loaded)
+        check_successor(present, loaded, robots)
+        self._hold_still("change_world")
+        self._exchange(lambda: succeeded(present, loaded))
+        self._source = world
+
+    def _exchange(self, make: Callable[[], Simulation]) -> None:
+        """Put another simulation into the engine, or, when that is refused, what was there."""
+        present, before = self.simulation, self._contents()
+        try:
+            self._simulation = make()
+        except RequestRefused:
+            if before is None:
+                self._simulation = succeeded(present, present.world)
+            else:
+                self._simulation = snapshots.restored(before, present, Purpose.CONTINUE, None)
+            raise
 
     def _check_offered(self, world: World) -> None:
         with_arms = [robot.name for robot in world.robots if robot.declaration.arm is not None]
@@ -141,15 +169,8 @@ class Simulator:
         present = self.simulation
         contents = snapshots.check(snapshot, self._engine, _version())
         self._hold_still("restore_state")
-        before = self._contents()
-        try:
-            self._simulation = snapshots.restored(contents, present, purpose, seed)
-        except RequestRefused:
-            if before is None:
-                self.load("", present.seed)
-            else:
-                self._simulation = snapshots.restored(before, present, Purpose.CONTINUE, None)
-            raise
+        self._exchange(lambda: snapshots.restored(contents, present, purpose, seed))
+        self._source = ""
 
     def _contents(self) -> snapshots.Contents | None:
         """What a snapshot of now would hold; None when physics are lost, which is a reason to go back."""
@@ -161,7 +182,7 @@ class Simulator:
     @property
     def source(self) -> str:
         """Name or path by which the world was asked for; empty for that of a snapshot."""
-        return self._origin if isinstance(self._origin, str) else ""
+        return self._source
 
     @property
     def state(self) -> SimulationState:

@@ -116,3 +116,7 @@ class JointWatch(Watch):
         """Whether it is true now."""
         position = world.joint_position(self.robot, self.joint)
         return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
+
+    def carried_over(self, before: Watched, now: Watched) -> JointWatch:
+        """Coming from where the joint is now."""
+        return replace(self, from_above=now.joint_position(self.robot, self.joint) > self.target)

@@ -1,14 +1,14 @@
 """Actions of `osc.sim`: the simulator by the terms of ROS `simulation_interfaces`.
 
-`set_simulation_state` is not among them: a run grants its simulator every step of time, so that there is nothing
-that a scenario could pause or play.
+`set_simulation_state` and `unload_world` are not among them: a run grants its simulator every step of time, so
+that there is nothing that a scenario could pause or play, and without a world no time would pass.
 """
 
 from __future__ import annotations
 
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Simulation
+from seoro.runtime.capabilities import Simulation, Worlds
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Pose3D, Velocity6D
 from seoro.runtime.values import Struct
@@ -51,6 +51,12 @@ async def set_entity_state(
 async def reset_simulation(ctx: ActionContext) -> None:
     """Put the world back to its initial state; the time of the run goes on."""
     await ctx.ask(ctx.anywhere(Simulation).reset_simulation())
+
+
+@action("load_world", anywhere=Worlds)
+async def load_world(ctx: ActionContext, uri: str) -> None:
+    """Go on in another world; the time of the run goes on."""
+    await ctx.ask(ctx.anywhere(Worlds).change_world(uri))
 
 
 @action("step_simulation", anywhere=Simulation)

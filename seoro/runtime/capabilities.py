@@ -190,6 +190,20 @@ class Simulation(Protocol):
         ...
 
 
+@runtime_checkable
+class Worlds(Protocol):
+    """A simulator with more than one world."""
+
+    async def change_world(self, world: str) -> None:
+        """Go on in another world, at its initial state, by its name or the path of its file.
+
+        The time of the run goes on. Goals that are active end as canceled; watches go on, and wait for what the
+        world does not have. What was spawned is gone, and robots know nothing any more. A world without a robot
+        that an actor of the run lives as is refused.
+        """
+        ...
+
+
 class Image(Value):
     """A picture: when it was taken [s], its size [pixels], and itself as PNG."""
 

@@ -17,6 +17,11 @@ def _load_world(simulator: Simulator, request: wire.LoadWorld) -> wire.Simulator
     return simulator.features()
 
 
+def _change_world(simulator: Simulator, request: wire.ChangeWorld) -> wire.SimulatorFeatures:
+    simulator.change(request.world, request.robots)
+    return simulator.features()
+
+
 def _unload_world(simulator: Simulator, _: Empty) -> Empty:
     simulator.unload()
     return Empty()
@@ -57,6 +62,7 @@ def _cancel_watch(simulator: Simulator, request: wire.CancelWatch) -> Empty:
 HANDLERS: tuple[Handling, ...] = (
     (wire.GET_SIMULATOR_FEATURES, _get_simulator_features),
     (wire.LOAD_WORLD, _load_world),
+    (wire.CHANGE_WORLD, _change_world),
     (wire.UNLOAD_WORLD, _unload_world),
     (wire.SET_SIMULATION_STATE, _set_simulation_state),
     (wire.STEP_SIMULATION, _step_simulation),

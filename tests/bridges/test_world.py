@@ -42,3 +42,18 @@ async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_se
                 with pytest.raises(BackendRefused, match=words) as refused:
                     await node.spawn_entity("fourth", model, there)
                 assert refused.value.code == SpawnResult.NO_RESOURCE
+
+
+@pytest.mark.engine("mujoco")
+async def test_a_run_goes_on_in_another_world_with_its_robots(tmp_path: Path) -> None:
+    with running("mujoco", tmp_path) as make:
+        async with make() as node:
+            assert isinstance(node, SimulatorNode)
+            assert node.home_of("robot", ("differential_drive_robot", "robot")) == "turtlebot4"
+            now = await node.advance(1.0)
+            with pytest.raises(BackendRefused, match="which has no differential_drive_robot 'turtlebot4'"):
+                await node.change_world("arm_cell")
+            await node.change_world("hall")
+            assert [robot.name for robot in node.features.robots] == ["turtlebot4", "second"]
+            assert await node.advance(now) == now
+            await node.end_run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
@@ -20,6 +21,7 @@ from seoro.bridges.sim.world import WorldRequests
 from seoro.runtime.contracts import Happened, Lost
 
 ANYTHING = "osc_actor"
+WORLD_FILES = frozenset({".yaml", ".yml"})
 
 
 class SimulatorNode(
@@ -45,7 +47,7 @@ class SimulatorNode(
     def __init__(self, address: NodeAddress, models: ModelPath, features: wire.SimulatorFeatures) -> None:
         super().__init__(address, models)
         self._features = features
-        self._taken: set[str] = set()
+        self._taken: dict[str, str] = {}  # robots that actors live as, with the types of these
         self.set_clock(features)
 
     @property
@@ -64,7 +66,7 @@ class SimulatorNode(
         chosen = named or (next(iter(fitting), None) if types[0] != ANYTHING else None)
         if chosen is None:
             return None
-        self._taken.add(chosen.name)
+        self._taken[chosen.name] = types[0]
         return chosen.name
 
     async def start_run(self, happened: Happened, lost: Lost) -> None:
@@ -83,6 +85,11 @@ class SimulatorNode(
         self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
         self._taken.clear()
         self.set_clock(self._features)
+
+    async def change_world(self, world: str) -> None:
+        """See `Worlds`."""
+        request = wire.ChangeWorld(world=_anywhere(world), robots=self._taken)
+        self._features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Begin at a snapshot, with the clock at zero; who lives where is open again."""
@@ -107,3 +114,9 @@ class SimulatorNode(
         for robot in self._features.robots:
             await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
+
+
+def _anywhere(world: str) -> str:
+    """A world by its name, or by a path that leads to its file from any folder: the node may run in another."""
+    path = Path(world)
+    return str(path.resolve()) if path.suffix in WORLD_FILES else world

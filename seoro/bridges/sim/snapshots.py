@@ -18,6 +18,8 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 class SnapshotRequests(Requests):
     """The capability `Snapshots` of a node. What was saved is kept here, and is an artifact of the run."""
 
+    _features: wire.SimulatorFeatures
+
     def __init__(self, address: NodeAddress) -> None:
         super().__init__(address)
         self._snapshots: dict[str, wire.Snapshot] = {}
@@ -45,7 +47,7 @@ class SnapshotRequests(Requests):
                 f"nothing was saved as '{name}' in this run; saved are {known}", wire.Result.NOT_FOUND
             )
         request = wire.RestoreState(snapshot=self._snapshots[name], purpose=wire.Purpose.REWIND, seed=seed)
-        await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
+        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
 
     def saved_snapshots(self) -> tuple[wire.Artifact, ...]:
         """What was saved, as files."""

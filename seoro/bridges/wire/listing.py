@@ -40,7 +40,7 @@ class EntityBounds(Message):
 class CurrentWorld(Message):
     """The world that is loaded: its name, and the name or path by which it was asked for.
 
-    `source` is empty for the world of the snapshot that a node was started from.
+    `source` is empty for the world of a snapshot.
     """
 
     name: str

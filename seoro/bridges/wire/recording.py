@@ -8,7 +8,7 @@ from seoro.bridges.wire.message import Empty, Message, Verb
 class StartRecording(Message):
     """Record a film from now on, one at a time: of a camera, of a robot that is followed, or of the whole world.
 
-    Recording goes on through resets, and ends when another world is loaded.
+    Recording goes on through resets and in another world of the same run, and ends when a world is loaded anew.
     """
 
     camera: str = ""

@@ -52,6 +52,18 @@ class LoadWorld(Message):
     seed: int = 0
 
 
+class ChangeWorld(Message):
+    """Load a world by name or path in the middle of a run.
+
+    The clock goes on, goals that are active end as canceled, and watches go on in the new world. It is refused,
+    and nothing changes, unless that has every robot which is busy or watched, and those of `robots`: by name, each
+    with the actor type that it stands for.
+    """
+
+    world: str
+    robots: dict[str, str]
+
+
 class SetSimulationState(Message):
     """Go to a simulation state.
 
@@ -92,6 +104,7 @@ class SimulationTime(Message):
 
 GET_SIMULATOR_FEATURES = Verb("get_simulator_features", Empty, SimulatorFeatures)
 LOAD_WORLD = Verb("load_world", LoadWorld, SimulatorFeatures)
+CHANGE_WORLD = Verb("change_world", ChangeWorld, SimulatorFeatures)
 UNLOAD_WORLD = Verb("unload_world", Empty, Empty)
 SET_SIMULATION_STATE = Verb("set_simulation_state", SetSimulationState, Empty)
 STEP_SIMULATION = Verb("step_simulation", StepSimulation, SimulationTime)
