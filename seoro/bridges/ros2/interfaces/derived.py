@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from seoro.bridges.ros2.interfaces.definitions import Field, Named, Scalar, Sequence, Structure
-from seoro.bridges.ros2.interfaces.syntax import PARTS
+from seoro.bridges.ros2.interfaces.names import PARTS
 
 _SERVICE: Final = ("", "_Request", "_Response", "_Event")
 SUFFIXES: Final = {  # of all structures that an interface of a kind consists of

@@ -16,7 +16,7 @@ from seoro.bridges.ros2.interfaces.definitions import (
 )
 
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
-_ITEM = re.compile(r"""\s*("(?:\\"|[^"])*"|'(?:\\'|[^'])*'|[^,]*?)\s*(?:,|$)""")
+_ITEM: Final = r"""\s*(?:("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?=,|$)|([^,]*))"""
 
 
 class InvalidLiteral(Exception):
@@ -99,11 +99,14 @@ def _items(text: str) -> list[str]:
         raise InvalidLiteral(f"`{text}` is no list; write [a, b, c]")
     inner = text[1:-1].strip()
     items: list[str] = []
+    item_pattern = re.compile(_ITEM)
     position = 0
-    while position < len(inner):
-        found = _ITEM.match(inner, position)
-        if found is None or not found[1]:
-            raise InvalidLiteral(f"`{text}` has an element that cannot be read")
-        items.append(found[1])
-        position = found.end()
+    while inner and position <= len(inner):
+        found = item_pattern.match(inner, position)
+        assert found is not None  # since its last alternative takes anything
+        item = found[1] or found[2].strip()
+        if not item:
+            raise InvalidLiteral(f"`{text}` has an element that is empty")
+        items.append(item)
+        position = found.end() + 1
     return items

@@ -6,19 +6,18 @@ and .action files without comments, each under a heading such as `[msg/Point]`. 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final, TypeAlias
 
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
-from seoro.bridges.ros2.interfaces.syntax import MAX_FILE, PARTS, is_interface_name, is_package_name
+from seoro.bridges.ros2.interfaces.names import PARTS, is_interface_name, is_package_name
+from seoro.bridges.ros2.interfaces.syntax import MAX_FILE
 from seoro.errors import InvalidUse
 
 DATA: Final = Path(__file__).with_name("data")
 MAX_FILES: Final = 20_000  # in the folder of a user
-_HEADING = re.compile(r"^\[(\w+/\w+)\]$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -36,16 +35,71 @@ class Source:
     line: int = 1
 
 
-class Package(Protocol):
-    """A package of interfaces."""
+class BundledPackage:
+    """A file of seoro's with the definitions of a package, which is read when one of them is asked for.
 
-    origin: str  # for messages
+    Args:
+        file: The file.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.origin = str(file)
+        self._file = file
+        self._sources: Mapping[str, Source] | None = None
 
     def interfaces(self) -> tuple[str, ...]:
-        """What it defines, such as `msg/Point`, sorted."""
+        """What it defines, sorted."""
+        return tuple(sorted(self._read()))
 
     def source(self, interface: str) -> Source | None:
         """The definition of such a name, if there is one."""
+        return self._read().get(interface)
+
+    def _read(self) -> Mapping[str, Source]:
+        if self._sources is None:
+            head, *sections = self._file.read_text(encoding="utf-8").split("\n[")
+            line = 2 + head.count("\n")
+            sources: dict[str, Source] = {}
+            for section in sections:
+                heading, _, text = section.partition("]\n")
+                sources[heading] = Source(text, self.origin, line + 1)
+                line += 1 + section.count("\n")
+            self._sources = sources
+        return self._sources
+
+
+class PackageFolder:
+    """A package of a user, whose files are read when they are asked for.
+
+    Args:
+        folder: The package.
+        files: Its files by what they define, such as `msg/Point`.
+    """
+
+    def __init__(self, folder: Path, files: Mapping[str, Path]) -> None:
+        self.origin = str(folder)
+        self._files = files
+
+    def interfaces(self) -> tuple[str, ...]:
+        """What it defines, sorted."""
+        return tuple(sorted(self._files))
+
+    def source(self, interface: str) -> Source | None:
+        """The definition of such a name, if there is one."""
+        file = self._files.get(interface)
+        if file is None:
+            return None
+        try:
+            if file.stat().st_size > 4 * MAX_FILE:
+                raise InvalidDefinition(f"{file}: larger than the limit of {MAX_FILE} characters")
+            return Source(file.read_text(encoding="utf-8-sig"), str(file))
+        except UnicodeDecodeError:
+            raise InvalidDefinition(f"{file}: no text in UTF-8") from None
+        except OSError as error:
+            raise InvalidDefinition(f"{file}: cannot be read: {error.strerror}") from None
+
+
+Package: TypeAlias = BundledPackage | PackageFolder
 
 
 def bundled_packages(distribution: str) -> dict[str, Package]:
@@ -60,7 +114,7 @@ def bundled_packages(distribution: str) -> dict[str, Package]:
             f"no interfaces of ROS 2 {distribution!r} come with seoro",
             help=f"there are those of {', '.join(known)}; for others, add a folder with their packages",
         )
-    return {file.stem: _BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
+    return {file.stem: BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
 
 
 def packages_in(folder: Path) -> dict[str, Package]:
@@ -94,58 +148,4 @@ def packages_in(folder: Path) -> dict[str, Package]:
             f"{folder}: no interfaces found",
             help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package",
         )
-    return {package: _PackageFolder(folder / package, found) for package, found in files.items()}
-
-
-class _BundledPackage:
-    """A file of seoro's with the definitions of a package."""
-
-    def __init__(self, file: Path) -> None:
-        self.origin = str(file)
-        self._file = file
-        self._sources: Mapping[str, Source] | None = None
-
-    def interfaces(self) -> tuple[str, ...]:
-        """What it defines, sorted."""
-        return tuple(sorted(self._read()))
-
-    def source(self, interface: str) -> Source | None:
-        """The definition of such a name, if there is one."""
-        return self._read().get(interface)
-
-    def _read(self) -> Mapping[str, Source]:
-        if self._sources is None:
-            head, *parts = _HEADING.split(self._file.read_text(encoding="utf-8"))
-            line = 1 + head.count("\n")
-            sources: dict[str, Source] = {}
-            for heading, text in zip(parts[::2], parts[1::2], strict=True):
-                sources[heading] = Source(text, self.origin, line)
-                line += text.count("\n")
-            self._sources = sources
-        return self._sources
-
-
-class _PackageFolder:
-    """A package of a user."""
-
-    def __init__(self, folder: Path, files: Mapping[str, Path]) -> None:
-        self.origin = str(folder)
-        self._files = files
-
-    def interfaces(self) -> tuple[str, ...]:
-        """What it defines, sorted."""
-        return tuple(sorted(self._files))
-
-    def source(self, interface: str) -> Source | None:
-        """The definition of such a name, if there is one."""
-        file = self._files.get(interface)
-        if file is None:
-            return None
-        try:
-            if file.stat().st_size > 4 * MAX_FILE:
-                raise InvalidDefinition(f"{file}: larger than the limit of {MAX_FILE} characters")
-            return Source(file.read_text(encoding="utf-8-sig"), str(file))
-        except UnicodeDecodeError:
-            raise InvalidDefinition(f"{file}: no text in UTF-8") from None
-        except OSError as error:
-            raise InvalidDefinition(f"{file}: cannot be read: {error.strerror}") from None
+    return {package: PackageFolder(folder / package, found) for package, found in files.items()}

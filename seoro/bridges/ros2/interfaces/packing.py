@@ -13,9 +13,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from seoro.bridges.ros2.interfaces.names import PARTS
 from seoro.bridges.ros2.interfaces.packages import DATA, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
-from seoro.bridges.ros2.interfaces.syntax import PARTS
 from seoro.bridges.ros2.interfaces.text import lines
 
 

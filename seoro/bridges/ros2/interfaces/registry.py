@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Final
 
 from seoro.bridges.ros2.interfaces.definitions import Field, Named, Structure, element_of
 from seoro.bridges.ros2.interfaces.derived import SUFFIXES, derive
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, UnknownInterface, near
-from seoro.bridges.ros2.interfaces.packages import Package
-from seoro.bridges.ros2.interfaces.syntax import PARTS, read_interface
+from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
+from seoro.bridges.ros2.interfaces.packages import Package, Source
+from seoro.bridges.ros2.interfaces.syntax import read_interface
 
 MAX_DEPTH: Final = 32  # structures within structures
-
-_NAME = re.compile(r"(?P<package>\w+)(?:/(?P<kind>msg|srv|action))?/(?P<base>[^\W_]+)(?P<suffix>_\w+)?")
 
 
 class Registry:
@@ -43,24 +41,23 @@ class Registry:
         Raises:
             UnknownInterface: No package defines it, or several kinds have it.
         """
-        found = _NAME.fullmatch(name.strip().replace("::", "/").replace(".", "/"))
+        found = parse_name(name.strip().replace("::", "/").replace(".", "/"))
         if found is None:
             raise UnknownInterface(
                 f"{name!r} is no name of an interface, such as `std_msgs/msg/String` or `std_srvs/srv/Trigger`",
                 help=near(name, self.names(), 0.8),
             )
-        package, kind, base, suffix = found["package"], found["kind"], found["base"], found["suffix"] or ""
-        kinds = [kind] if kind else list(PARTS)
+        kinds = [found.kind] if found.kind else list(PARTS)
         candidates = [
-            f"{package}/{kind}/{base}{suffix}"
-            for kind in kinds
-            if suffix in SUFFIXES[kind] and self._defines(package, f"{kind}/{base}")
+            f"{found.package}/{meant.interface}{found.suffix}"
+            for meant in (found._replace(kind=kind) for kind in kinds)
+            if found.suffix in SUFFIXES[meant.kind] and self._source(meant) is not None
         ]
         match candidates:
             case [only]:
                 return only
             case []:
-                raise self._unknown(name, package, kind, base, suffix)
+                raise self._unknown(name, found)
             case _:
                 raise UnknownInterface(f"{name!r} has several meanings", help=f"write {' or '.join(candidates)}")
 
@@ -86,19 +83,16 @@ class Registry:
         known = self._structures.get(name)
         if known is not None:
             return known
-        found = _NAME.fullmatch(name)
-        if found is None or found["kind"] is None:
-            return self.read(self.canonical(name))
-        package, kind, base, suffix = found["package"], found["kind"], found["base"], found["suffix"] or ""
-        source = self.packages[package].source(f"{kind}/{base}") if package in self.packages else None
-        if source is None or suffix not in SUFFIXES[kind]:
-            raise self._unknown(name, package, kind, base, suffix)
-        interface = f"{package}/{kind}/{base}"
-        if suffix in PARTS[kind]:
+        found = parse_name(name)
+        source = self._source(found) if found is not None and found.kind else None
+        if found is None or source is None or found.suffix not in SUFFIXES[found.kind]:
+            return self.read(self.canonical(name))  # which says what is wrong
+        interface = f"{found.package}/{found.interface}"
+        if found.suffix in PARTS[found.kind]:
             read = read_interface(interface, source.text, source.origin, source.line)
             self._structures |= {structure.name: structure for structure in read}
         else:
-            self._structures[name] = derive(interface, suffix)
+            self._structures[name] = derive(interface, found.suffix)
         return self._structures[name]
 
     def _check(self, structure: Structure, within: tuple[str, ...]) -> None:
@@ -127,24 +121,30 @@ class Registry:
                 f"{place}: `{field.name}` is of an unknown type: {error}", help=error.help
             ) from None
 
-    def _defines(self, package: str, interface: str) -> bool:
-        return package in self.packages and self.packages[package].source(interface) is not None
+    def _source(self, name: Name) -> Source | None:
+        """The definition that a structure comes from."""
+        package = self.packages.get(name.package)
+        return None if package is None else package.source(name.interface)
 
-    def _unknown(self, name: str, package: str, kind: str | None, base: str, suffix: str) -> UnknownInterface:
-        if package not in self.packages:
+    def _unknown(self, written: str, name: Name) -> UnknownInterface:
+        wanted = f"{name.package}/{name.kind or 'msg'}/{name.base}"
+        package = self.packages.get(name.package)
+        if package is None:
             return UnknownInterface(
-                f"no package `{package}` of interfaces is known, which `{name}` is of",
-                help=near(package, self.packages, 0.8)
-                or near(f"{package}/{kind or 'msg'}/{base}", self.names(), 0.8)
+                f"no package `{name.package}` of interfaces is known, which `{written}` is of",
+                help=near(name.package, self.packages, 0.8)
+                or near(wanted, self.names(), 0.8)
                 or "add the folder that has the package",
             )
-        interfaces = self.packages[package].interfaces()
-        for known in PARTS if kind is None else (kind,):
-            if suffix and f"{known}/{base}" in interfaces:
-                parts = ", ".join(f"`{base}{part}`" for part in SUFFIXES[known] if part) or "no parts"
-                return UnknownInterface(f"`{package}/{known}/{base}` has no `{suffix}`", help=f"it has {parts}")
+        interfaces = package.interfaces()
+        for kind in [name.kind] if name.kind else PARTS:
+            if name.suffix and f"{kind}/{name.base}" in interfaces:
+                parts = ", ".join(f"`{name.base}{part}`" for part in SUFFIXES[kind] if part) or "no parts"
+                return UnknownInterface(
+                    f"`{name.package}/{kind}/{name.base}` has no `{name.suffix}`", help=f"it has {parts}"
+                )
         return UnknownInterface(
-            f"package `{package}` has no `{f'{kind}/' if kind else ''}{base}`; it is defined by"
-            f" {self.packages[package].origin}",
-            help=near(f"{package}/{kind or 'msg'}/{base}", (f"{package}/{interface}" for interface in interfaces)),
+            f"package `{name.package}` has no `{name.interface if name.kind else name.base}`; it is defined by"
+            f" {package.origin}",
+            help=near(wanted, (f"{name.package}/{interface}" for interface in interfaces)),
         )

@@ -13,7 +13,7 @@ from seoro.bridges.ros2.interfaces.mismatch import Mismatch
 
 Convert: TypeAlias = Callable[[Any], Any]
 
-_GREATEST_FLOAT32: Final = float(np.finfo(np.float32).max)
+_GREATEST_FLOAT32: Final = (2 - 2**-23) * 2.0**127
 
 
 def scalar_converter(type_: Scalar) -> Convert:
@@ -25,8 +25,10 @@ def scalar_converter(type_: Scalar) -> Convert:
             return _text_converter(type_)
         case "byte":
             return _octet
-        case "float32" | "float64" as name:
-            return _float_converter(name)
+        case "float32":
+            return _float32
+        case "float64":
+            return _float64
         case name:
             return _integer_converter(name)
 
@@ -52,28 +54,28 @@ def _integer_converter(name: str) -> Convert:
             if not isinstance(value, int | np.integer) or isinstance(value, bool):
                 raise Mismatch(f"a whole number ({name})", value)
             value = int(value)
-        if not low <= value <= high:
-            raise Mismatch(f"a whole number from {low} to {high} ({name})", value)
-        return int(value)
+        if low <= value <= high:
+            return value  # type: ignore[no-any-return]
+        raise Mismatch(f"a whole number from {low} to {high} ({name})", value)
 
     return integer
 
 
-def _float_converter(name: str) -> Convert:
-    greatest = _GREATEST_FLOAT32 if name == "float32" else math.inf
-
-    def number(value: Any) -> float:
-        if type(value) is not float:
-            if not isinstance(value, float | int | np.floating | np.integer) or isinstance(value, bool):
-                raise Mismatch(f"a number ({name})", value)
-            try:
-                value = float(value)
-            except OverflowError:
-                raise Mismatch(f"a number that {name} has", value) from None
-        if greatest < abs(value) < math.inf:
-            raise Mismatch(f"a number up to {greatest} ({name})", value)
+def _float64(value: Any) -> float:
+    if type(value) is float:
+        return value
+    if not isinstance(value, float | int | np.floating | np.integer) or isinstance(value, bool):
+        raise Mismatch("a number", value)
+    try:
         return float(value)
+    except OverflowError:
+        raise Mismatch("a number that float64 has", value) from None
 
+
+def _float32(value: Any) -> float:
+    number = _float64(value)
+    if _GREATEST_FLOAT32 < abs(number) < math.inf:
+        raise Mismatch(f"a number up to {_GREATEST_FLOAT32} (float32)", value)
     return number
 
 

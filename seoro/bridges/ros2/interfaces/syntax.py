@@ -7,7 +7,6 @@ rules, on which the generated code of the CDR codec relies.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Final
 
@@ -27,33 +26,12 @@ from seoro.bridges.ros2.interfaces.definitions import (
 )
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.literals import InvalidLiteral, read_default, read_scalar
+from seoro.bridges.ros2.interfaces.names import PARTS, is_constant_name, is_interface_name, is_package_name
 
-PARTS: Final = {  # what the sections of a file define
-    "msg": ("",),
-    "srv": ("_Request", "_Response"),
-    "action": ("_Goal", "_Result", "_Feedback"),
-}
 MAX_FILE: Final = 1_000_000  # [characters]
+MAX_BOUND: Final = 2**32 - 1  # elements of a sequence, or bytes of a text
 MAX_ARRAY: Final = 2**24  # elements of a fixed array of numbers
 MAX_ARRAY_OF_STRUCTURES: Final = 4096  # the codec has a line of code for each element of such an array
-
-_PACKAGE = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
-_INTERFACE = re.compile(r"[A-Z][A-Za-z0-9]*")
-_CONSTANT = re.compile(r"[A-Z](?:[A-Z0-9_]?[A-Z0-9]+)*")
-_ASSIGNMENT = re.compile(r"([^\s=]+)\s*=\s*(.*)")
-_TYPE = re.compile(
-    r"(?P<base>[A-Za-z][\w/]*)(?P<bound><=(?P<most>\d+))?(?P<many>\[(?:(?P<upper><=)?(?P<count>\d+))?\])?"
-)
-
-
-def is_package_name(name: str) -> bool:
-    """Whether a package may have that name."""
-    return _PACKAGE.fullmatch(name) is not None
-
-
-def is_interface_name(name: str) -> bool:
-    """Whether a message, a service or an action may have that name."""
-    return _INTERFACE.fullmatch(name) is not None
 
 
 def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tuple[Structure, ...]:
@@ -121,7 +99,7 @@ class _Section:
     def _members(self, lines: list[tuple[int, str]]) -> Iterator[tuple[int, Field | Constant]]:
         for number, line in lines:
             self._line = number
-            words = line.partition("#")[0].split(maxsplit=1)
+            words = line.replace("\t", " ").partition("#")[0].split(maxsplit=1)
             if not words:
                 continue
             if len(words) < 2:
@@ -130,11 +108,11 @@ class _Section:
                     "a line is `TYPE NAME`, `TYPE NAME DEFAULT` or `TYPE NAME=VALUE`",
                 )
             type_text, rest = words[0], words[1].strip()
-            assignment = _ASSIGNMENT.fullmatch(rest)
-            yield (
-                number,
-                self._constant(type_text, *assignment.groups()) if assignment else self._field(type_text, rest),
-            )
+            name, is_constant, value = rest.partition("=")
+            if is_constant and len(name.split()) == 1:
+                yield number, self._constant(type_text, name.strip(), value.strip())
+            else:
+                yield number, self._field(type_text, rest)
 
     def _constant(self, type_text: str, name: str, value: str) -> Constant:
         type_ = self._type(type_text)
@@ -142,7 +120,7 @@ class _Section:
             raise self._invalid(
                 f"constant `{name}` is of type `{type_text}`", "constants are numbers, bool or string"
             )
-        if not _CONSTANT.fullmatch(name):
+        if not is_constant_name(name):
             raise self._invalid(f"`{name}` is no name of a constant", "write it in capitals, such as `MAX_SPEED`")
         if not value and type_.name not in TEXTS:
             raise self._invalid(f"constant `{name}` has no value")
@@ -150,8 +128,8 @@ class _Section:
 
     def _field(self, type_text: str, rest: str) -> Field:
         type_ = self._type(type_text)
-        name, _, default = rest.replace("\t", " ").partition(" ")
-        if not _PACKAGE.fullmatch(name):
+        name, _, default = rest.partition(" ")
+        if not is_package_name(name):
             raise self._invalid(
                 f"`{name}` is no name of a field",
                 "fields have small letters, digits and single underscores, and begin with a letter",
@@ -171,51 +149,47 @@ class _Section:
             raise self._invalid(str(error)) from None
 
     def _type(self, text: str) -> FieldType:
-        found = _TYPE.fullmatch(text)
-        if found is None:
-            raise self._invalid(
-                f"`{text}` is no type",
-                "such as `float64`, `string<=10`, `geometry_msgs/Point`, `int32[3]`, `int32[<=3]`",
-            )
-        element = self._element(found["base"], found["most"])
-        if found["many"] is None:
+        single, opened, rest = text.partition("[")
+        size, closed, behind = rest.partition("]")
+        if bool(opened) != bool(closed) or behind:
+            raise self._invalid(f"`{text}` is no type", "arrays are written `int8[]`, `int8[3]` or `int8[<=3]`")
+        element = self._element(single, text)
+        if not opened:
             return element
-        if found["count"] is None:
+        if not size:
             return Sequence(element)
-        count = int(found["count"][:12])  # longer ones are beyond all limits as well
-        if found["upper"]:
-            if not 0 < count < 2**32:
-                raise self._invalid(f"`{text}` may have {count} elements", "a bound is from 1 to 4294967295")
-            return Sequence(element, count)
         most = MAX_ARRAY if isinstance(element, Scalar) and element.name not in TEXTS else MAX_ARRAY_OF_STRUCTURES
-        if not 0 < count <= most:
-            raise self._invalid(f"`{text}` has {count} elements", f"from 1 to {most} are possible")
-        return Array(element, count)
+        if size.startswith("<="):
+            return Sequence(element, self._number(size[2:], MAX_BOUND, text))
+        return Array(element, self._number(size, most, text))
 
-    def _element(self, base: str, most: str | None) -> Element:
+    def _element(self, text: str, type_text: str) -> Element:
+        base, bounded, most = text.partition("<=")
+        if bounded and base not in TEXTS:
+            raise self._invalid(
+                f"`{type_text}` has a length", "only `string` has one; for arrays it is in brackets: `[<=N]`"
+            )
         if base in PRIMITIVES:
-            if most is None:
-                return Scalar(base)
-            if base not in TEXTS or not 0 < int(most[:12]) < 2**32:
-                raise self._invalid(
-                    f"`{base}<={most}`",
-                    "a length can be given for `string` only, from 1 to 4294967295; for arrays: `[<=N]`",
-                )
-            return Scalar(base, int(most))
-        if most is not None:
-            raise self._invalid(f"`{base}<={most}`", "a length can be given for `string` only")
-        package, _, name = base.replace("/msg/", "/").rpartition("/")
-        if package and not is_package_name(package):
+            return Scalar(base, self._number(most, MAX_BOUND, type_text) if bounded else 0)
+        package, slash, name = base.replace("/msg/", "/").rpartition("/")
+        if slash and not is_package_name(package):
             raise self._invalid(f"`{package}` is no name of a package")
         if not is_interface_name(name):
             times = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
-            meant = (
-                f"ROS 2 has `{times[name]}`"
-                if name in times
-                else f"types are {', '.join(sorted(PRIMITIVES))} and names of messages"
+            known = (
+                f"types are {', '.join(sorted(PRIMITIVES))} and names of messages, alone or in arrays: `int8[3]`"
             )
-            raise self._invalid(f"`{base}` is no type", meant)
+            raise self._invalid(
+                f"`{type_text}` is no type", f"ROS 2 has `{times[name]}`" if name in times else known
+            )
         return Named(f"{package or self._package}/msg/{name}")
+
+    def _number(self, text: str, most: int, type_text: str) -> int:
+        """How many elements or characters a type has."""
+        digits = text[:12] if text.isascii() and text.isdecimal() else "0"  # more are beyond all limits as well
+        if not 0 < int(digits) <= most:
+            raise self._invalid(f"`{type_text}` has no valid size", f"from 1 to {most} are possible")
+        return int(digits)
 
     def _invalid(self, problem: str, expected: str = "") -> InvalidDefinition:
         return InvalidDefinition(f"{self._origin}:{self._line}: {problem}", help=expected)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 
 from seoro.bridges.ros2.interfaces.definitions import (
@@ -76,6 +75,7 @@ def _literal(value: Literal) -> str:
         case bool():
             return str(value).lower()
         case str():
-            return json.dumps(value, ensure_ascii=False)
+            escaped = value.replace('"', r"\"")
+            return f'"{escaped}"'
         case _:
             return repr(value)

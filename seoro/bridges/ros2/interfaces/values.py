@@ -87,27 +87,26 @@ class _StructureConverter:
 
     def __call__(self, value: Any) -> Message:
         if isinstance(value, Message):
-            value = self._members_of(value)
-        elif not isinstance(value, Mapping):
+            if value.__msgtype__ != self._name:
+                raise Mismatch(f"a {self._name}", value)
+            return self._made({name: getattr(value, attribute_) for name, attribute_, _, _ in self._members})
+        if not isinstance(value, Mapping):
             raise Mismatch(f"the members of a {self._name}", value)
         if not value.keys() <= self._names:
             self._refuse_unknown(value)
-        made = []
-        for name, _, convert, default in self._members:
-            if name in value:
-                try:
-                    made.append(convert(value[name]))
-                except Mismatch as mismatch:
-                    mismatch.within(name)
-                    raise
-            else:
-                made.append(default)
-        return self._cls(*made) if made else self.default
+        return self._made(value)
 
-    def _members_of(self, message: Message) -> dict[str, Any]:
-        if message.__msgtype__ != self._name:
-            raise Mismatch(f"a {self._name}", message)
-        return {name: getattr(message, attribute_) for name, attribute_, _, _ in self._members}
+    def _made(self, value: Mapping[str, Any]) -> Message:
+        if not value:
+            return self.default
+        made: list[Any] = []
+        try:
+            for name, _, convert, default in self._members:
+                made.append(convert(value[name]) if name in value else default)
+        except Mismatch as mismatch:
+            mismatch.within(self._members[len(made)][0])
+            raise
+        return self._cls(*made)
 
     def _refuse_unknown(self, value: Mapping[Any, Any]) -> NoReturn:
         unknown = next(name for name in value if name not in self._names)

@@ -1,0 +1,118 @@
+"""What messages of ROS 2 cost: encoded and decoded by seoro, beside rosbags alone; and what the first one costs.
+
+    python benchmarks/ros2_interfaces.py [--rounds N]
+
+Each round takes all measures in turn. Times are medians of the rounds and of the processor: microseconds for a
+message, and milliseconds for a new Python that encodes its first message, over one that only has numpy and what
+every `seoro exec` loads. rosbags is given messages of its own classes, and checks nothing; seoro is given plain
+values as scenarios have them, or a message that it has decoded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import statistics
+import subprocess
+import sys
+import time
+import timeit
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rosbags.typesys import Stores, get_typestore
+
+from seoro.bridges.ros2.interfaces import TypeStore
+
+HEADER = {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "base_link"}
+TRANSFORM = {"header": HEADER, "child_frame_id": "odom", "transform": {"translation": {"x": 1.5}}}
+MESSAGES: dict[str, tuple[str, dict[str, Any]]] = {
+    "String": ("std_msgs/msg/String", {"data": "hello"}),
+    "Twist": ("geometry_msgs/msg/Twist", {"linear": {"x": 0.5}, "angular": {"z": -0.2}}),
+    "JointState of 7": (
+        "sensor_msgs/msg/JointState",
+        {"header": HEADER, "name": [f"joint_{number}" for number in range(7)], "position": np.zeros(7)},
+    ),
+    "Odometry": ("nav_msgs/msg/Odometry", {"header": HEADER, "child_frame_id": "base_link"}),
+    "TF of 1": ("tf2_msgs/msg/TFMessage", {"transforms": [TRANSFORM]}),
+    "TF of 20": ("tf2_msgs/msg/TFMessage", {"transforms": [TRANSFORM] * 20}),
+    "LaserScan of 720": (
+        "sensor_msgs/msg/LaserScan",
+        {"header": HEADER, "ranges": np.ones(720, np.float32), "intensities": np.ones(720, np.float32)},
+    ),
+    "Image 640 x 480": (
+        "sensor_msgs/msg/Image",
+        {"header": HEADER, "height": 480, "width": 640, "step": 1920, "data": np.zeros(921600, np.uint8)},
+    ),
+}
+STARTS = {
+    "base": "import numpy, seoro.embed",
+    "type hash": "import numpy, seoro.embed; {store}.type_hash('sensor_msgs/LaserScan')",
+    "LaserScan": "import numpy, seoro.embed; {store}.encode('sensor_msgs/LaserScan', {{}})",
+    "Odometry": "import numpy, seoro.embed; {store}.encode('nav_msgs/Odometry', {{}})",
+}
+STORE = "from seoro.bridges.ros2.interfaces import TypeStore; TypeStore.bundled()"
+COLUMNS = ("seoro: values", "message", "decode", "rosbags: encode", "decode")
+
+
+def microseconds(work: Callable[[], object]) -> float:
+    """What one call takes, of as many as fill about 20 ms."""
+    timer = timeit.Timer(work, timer=time.process_time)
+    once = max(timer.timeit(3) / 3, 1e-7)
+    number = max(1, int(0.02 / once))
+    return timer.timeit(number) / number * 1e6
+
+
+def start(program: str) -> float:
+    """Seconds of the processor that a new Python takes."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", program], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def works() -> dict[str, list[Callable[[], object]]]:
+    """For each message, what is measured of it: a function for each column."""
+    ours, theirs = TypeStore.bundled(), get_typestore(Stores.ROS2_JAZZY)
+    made: dict[str, list[Callable[[], object]]] = {}
+    for title, (name, value) in MESSAGES.items():
+        payload = ours.encode(name, value)
+        message, other = ours.decode(name, payload), theirs.deserialize_cdr(payload, name)
+        assert bytes(theirs.serialize_cdr(other, name)) == payload
+        made[title] = [
+            lambda name=name, value=value: ours.encode(name, value),  # type: ignore[misc]
+            lambda name=name, message=message: ours.encode(name, message),  # type: ignore[misc]
+            lambda name=name, payload=payload: ours.decode(name, payload),  # type: ignore[misc]
+            lambda name=name, other=other: bytes(theirs.serialize_cdr(other, name)),  # type: ignore[misc]
+            lambda name=name, payload=payload: theirs.deserialize_cdr(payload, name),  # type: ignore[misc]
+        ]
+    return made
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="What messages of ROS 2 cost.")
+    parser.add_argument("--rounds", type=int, default=11)
+    rounds = range(parser.parse_args().rounds)
+    measured = works()
+    times: dict[tuple[str, int], list[float]] = {}
+    starts: dict[str, list[float]] = {name: [] for name in STARTS}
+    for _ in rounds:
+        for title, columns in measured.items():
+            for column, work in enumerate(columns):
+                times.setdefault((title, column), []).append(microseconds(work))
+        for name, program in STARTS.items():
+            starts[name].append(start(program.format(store=STORE)))
+    print(f"{'[us]':18}" + "".join(f"{column:>16}" for column in COLUMNS))
+    for title in measured:
+        medians = (statistics.median(times[title, column]) for column in range(len(COLUMNS)))
+        print(f"{title:18}" + "".join(f"{median:16.1f}" for median in medians))
+    base = statistics.median(starts["base"])
+    print(f"\nfirst of a process, over the {base * 1e3:.0f} ms of Python, numpy and seoro [ms]:")
+    for name, seconds in list(starts.items())[1:]:
+        print(f"{name:18}{(statistics.median(seconds) - base) * 1e3:16.1f}")
+
+
+if __name__ == "__main__":
+    main()
