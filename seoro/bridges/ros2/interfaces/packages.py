@@ -1,7 +1,8 @@
 """Where definitions come from: the packages that seoro brings, and folders of users.
 
 seoro's own are files `data/DISTRIBUTION/PACKAGE.interfaces`, one for each package: the lines of all its .msg, .srv
-and .action files without comments, each under a heading such as `[msg/Point]`. `packing.py` makes them.
+and .action files without comments, each under a heading such as `[msg/Point]`. `packing.py` makes them. Packages
+that change more often than distributions have further files, `data/editions/PACKAGE-VERSION.interfaces`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from seoro.bridges.ros2.interfaces.syntax import MAX_FILE
 from seoro.errors import InvalidUse
 
 DATA: Final = Path(__file__).with_name("data")
+_EDITIONS: Final = "editions"
 MAX_FILES: Final = 20_000  # in the folder of a user
 
 
@@ -108,13 +110,19 @@ def bundled_packages(distribution: str) -> dict[str, Package]:
     Raises:
         InvalidUse: seoro has none of that distribution.
     """
-    known = sorted(folder.name for folder in DATA.iterdir() if folder.is_dir())
+    known = sorted(folder.name for folder in DATA.iterdir() if folder.name != _EDITIONS)
     if distribution not in known:
         raise InvalidUse(
             f"no interfaces of ROS 2 {distribution!r} come with seoro",
             help=f"there are those of {', '.join(known)}; for others, add a folder with their packages",
         )
     return {file.stem: BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
+
+
+def editions(package: str) -> tuple[Package, ...]:
+    """All that seoro has of a package, of all distributions and versions."""
+    files = (*DATA.glob(f"*/{package}.interfaces"), *DATA.glob(f"{_EDITIONS}/{package}-*.interfaces"))
+    return tuple(BundledPackage(file) for file in sorted(files))
 
 
 def packages_in(folder: Path) -> dict[str, Package]:

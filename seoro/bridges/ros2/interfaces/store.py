@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seoro.bridges.ros2.interfaces.definitions import Structure
-from seoro.bridges.ros2.interfaces.errors import InvalidValue
+from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidValue, UnknownInterface
 from seoro.bridges.ros2.interfaces.hashes import type_hash
 from seoro.bridges.ros2.interfaces.messages import Message
-from seoro.bridges.ros2.interfaces.packages import Package, bundled_packages, packages_in
+from seoro.bridges.ros2.interfaces.packages import Package, bundled_packages, editions, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
 from seoro.bridges.ros2.interfaces.text import schema
 
@@ -101,6 +101,36 @@ class TypeStore:
         if known is None:
             known = self._hashes[name] = type_hash(name, self._registry.structure)
         return known
+
+    def matching(self, name: str, type_hash: str) -> TypeStore | None:
+        """The store in which an interface has the hash that a robot says it has.
+
+        That is this store if it agrees. Else it is one with another edition of the interface's package, if seoro
+        has one that agrees; or else None.
+
+        Args:
+            name: The interface.
+            type_hash: The hash, such as that of a key of rmw_zenoh.
+
+        Raises:
+            UnknownInterface: No package of this store defines it.
+            InvalidDefinition: Its definition cannot be read; says the file and the line.
+        """
+        name = self.canonical(name)
+        if self.type_hash(name) == type_hash:
+            return self
+        package = name.partition("/")[0]
+        for edition in editions(package):
+            store = TypeStore({**self._packages, package: edition})
+            try:
+                if store.type_hash(name) == type_hash:
+                    return store
+            except (
+                UnknownInterface,
+                InvalidDefinition,
+            ):  # that edition has no such interface, or needs other packages
+                continue
+        return None
 
     def schema(self, name: str) -> str:
         """The definition of an interface and of all that it refers to, as MCAP files have it (encoding `ros2msg`).

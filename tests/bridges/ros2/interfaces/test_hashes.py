@@ -25,13 +25,6 @@ def test_all_hashes_agree_with_the_official_ones() -> None:
     assert len(compared) == 721
 
 
-def test_all_interfaces_have_a_hash() -> None:
-    store = TypeStore.bundled()
-    assert len(store.names()) > 500
-    for name in store.names():
-        assert store.type_hash(name).startswith("RIHS01_")
-
-
 def test_interfaces_of_users_have_hashes(tmp_path: Path) -> None:
     times = "builtin_interfaces/Duration duration_value\nbuiltin_interfaces/Time time_value\n"
     make_folder(tmp_path, Builtins_msg=times)
@@ -51,6 +44,36 @@ def test_defaults_constants_and_comments_do_not_count(tmp_path: Path) -> None:
 def test_derived_structures_of_actions_are_known(suffix: str) -> None:
     name = f"nav2_msgs/action/Spin{suffix}"
     assert TypeStore.bundled().type_hash(name) == GOLDEN[name]
+
+
+@pytest.mark.parametrize("distribution", ["jazzy", "humble"])
+def test_all_definitions_refer_to_what_there_is(distribution: str) -> None:
+    store = TypeStore.bundled(distribution)
+    for name in store.names():
+        assert store.type_hash(name).startswith("RIHS01_")
+
+
+def test_another_edition_of_a_package_is_found_by_its_hash() -> None:
+    store = TypeStore.bundled()
+    name = "simulation_interfaces/srv/SpawnEntity"
+    assert store.matching(name, store.type_hash(name)) is store
+    humble = TypeStore.bundled("humble")
+    found = store.matching(name, humble.type_hash(name))
+    assert found is not None
+    assert found.type_hash(name) == humble.type_hash(name) != store.type_hash(name)
+    assert "uri" in [field.name for field in found.structure(f"{name}_Request").fields]
+    assert found.type_hash("nav2_msgs/action/Spin") == store.type_hash("nav2_msgs/action/Spin")
+    assert store.matching(name, "RIHS01_" + "0" * 64) is None
+    assert store.matching("std_msgs/msg/String", "RIHS01_" + "0" * 64) is None
+
+
+@pytest.mark.parametrize(
+    ("distribution", "result", "feedback"), [("humble", "ecdf", "9d1f"), ("jazzy", "c407", "9d1f")]
+)
+def test_distributions_differ_where_their_packages_do(distribution: str, result: str, feedback: str) -> None:
+    store = TypeStore.bundled(distribution)
+    assert store.type_hash("nav2_msgs/action/NavigateToPose_GetResult").startswith(f"RIHS01_{result}")
+    assert store.type_hash("nav2_msgs/action/NavigateToPose_FeedbackMessage").startswith(f"RIHS01_{feedback}")
 
 
 def test_a_message_has_no_request() -> None:
