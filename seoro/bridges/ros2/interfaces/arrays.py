@@ -8,7 +8,7 @@ import numpy as np
 
 from seoro.bridges.ros2.interfaces.definitions import Array, Scalar, Sequence
 from seoro.bridges.ros2.interfaces.messages import Message
-from seoro.bridges.ros2.interfaces.mismatch import Count, Mismatch
+from seoro.bridges.ros2.interfaces.mismatch import Mismatch, unfit
 from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
 
 _OCTETS: Final = ("byte", "char", "uint8")
@@ -19,7 +19,7 @@ def list_converter(type_: Array | Sequence, convert: Convert) -> Convert:
 
     def converted(value: Any) -> list[Any]:
         if not _is_list(value):
-            raise Mismatch(f"a list ({type_})", value)
+            raise unfit(f"a list ({type_})", value)
         _check_length(type_, len(value))
         return _all(value, convert)
 
@@ -34,10 +34,10 @@ def array_converter(type_: Array | Sequence, element: Scalar) -> Convert:
     def array(value: Any) -> np.ndarray[Any, Any]:
         if isinstance(value, np.ndarray):
             made = _converted_array(type_, value, dtype)
-        elif isinstance(value, bytes | bytearray | memoryview) and element.name in _OCTETS:
+        elif isinstance(value, bytes | bytearray) and element.name in _OCTETS:
             made = np.frombuffer(value, dtype)
         elif not _is_list(value):
-            raise Mismatch(f"a list ({type_})", value)
+            raise unfit(f"a list ({type_})", value)
         else:
             _check_length(type_, len(value))
             return np.array(_all(value, convert), dtype)
@@ -56,19 +56,19 @@ def _converted_array(
 ) -> np.ndarray[Any, Any]:
     """A numpy array with the elements that the wire wants, the same one where possible."""
     if value.ndim != 1:
-        raise Mismatch(f"one dimension ({type_})", value, "`array.ravel()` has all elements, row by row")
+        raise unfit(f"one dimension ({type_})", value, "`array.ravel()` has all elements, row by row")
     if value.dtype != dtype:
         kinds = {"f": "fiu", "i": "iu", "u": "iu", "b": "b"}[dtype.kind]
-        if value.dtype.kind not in kinds:
-            raise Mismatch(f"an array of {dtype}", value)
+        if value.dtype.kind not in kinds and value.size:
+            raise unfit(f"an array of {dtype}", value)
         if dtype.kind in "iu" and value.size:
             limits = np.iinfo(dtype)
             if int(value.min()) < limits.min or int(value.max()) > limits.max:
-                raise Mismatch(f"numbers from {limits.min} to {limits.max} ({type_})", value)
+                raise unfit(f"numbers from {limits.min} to {limits.max} ({type_})", value)
         with np.errstate(over="ignore"):
             converted = value.astype(dtype)
         if dtype.kind == "f" and not np.array_equal(np.isinf(converted), np.isinf(value)):
-            raise Mismatch(f"numbers that {dtype} has", value)
+            raise unfit(f"numbers that {dtype} has", value)
         value = converted
     return np.ascontiguousarray(value)
 
@@ -86,6 +86,6 @@ def _all(values: list[Any] | tuple[Any, ...], convert: Convert) -> list[Any]:
 
 def _check_length(type_: Array | Sequence, length: int) -> None:
     if isinstance(type_, Array) and length != type_.length:
-        raise Mismatch(f"{type_.length} elements ({type_})", Count(length))
+        raise Mismatch(f"expected {type_.length} elements ({type_}), got {length}")
     if isinstance(type_, Sequence) and 0 < type_.bound < length:
-        raise Mismatch(f"at most {type_.bound} elements ({type_})", Count(length))
+        raise Mismatch(f"expected at most {type_.bound} elements ({type_}), got {length}")

@@ -27,6 +27,11 @@ SUFFIXES: Final = {  # of all structures that an interface of a kind consists of
 _GOAL_ID: Final = Field("goal_id", Named("unique_identifier_msgs/msg/UUID"))
 
 
+def is_sent(suffix: str, kind: str) -> bool:
+    """Whether a structure is a message, and not a whole service or action."""
+    return kind == "msg" or suffix not in {"", "_SendGoal", "_GetResult"}
+
+
 def derive(interface: str, suffix: str) -> Structure:
     """The structure that follows from a service or an action.
 

@@ -12,8 +12,8 @@ from seoro.bridges.ros2.interfaces.messages import Message
 class Mismatch(Exception):
     """A value does not fit; the path grows while the error leaves the structures."""
 
-    def __init__(self, expected: str, given: object, help: str = "") -> None:  # noqa: A002
-        super().__init__(f"expected {expected}, got {_shown(given)}")
+    def __init__(self, problem: str, help: str = "") -> None:  # noqa: A002
+        super().__init__(problem)
         self.path = ""
         self.help = help
 
@@ -22,31 +22,14 @@ class Mismatch(Exception):
         self.path = member + ("" if not self.path or self.path.startswith("[") else ".") + self.path
 
 
-class Unknown:
-    """A name that is no member; shown as what was given."""
-
-    def __init__(self, name: object) -> None:
-        self._name = name
-
-    def __repr__(self) -> str:
-        return f"an unknown one, `{self._name}`"
-
-
-class Count:
-    """A number of elements; shown as what was given."""
-
-    def __init__(self, count: int) -> None:
-        self._count = count
-
-    def __repr__(self) -> str:
-        return str(self._count)
+def unfit(expected: str, given: object, help: str = "") -> Mismatch:  # noqa: A002
+    """The mismatch of a value that is not what was expected."""
+    return Mismatch(f"expected {expected}, got {_shown(given)}", help)
 
 
 def _shown(value: object) -> str:
     """A value in a message, short."""
     match value:
-        case Unknown() | Count():
-            return repr(value)
         case None:
             return "nothing"
         case bool():

@@ -45,7 +45,7 @@ class BundledPackage:
     """
 
     def __init__(self, file: Path) -> None:
-        self.origin = str(file)
+        self.origin = f"{file.parent.name}/{file.name} of seoro"
         self._file = file
         self._sources: Mapping[str, Source] | None = None
 
@@ -154,6 +154,7 @@ def packages_in(folder: Path) -> dict[str, Package]:
     if not files:
         raise InvalidUse(
             f"{folder}: no interfaces found",
-            help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package",
+            help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package"
+            + f"; this is a package, so give {folder.parent}" * any((folder / kind).is_dir() for kind in PARTS),
         )
     return {package: PackageFolder(folder / package, found) for package, found in files.items()}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from seoro.bridges.ros2.interfaces.definitions import Field, Named, Structure, element_of
-from seoro.bridges.ros2.interfaces.derived import SUFFIXES, derive
+from seoro.bridges.ros2.interfaces.derived import SUFFIXES, derive, is_sent
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, UnknownInterface, near
 from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
 from seoro.bridges.ros2.interfaces.packages import Package, Source
@@ -60,6 +60,22 @@ class Registry:
                 raise self._unknown(name, found)
             case _:
                 raise UnknownInterface(f"{name!r} has several meanings", help=f"write {' or '.join(candidates)}")
+
+    def message(self, name: str) -> str:
+        """The full name of a structure that is a message, and not a whole service or action.
+
+        Raises:
+            UnknownInterface: No package defines it, or it is no message.
+        """
+        full = self.canonical(name)
+        parts = parse_name(full)
+        assert parts is not None
+        if is_sent(parts.suffix, parts.kind):
+            return full
+        raise UnknownInterface(
+            f"`{full}` is {'a service' if parts.kind == 'srv' or parts.suffix else 'an action'}, and no message",
+            help=f"it consists of {_parts(parts.kind, parts.base)}",
+        )
 
     def structure(self, name: str) -> Structure:
         """A structure by its full name; all that it refers to exists.
@@ -139,12 +155,17 @@ class Registry:
         interfaces = package.interfaces()
         for kind in [name.kind] if name.kind else PARTS:
             if name.suffix and f"{kind}/{name.base}" in interfaces:
-                parts = ", ".join(f"`{name.base}{part}`" for part in SUFFIXES[kind] if part) or "no parts"
                 return UnknownInterface(
-                    f"`{name.package}/{kind}/{name.base}` has no `{name.suffix}`", help=f"it has {parts}"
+                    f"`{name.package}/{kind}/{name.base}` has no `{name.suffix}`",
+                    help=f"it consists of {_parts(kind, name.base)}",
                 )
         return UnknownInterface(
             f"package `{name.package}` has no `{name.interface if name.kind else name.base}`; it is defined by"
             f" {package.origin}",
             help=near(wanted, (f"{name.package}/{interface}" for interface in interfaces)),
         )
+
+
+def _parts(kind: str, base: str) -> str:
+    """The messages that an interface consists of, without its package."""
+    return ", ".join(f"`{base}{part}`" for part in SUFFIXES[kind] if is_sent(part, kind))

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from seoro.bridges.ros2.interfaces.definitions import INTEGERS, Scalar
-from seoro.bridges.ros2.interfaces.mismatch import Mismatch
+from seoro.bridges.ros2.interfaces.mismatch import unfit
 
 Convert: TypeAlias = Callable[[Any], Any]
 
@@ -36,7 +36,7 @@ def scalar_converter(type_: Scalar) -> Convert:
 def _truth(value: Any) -> bool:
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    raise Mismatch("true or false", value)
+    raise unfit("true or false", value)
 
 
 def _octet(value: Any) -> int:
@@ -52,11 +52,11 @@ def _integer_converter(name: str) -> Convert:
     def integer(value: Any) -> int:
         if type(value) is not int:
             if not isinstance(value, int | np.integer) or isinstance(value, bool):
-                raise Mismatch(f"a whole number ({name})", value)
+                raise unfit(f"a whole number ({name})", value, "write it without quotes" * _is_number(value))
             value = int(value)
         if low <= value <= high:
             return value  # type: ignore[no-any-return]
-        raise Mismatch(f"a whole number from {low} to {high} ({name})", value)
+        raise unfit(f"a whole number from {low} to {high} ({name})", value)
 
     return integer
 
@@ -65,17 +65,25 @@ def _float64(value: Any) -> float:
     if type(value) is float:
         return value
     if not isinstance(value, float | int | np.floating | np.integer) or isinstance(value, bool):
-        raise Mismatch("a number", value)
+        raise unfit("a number", value, "write it without quotes" * _is_number(value))
     try:
         return float(value)
     except OverflowError:
-        raise Mismatch("a number that float64 has", value) from None
+        raise unfit("a number that float64 has", value) from None
+
+
+def _is_number(value: object) -> bool:
+    """Whether it is a text that says a number."""
+    try:
+        return isinstance(value, str) and math.isfinite(float(value))
+    except ValueError:
+        return False
 
 
 def _float32(value: Any) -> float:
     number = _float64(value)
     if _GREATEST_FLOAT32 < abs(number) < math.inf:
-        raise Mismatch(f"a number up to {_GREATEST_FLOAT32} (float32)", value)
+        raise unfit(f"a number up to {_GREATEST_FLOAT32} (float32)", value)
     return number
 
 
@@ -84,17 +92,17 @@ def _text_converter(type_: Scalar) -> Convert:
 
     def text(value: Any) -> str:
         if not isinstance(value, str):
-            raise Mismatch(
+            raise unfit(
                 "a text", value, "write numbers in quotes where a text is meant" * isinstance(value, int | float)
             )
         if "\0" in value:
-            raise Mismatch("a text without the character NUL, which would end it", value)
+            raise unfit("a text without the character NUL, which would end it", value)
         try:
             length = len(value) if value.isascii() else len(value.encode())
         except UnicodeEncodeError:
-            raise Mismatch("a text in Unicode", value) from None
+            raise unfit("a text in Unicode", value) from None
         if 0 < bound < length:
-            raise Mismatch(f"a text of at most {bound} bytes", value)
+            raise unfit(f"a text of at most {bound} bytes", value)
         return value
 
     return text

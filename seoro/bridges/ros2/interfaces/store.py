@@ -36,6 +36,7 @@ class TypeStore:
         self._packages = packages
         self._registry = Registry(packages)
         self._canonical: dict[str, str] = {}
+        self._messages: dict[str, str] = {}
         self._hashes: dict[str, str] = {}
 
     @classmethod
@@ -133,13 +134,13 @@ class TypeStore:
         return None
 
     def schema(self, name: str) -> str:
-        """The definition of an interface and of all that it refers to, as MCAP files have it (encoding `ros2msg`).
+        """The definition of a message and of all that it refers to, as MCAP files have it (encoding `ros2msg`).
 
         Raises:
-            UnknownInterface: No package defines it.
+            UnknownInterface: No package defines it, or it is no message but a service or an action.
             InvalidDefinition: Its definition cannot be read; says the file and the line.
         """
-        return schema(self.canonical(name), self._registry.structure)
+        return schema(self._message_name(name), self._registry.structure)
 
     def message(self, name: str, value: Mapping[str, Any] | Message) -> Message:
         """A message of plain values.
@@ -150,11 +151,11 @@ class TypeStore:
                 are missing get the defaults of the definition, or else zero or empty.
 
         Raises:
-            UnknownInterface: No package defines it.
+            UnknownInterface: No package defines it, or it is no message but a service or an action.
             InvalidDefinition: Its definition cannot be read, or has a type that cannot be encoded.
             InvalidValue: A member does not fit; says its path and what was expected.
         """
-        return self._builder.build(self.canonical(name), value)
+        return self._builder.build(self._message_name(name), value)
 
     def encode(self, name: str, value: Mapping[str, Any] | Message) -> bytes:
         """The little-endian CDR of a message, with its header.
@@ -167,11 +168,11 @@ class TypeStore:
         """The message in a payload of CDR of either byte order. Arrays are views of the payload, and read-only.
 
         Raises:
-            UnknownInterface: No package defines it.
+            UnknownInterface: No package defines it, or it is no message but a service or an action.
             InvalidDefinition: Its definition cannot be read, or has a type that cannot be decoded.
             InvalidPayload: The payload is no message of that type.
         """
-        return self._codec.decode(self.canonical(name), payload)
+        return self._codec.decode(self._message_name(name), payload)
 
     def plain(self, name: str, message: Message) -> dict[str, Any]:
         """A message as dictionaries, lists, numbers and texts, in the order of the definition.
@@ -181,10 +182,16 @@ class TypeStore:
         """
         from seoro.bridges.ros2.interfaces.plain import plain  # noqa: PLC0415 - imports numpy
 
-        name = self.canonical(name)
+        name = self._message_name(name)
         if message.__msgtype__ != name:
             raise InvalidValue(name, "", f"expected a {name}, got a {message.__msgtype__}")
         return plain(message)
+
+    def _message_name(self, name: str) -> str:
+        known = self._messages.get(name)
+        if known is None:
+            known = self._messages[name] = self._registry.message(name)
+        return known
 
     @cached_property
     def _codec(self) -> Codec:

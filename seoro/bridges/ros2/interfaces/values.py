@@ -24,7 +24,7 @@ from seoro.bridges.ros2.interfaces.definitions import (
 )
 from seoro.bridges.ros2.interfaces.errors import InvalidValue, near
 from seoro.bridges.ros2.interfaces.messages import Message, attribute
-from seoro.bridges.ros2.interfaces.mismatch import Mismatch, Unknown
+from seoro.bridges.ros2.interfaces.mismatch import Mismatch, unfit
 from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
 
 
@@ -88,10 +88,10 @@ class _StructureConverter:
     def __call__(self, value: Any) -> Message:
         if isinstance(value, Message):
             if value.__msgtype__ != self._name:
-                raise Mismatch(f"a {self._name}", value)
+                raise unfit(f"a {self._name}", value)
             return self._made({name: getattr(value, attribute_) for name, attribute_, _, _ in self._members})
         if not isinstance(value, Mapping):
-            raise Mismatch(f"the members of a {self._name}", value)
+            raise unfit(f"a {self._name}", value, f"a mapping is expected; {self._list()}")
         if not value.keys() <= self._names:
             self._refuse_unknown(value)
         return self._made(value)
@@ -110,9 +110,13 @@ class _StructureConverter:
 
     def _refuse_unknown(self, value: Mapping[Any, Any]) -> NoReturn:
         unknown = next(name for name in value if name not in self._names)
-        names = [name for name, *_ in self._members]
-        members = f"its members are {', '.join(f'`{name}`' for name in names)}" if names else "it has no members"
-        raise Mismatch(f"members of a {self._name}", Unknown(unknown), near(str(unknown), names) or members)
+        raise Mismatch(
+            f"a {self._name} has no member `{unknown}`", near(str(unknown), self._names) or self._list()
+        )
+
+    def _list(self) -> str:
+        members = ", ".join(f"`{name}`" for name, *_ in self._members)
+        return f"its members are {members}" if members else "it has no members"
 
 
 def _default(field: Field, builder: Builder) -> Any:

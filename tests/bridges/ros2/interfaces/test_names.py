@@ -108,6 +108,10 @@ def test_nesting_has_a_limit(tmp_path: Path) -> None:
 def test_folders_without_packages_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidUse, match="there is no such folder"):
         TypeStore.bundled().add_folder(tmp_path / "missing")
+    package = make_folder(tmp_path / "share", Pose_msg="") / "my_robot"
+    with pytest.raises(InvalidUse, match="no interfaces found") as raised:
+        TypeStore.bundled().add_folder(package)
+    assert raised.value.help.endswith(f"this is a package, so give {tmp_path / 'share'}")
     with pytest.raises(InvalidUse, match="no interfaces found") as raised:
         TypeStore.bundled().add_folder(tmp_path)
     assert "PACKAGE/msg/NAME.msg" in raised.value.help
