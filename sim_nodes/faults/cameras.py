@@ -98,8 +98,3 @@ class FreeCameras(Mapping[str, Device]):
 
     def __len__(self) -> int:
         return len(self._cameras.free)
-
-
-def carried_cameras(robot: str, names: Sequence[str], cameras: Cameras) -> dict[str, CameraDevice]:
-    """The cameras that a robot carries, by their names among its devices."""
-    return {name: CameraDevice(name, cameras, f"{robot}/{name}") for name in names}

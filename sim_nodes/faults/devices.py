@@ -26,7 +26,7 @@ from seoro.bridges.wire import (
 from sim_nodes.faults.arrivals import arrival_check
 from sim_nodes.faults.check import Check, Observation, SensorCheck
 from sim_nodes.faults.fitting import check_fault, check_slip
-from sim_nodes.faults.motors import Motion, MotorCheck, motor_check
+from sim_nodes.faults.motors import AT_REST, Motion, MotorCheck, motor_check
 from sim_nodes.faults.values import value_check
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.wheels import Wheels
@@ -138,7 +138,25 @@ class SensorDevice(Source):
         check.observe(self.observation(tick))
 
 
-class Motors(Device):
+class Drive(Device):
+    """A device that moves something, as long as it has power."""
+
+    @abstractmethod
+    def supply(self, on: bool) -> None:
+        """Cut off the supply of power, or bring it back."""
+
+    @property
+    @abstractmethod
+    def parts(self) -> str:
+        """What it moves, in words."""
+
+    @property
+    @abstractmethod
+    def is_at_rest(self) -> bool:
+        """Whether that is at rest now."""
+
+
+class Motors(Drive):
     """The motors of the wheels.
 
     Args:
@@ -180,9 +198,19 @@ class Motors(Device):
             self._apply()
 
     def supply(self, on: bool) -> None:
-        """Cut off the supply of power, or bring it back."""
+        """See `Drive`."""
         self._has_supply = on
         self._apply()
+
+    @property
+    def parts(self) -> str:
+        """See `Drive`."""
+        return "the wheels"
+
+    @property
+    def is_at_rest(self) -> bool:
+        """See `Drive`."""
+        return max(map(abs, self._motion().turning)) <= AT_REST
 
     def _apply(self) -> None:
         slip = self._faults.get("wheel_slip")

@@ -122,28 +122,6 @@ class TorqueCheck(MotorCheck):
         )
 
 
-class RestCheck(MotorCheck):
-    """Whether wheels are at rest, whatever they are commanded."""
-
-    STATE = ("_ticks",)
-
-    def __init__(self) -> None:
-        self._ticks = 0  # in a row
-
-    def observe(self, seen: Motion) -> None:
-        """Take in a tick."""
-        self._ticks = self._ticks + 1 if max(map(abs, seen.turning)) <= AT_REST else 0
-
-    @property
-    def holds(self) -> bool:
-        """Whether they are."""
-        return self._ticks * TICK >= STANDSTILL
-
-    def figures(self) -> str:
-        """For how long."""
-        return f"the wheels have been at rest for {self._ticks * TICK:.2f} s"
-
-
 MotorFault = WheelSlip | PowerLoss
 
 

@@ -222,7 +222,7 @@ class Arm(Stateful):
         for goal in self._planned:
             yield Ended(goal, Outcome.SUCCEEDED)
         self._planned = []
-        self.wanted = 0.0
+        self.wanted = self.gripper.wanted = 0.0
         if self.is_idle:
             return
         states = self.states()

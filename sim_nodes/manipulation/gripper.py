@@ -54,7 +54,21 @@ class Gripper(Stateful):
         is_loose: Says whether an entity can be carried.
     """
 
-    STATE = ("goal", "holds", "held", "_start", "_target", "_ramp", "_force", "_ticks", "_still", "_loose")
+    STATE = (
+        "goal",
+        "holds",
+        "held",
+        "wanted",
+        "_has_power",
+        "_touches",
+        "_start",
+        "_target",
+        "_ramp",
+        "_force",
+        "_ticks",
+        "_still",
+        "_loose",
+    )
 
     def __init__(
         self, robot: str, declaration: GripperDeclaration, engine: Engine, is_loose: Callable[[str], bool]
@@ -64,6 +78,11 @@ class Gripper(Stateful):
         self.goal: GripperGoal | None = None
         self.holds: list[HoldGoal] = []
         self.held: str | None = None
+        self.wanted = (
+            0.0  # speed at which the opening was to change in the last tick, with nothing in its way [m/s]
+        )
+        self._has_power = True
+        self._touches = False  # whether a finger touches something, as far as that was looked at
         # Openings [m]: where the last command began, where it leads, and where fingers are pulled to now.
         self._start = self._target = self._ramp = declaration.stroke
         self._force = declaration.max_force
@@ -97,7 +116,7 @@ class Gripper(Stateful):
         self._target, self._force = goal.opening, goal.force
         self._ticks = self._still = 0
         if self._opens:
-            self._ramp, self.held = self._start, None
+            self._ramp, self.held = self._start, None if self._has_power else self.held
         else:  # what is pressed on already stays so
             self._ramp = min(self._start, self._ramp)
 
@@ -123,6 +142,19 @@ class Gripper(Stateful):
         if self.goal is not None and self.goal.id in goals:
             self.goal = replace(self.goal, id=NOBODY)
         self.holds = [hold for hold in self.holds if hold.id not in goals]
+
+    def power(self, on: bool) -> None:
+        """Cut off the power, without which fingers stay and press on what they hold, or bring it back."""
+        if self._has_power and not on and self.held is None:
+            self._pull(self.opening())
+        if on and not self._has_power and self.goal is not None:
+            self.held = None if self._opens else self.held
+            self._ramp = self._ramp if self.held else self.opening()
+        self._has_power = on
+
+    def moving(self) -> float:
+        """Speed with which the opening changes [m/s]."""
+        return abs(float(self._engine.joint_states(self._robot).velocities[-2:].sum()))
 
     def stop(self) -> None:
         """Leave the fingers where they are, if they move; what is held is still pressed on."""
@@ -164,6 +196,7 @@ class Gripper(Stateful):
             return
         touched = self._engine.link_contacts(self._robot)
         left, right = ({other for link, other in touched if link == finger} for finger in self._declaration.links)
+        self._touches = bool(left or right)
         both = sorted(name for name in left & right if self._is_loose(name))
         if both:
             self.held, self._loose = (self.held if self.held in both else both[0]), 0
@@ -184,8 +217,12 @@ class Gripper(Stateful):
     def _move(self, goal: GripperGoal) -> None:
         """Pull the fingers on, at the speed of the goal."""
         end, step = self._end_of_ramp, goal.scaling * self._declaration.max_speed * TICK
-        self._ramp = min(self._ramp + step, end) if end > self._ramp else max(self._ramp - step, end)
-        self._pull(self._ramp)
+        before = self._ramp
+        self._ramp = min(before + step, end) if end > before else max(before - step, end)
+        if self._opens or not self._touches:
+            self.wanted = abs(self._ramp - before) / TICK
+        if self._has_power:
+            self._pull(self._ramp)
 
     def _pull(self, opening: float) -> None:
         self._engine.command_fingers(self._robot, opening / 2.0, self._force)
@@ -198,7 +235,7 @@ class Gripper(Stateful):
         if is_reached and self._still:
             return Ended(goal.id, Outcome.SUCCEEDED)
         if self._still >= STALL_TICKS and abs(self._ramp - opening) > STOPPED:
-            if self._opens:
+            if self._opens or not self._has_power:
                 return Ended(
                     goal.id, Outcome.ABORTED, f"the fingers of {self._robot} were stopped at {opening:.3f} m"
                 )

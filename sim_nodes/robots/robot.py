@@ -8,10 +8,10 @@ from typing import Any
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.cameras import Cameras
+from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuators
 from sim_nodes.faults.board import FaultBoard
-from sim_nodes.faults.cameras import carried_cameras
-from sim_nodes.faults.devices import Device, SensorDevice
-from sim_nodes.faults.joints import Joints
+from sim_nodes.faults.cameras import CameraDevice
+from sim_nodes.faults.devices import Device, Drive, SensorDevice, Source
 from sim_nodes.faults.whole import WholeRobot
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.arm import Arm
@@ -56,14 +56,17 @@ class Robot(Stateful):
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
         """What of it can have faults, by names."""
-        base = self._mobile
-        carried = carried_cameras(self.name, [camera.name for camera in self.declaration.cameras], cameras)
-        joints: dict[str, Device] = {} if self._arm is None else {"joints": Joints(self._arm)}
-        if base is None:
-            return {**joints, **carried}
-        sensors = {name: SensorDevice(name, feed) for name, feed in base.sensors.items()}
-        whole = WholeRobot({**sensors, **carried}, base.motors, base.motion)
-        return {**joints, **sensors, **carried, "motors": base.motors, "robot": whole}
+        sources: dict[str, Source] = {name: SensorDevice(name, feed) for name, feed in self.sensors.items()}
+        carried = [camera.name for camera in self.declaration.cameras]
+        sources |= {name: CameraDevice(name, cameras, f"{self.name}/{name}") for name in carried}
+        drives: dict[str, Drive] = {}
+        if self._arm is not None:
+            drives["joints"] = Actuators(JOINTS, self._arm)
+            drives["gripper"] = Actuators(GRIPPER, self._arm.gripper)
+        if self._mobile is not None:
+            drives["motors"] = self._mobile.motors
+        whole = {"robot": WholeRobot(sources, drives)} if sources else {}
+        return {**sources, **drives, **whole}
 
     @property
     def drives(self) -> bool:

@@ -1,0 +1,151 @@
+"""Loss of power of an arm and its gripper."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Freeze, Outcome, PowerLoss
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.manipulation.arm import Arm
+from sim_nodes.manipulation.gripper import Gripper
+from sim_nodes.refusal import RequestRefused
+from tests.sim_nodes.manipulation.cell import ARM, Cell, down
+
+
+def inject(cell: Cell, fault: wire.Fault, limit: float = 5.0, device: str = "joints") -> None:
+    request = wire.InjectFault(id="fault", robot=ARM, device=device, fault=fault, limit=limit)
+    cell.ask(wire.INJECT_FAULT, request)
+
+
+def both_end(cell: Cell) -> dict[str, wire.Occurrence]:
+    """The ends of the fault's measurement, and of what the arm was to do."""
+    ended: dict[str, wire.Occurrence] = {}
+    while len(ended) < 2:
+        ended |= {each.id: each for each in cell.advance(cell.now + 10.0).occurrences}
+    return ended
+
+
+def positions(cell: Cell) -> list[float]:
+    return list(cell.joints.positions[:6])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_arm_without_power_stands_where_it_is_until_it_has_some_again(engine: str) -> None:
+    cell = Cell(engine)
+    home = positions(cell)
+    target = tuple(np.add(home, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist())
+    cell.start_joints(target)
+    cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=150))
+    inject(cell, PowerLoss())
+    ended = both_end(cell)
+    assert ended["fault"].outcome is Outcome.SUCCEEDED, ended["fault"].message
+    assert ended["move"].outcome is Outcome.ABORTED
+    stands = positions(cell)
+    assert 0.01 < stands[0] - home[0] < 1.9
+    cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
+    np.testing.assert_allclose(positions(cell), stands, atol=0.01)
+    cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+    cell.start_joints(target)
+    assert cell.end("move").outcome is Outcome.SUCCEEDED
+
+
+def test_that_an_arm_has_no_power_shows_when_it_is_to_move() -> None:
+    cell = Cell()
+    inject(cell, PowerLoss(), limit=0.5)
+    found = cell.end("fault")
+    assert found.outcome is Outcome.ABORTED
+    assert "a joint was to move by 0.000 rad" in found.message
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_arm_that_goes_on_with_power_is_found_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Arm, "power", lambda self, on: None)
+    cell = Cell(engine)
+    inject(cell, PowerLoss(), limit=4.0)
+    cell.start_joints(tuple(np.add(positions(cell), [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
+    ended = both_end(cell)
+    assert (ended["move"].outcome, ended["fault"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("scaling", [1.0, 0.02])
+def test_a_gripper_without_power_does_not_move(engine: str, scaling: float) -> None:
+    cell = Cell(engine)
+    cell.grip(0.06)
+    inject(cell, PowerLoss(), device="gripper")
+    cell.start_gripper(0.02, max_velocity_scaling_factor=scaling)
+    ended = both_end(cell)
+    assert ended["fault"].outcome is Outcome.SUCCEEDED, ended["fault"].message
+    assert "a finger was to move by 0." in ended["fault"].message
+    assert ended["grip"].outcome is Outcome.ABORTED
+    assert ended["grip"].message == "the fingers of ur10e were stopped at 0.060 m"
+    assert cell.state.opening == pytest.approx(0.06, abs=1.5e-3)
+    cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+    cell.grip(0.02)
+    assert cell.state.opening == pytest.approx(0.02, abs=1.5e-3)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_fingers_stop_on_their_way_when_they_lose_their_power(engine: str) -> None:
+    cell = Cell(engine)
+    cell.start_gripper(0.0, max_velocity_scaling_factor=0.3)
+    cell.advance(0.8)
+    inject(cell, PowerLoss(), device="gripper")
+    ended = both_end(cell)
+    assert {name: each.outcome for name, each in ended.items()} == {
+        "fault": Outcome.SUCCEEDED,
+        "grip": Outcome.ABORTED,
+    }
+    assert 0.03 < cell.state.opening < 0.07
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_what_is_gripped_stays_so_without_power(engine: str) -> None:
+    cell = Cell(engine)
+    cell.place("cube", 0.6, 0.1, 0.025)
+    cell.pick("cube", 0.6, 0.1, 0.0)
+    inject(cell, PowerLoss(), device="gripper")
+    cell.start_gripper(0.085)
+    assert both_end(cell)["fault"].outcome is Outcome.SUCCEEDED
+    cell.move(down(0.6, -0.1, 0.25))
+    assert (cell.state.held, cell.where("cube")[2] > 0.15) == ("cube", True)
+    cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+    cell.grip(0.085)
+    assert cell.state.held == ""
+
+
+def test_fingers_that_something_stops_have_not_lost_their_power(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Gripper, "power", lambda self, on: None)
+    cell = Cell()
+    cell.place("cube", 0.6, 0.1, 0.025)
+    cell.move(down(0.6, 0.1, 0.03))
+    inject(cell, PowerLoss(), device="gripper", limit=2.0)
+    cell.start_gripper(0.0)
+    ended = both_end(cell)
+    assert (ended["grip"].outcome, ended["fault"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
+    cell.grip(0.085)
+    inject(cell, PowerLoss(), device="gripper", limit=2.0)
+    cell.start_gripper(0.06, max_velocity_scaling_factor=0.02)
+    ended = both_end(cell)
+    assert (ended["grip"].outcome, ended["fault"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
+
+
+def test_an_arm_as_a_whole_loses_the_power_of_all_that_it_has() -> None:
+    cell = Cell()
+    cell.start_joints(tuple(np.add(positions(cell), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
+    cell.start_gripper(0.0)
+    inject(cell, PowerLoss(), device="robot")
+    ended = cell.end("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+    for words in ("wrist: ", "the joints have been at rest", "the fingers have been at rest"):
+        assert words in ended.message
+    cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+    cell.grip(0.02)
+
+
+@pytest.mark.parametrize("device", ["joints", "gripper"])
+def test_arms_can_only_lose_their_power(device: str) -> None:
+    with pytest.raises(RequestRefused, match=f"{device} cannot have freeze: only power_loss is possible"):
+        inject(Cell(), Freeze(), device=device)
