@@ -92,6 +92,20 @@ def test_messages_are_values_and_parts_of_values(store: TypeStore) -> None:
     assert problem.endswith("`: expected a geometry_msgs/msg/Quaternion, got a geometry_msgs/msg/Point")
 
 
+def test_messages_are_equal_if_their_members_are(store: TypeStore) -> None:
+    value = {"header": {"frame_id": "laser"}, "ranges": [1.0, 2.0]}
+    scan = store.message("sensor_msgs/LaserScan", value)
+    assert scan == store.decode("sensor_msgs/LaserScan", store.encode("sensor_msgs/LaserScan", value))
+    assert scan == TypeStore.bundled().message("sensor_msgs/LaserScan", value)
+    assert scan != store.message("sensor_msgs/LaserScan", value | {"ranges": [1.0, 3.0]})
+    assert scan != store.message("sensor_msgs/LaserScan", value | {"ranges": [1.0]})
+    point, vector = store.message("geometry_msgs/Point", {}), store.message("geometry_msgs/Vector3", {})
+    assert point != vector
+    assert point != (0.0, 0.0, 0.0)
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(point)
+
+
 def test_messages_are_checked_like_other_values(store: TypeStore) -> None:
     broken = store.message("geometry_msgs/Point", {})._replace(y="far")
     assert refusal(store, "geometry_msgs/Point", broken)[0] == "y"
