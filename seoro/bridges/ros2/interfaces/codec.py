@@ -32,12 +32,8 @@ from seoro.bridges.ros2.interfaces.messages import Message, attribute, message_c
 MAX_PAYLOAD: Final = 128 * 1024 * 1024  # [bytes]; of a message, in both directions
 _HEADER: Final = 4  # [bytes]; which form follows, and options that plain CDR does not use
 _LITTLE: Final = b"\x00\x01\x00\x00"
-_FORMS: Final = {
-    1: "PL_CDR",
-    3: "CDR2",
-    4: "D_CDR2",
-    5: "PL_CDR2",
-}  # by half of the number; the other half is order
+# Other forms by half of the number that the header has for them; whether that is odd says the byte order.
+_FORMS: Final = {1: "PL_CDR", 3: "CDR2", 4: "D_CDR2", 5: "PL_CDR2"}
 _PADDING: Final = 3  # [bytes]; some writers pad messages to a multiple of four
 _OCTETS: Final = ("byte", "char")
 

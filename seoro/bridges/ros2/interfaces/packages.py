@@ -110,7 +110,7 @@ def bundled_packages(distribution: str) -> dict[str, Package]:
     Raises:
         InvalidUse: seoro has none of that distribution.
     """
-    known = sorted(folder.name for folder in DATA.iterdir() if folder.name != _EDITIONS)
+    known = sorted(folder.name for folder in DATA.iterdir() if folder.is_dir() and folder.name != _EDITIONS)
     if distribution not in known:
         raise InvalidUse(
             f"no interfaces of ROS 2 {distribution!r} come with seoro",

@@ -18,7 +18,7 @@ def _plain(value: Any) -> Any:
     match value:
         case Message():
             return plain(value)
-        case np.ndarray() | np.generic():
+        case np.ndarray():
             return value.tolist()
         case list():
             return [_plain(item) for item in value]

@@ -14,6 +14,7 @@ from seoro.bridges.ros2.interfaces.messages import Message
 from seoro.bridges.ros2.interfaces.packages import Package, bundled_packages, editions, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
 from seoro.bridges.ros2.interfaces.text import schema
+from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.interfaces.codec import Codec
@@ -126,11 +127,8 @@ class TypeStore:
             try:
                 if store.type_hash(name) == type_hash:
                     return store
-            except (
-                UnknownInterface,
-                InvalidDefinition,
-            ):  # that edition has no such interface, or needs other packages
-                continue
+            except (UnknownInterface, InvalidDefinition):
+                continue  # that edition has no such interface, or needs what other packages here have not
         return None
 
     def schema(self, name: str) -> str:
@@ -195,8 +193,12 @@ class TypeStore:
 
     @cached_property
     def _codec(self) -> Codec:
-        from seoro.bridges.ros2.interfaces.codec import Codec  # noqa: PLC0415 - imports rosbags and numpy
-
+        try:
+            from seoro.bridges.ros2.interfaces.codec import Codec  # noqa: PLC0415 - imports rosbags and numpy
+        except ModuleNotFoundError as error:
+            raise InvalidUse(
+                f"messages of ROS 2 need {error.name}", help="install it with: pip install 'seoro[ros2]'"
+            ) from None
         return Codec(self._registry.structure)
 
     @cached_property

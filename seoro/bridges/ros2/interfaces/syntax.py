@@ -30,7 +30,7 @@ from seoro.bridges.ros2.interfaces.names import PARTS, is_constant_name, is_inte
 
 MAX_FILE: Final = 1_000_000  # [characters]
 MAX_BOUND: Final = 2**32 - 1  # elements of a sequence, or bytes of a text
-MAX_ARRAY: Final = 2**24  # elements of a fixed array of numbers
+MAX_ARRAY: Final = 2**20  # elements of a fixed array of numbers
 MAX_ARRAY_OF_STRUCTURES: Final = 4096  # the codec has a line of code for each element of such an array
 
 

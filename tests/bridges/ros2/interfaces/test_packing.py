@@ -4,9 +4,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.interfaces.packages import DATA, BundledPackage
 from seoro.bridges.ros2.interfaces.packing import pack
 from seoro.bridges.ros2.interfaces.registry import Registry
+from seoro.errors import InvalidUse
 from tests.bridges.ros2.interfaces.folders import store_with
 
 
@@ -30,6 +34,13 @@ def test_a_schema_has_all_that_it_refers_to_once(tmp_path: Path) -> None:
     assert store.schema("my_robot/A") == (
         f"my_robot/B b\nmy_robot/C c\n{ruler}\nMSG: my_robot/B\nmy_robot/C[] c\n{ruler}\nMSG: my_robot/C\nint8 x\n"
     )
+
+
+def test_messages_without_rosbags_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "seoro.bridges.ros2.interfaces.codec", None)
+    with pytest.raises(InvalidUse, match="messages of ROS 2 need") as raised:
+        TypeStore.bundled().encode("std_msgs/String", {})
+    assert raised.value.help == "install it with: pip install 'seoro[ros2]'"
 
 
 def test_names_and_hashes_need_neither_numpy_nor_rosbags() -> None:
