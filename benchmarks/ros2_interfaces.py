@@ -3,15 +3,14 @@
     python benchmarks/ros2_interfaces.py [--rounds N]
 
 Each round takes all measures in turn. Times are medians of the rounds and of the processor: microseconds for a
-message, and milliseconds for a new Python that encodes its first message, over one that only has numpy and what
-every `seoro exec` loads. rosbags is given messages of its own classes, and checks nothing; seoro is given plain
-values as scenarios have them, or a message that it has decoded.
+message, and milliseconds for the first message of a new Python, which has imported numpy and what every
+`seoro exec` loads. rosbags is given messages of its own classes, and checks nothing; seoro is given plain values
+as scenarios have them, or a message that it has decoded.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
 import statistics
 import subprocess
 import sys
@@ -46,13 +45,18 @@ MESSAGES: dict[str, tuple[str, dict[str, Any]]] = {
         {"header": HEADER, "height": 480, "width": 640, "step": 1920, "data": np.zeros(921600, np.uint8)},
     ),
 }
-STARTS = {
-    "base": "import numpy, seoro.embed",
-    "type hash": "import numpy, seoro.embed; {store}.type_hash('sensor_msgs/LaserScan')",
-    "LaserScan": "import numpy, seoro.embed; {store}.encode('sensor_msgs/LaserScan', {{}})",
-    "Odometry": "import numpy, seoro.embed; {store}.encode('nav_msgs/Odometry', {{}})",
+FIRST = {
+    "type hash": "type_hash('sensor_msgs/LaserScan')",
+    "LaserScan": "encode('sensor_msgs/LaserScan', {})",
+    "Odometry": "encode('nav_msgs/Odometry', {})",
 }
-STORE = "from seoro.bridges.ros2.interfaces import TypeStore; TypeStore.bundled()"
+PROGRAM = """
+import numpy, seoro.embed, time
+start = time.process_time()
+from seoro.bridges.ros2.interfaces import TypeStore
+TypeStore.bundled().{work}
+print(time.process_time() - start)
+"""
 COLUMNS = ("seoro: values", "message", "decode", "rosbags: encode", "decode")
 
 
@@ -64,12 +68,11 @@ def microseconds(work: Callable[[], object]) -> float:
     return timer.timeit(number) / number * 1e6
 
 
-def start(program: str) -> float:
-    """Seconds of the processor that a new Python takes."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-c", program], check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def first(work: str) -> float:
+    """Milliseconds of the processor that a new Python takes for it, after it has imported numpy and seoro."""
+    program = PROGRAM.format(work=work)
+    ran = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    return float(ran.stdout) * 1e3
 
 
 def works() -> dict[str, list[Callable[[], object]]]:
@@ -97,21 +100,20 @@ def main() -> None:
     rounds = range(parser.parse_args().rounds)
     measured = works()
     times: dict[tuple[str, int], list[float]] = {}
-    starts: dict[str, list[float]] = {name: [] for name in STARTS}
+    firsts: dict[str, list[float]] = {name: [] for name in FIRST}
     for _ in rounds:
         for title, columns in measured.items():
             for column, work in enumerate(columns):
                 times.setdefault((title, column), []).append(microseconds(work))
-        for name, program in STARTS.items():
-            starts[name].append(start(program.format(store=STORE)))
+        for name, work_of_first in FIRST.items():
+            firsts[name].append(first(work_of_first))
     print(f"{'[us]':18}" + "".join(f"{column:>16}" for column in COLUMNS))
     for title in measured:
         medians = (statistics.median(times[title, column]) for column in range(len(COLUMNS)))
         print(f"{title:18}" + "".join(f"{median:16.1f}" for median in medians))
-    base = statistics.median(starts["base"])
-    print(f"\nfirst of a process, over the {base * 1e3:.0f} ms of Python, numpy and seoro [ms]:")
-    for name, seconds in list(starts.items())[1:]:
-        print(f"{name:18}{(statistics.median(seconds) - base) * 1e3:16.1f}")
+    print("\nfirst of a process [ms]")
+    for name, taken in firsts.items():
+        print(f"{name:18}{statistics.median(taken):16.1f}")
 
 
 if __name__ == "__main__":
