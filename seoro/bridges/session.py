@@ -28,6 +28,7 @@ from zenoh.handlers import Callback
 
 CLOSE_DEADLINE = 2.0  # [s]
 LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
+PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it is lost
 INBOX_SIZE = 256
 TOKEN_QUEUE_SIZE = 1024
 
@@ -270,6 +271,11 @@ async def open_session(*, listen: str | None = None, connect: str | None = None)
 
 def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
+    # Zenoh sends answers as their requests were sent: what finds no room in time is lost. To have it wait for ever
+    # would hold up the event loop by a peer that stands still; by Zenoh's own limit of 50 ms, busy machines lose
+    # one large answer in a hundred.
+    patience = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
+    queue = {"congestion_control": {"drop": patience}}
     settings: dict[str, Any] = {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},
@@ -281,6 +287,6 @@ def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
         "timestamping": {"enabled": True},
-        "transport": {"shared_memory": {"enabled": False}, "link": {"tx": {"lease": LEASE}}},
+        "transport": {"shared_memory": {"enabled": False}, "link": {"tx": {"lease": LEASE, "queue": queue}}},
     }
     return settings

@@ -1,8 +1,10 @@
 """Zenoh sessions: real ones, between processes, over socket files."""
 
 import asyncio
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -51,6 +53,36 @@ async def served(tmp_path: Path) -> AsyncIterator[AsyncSession]:
 async def test_requests_are_answered(served: AsyncSession) -> None:
     assert await served.query(KEY, b"hello", 5) == b"hello"
     assert await served.query(KEY, b"", 5) == b""
+
+
+CLIENT = """
+import asyncio, sys
+from seoro.bridges.session import open_session
+
+async def ask():
+    async with open_session(connect=sys.argv[1]) as session:
+        return await session.query("a/key", b"", 5.0)
+
+print(len(asyncio.run(ask())))
+"""
+
+
+def test_a_large_answer_arrives_although_its_reader_is_slow(tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
+    session = Session(listen=endpoint)
+    client = subprocess.Popen([sys.executable, "-c", CLIENT, endpoint], stdout=subprocess.PIPE)
+    try:
+        request = session.serve("a/key", b"busy").get(timeout=10)
+        client.send_signal(signal.SIGSTOP)
+        going_on = threading.Timer(0.3, client.send_signal, [signal.SIGCONT])
+        going_on.start()
+        request.reply(bytes(8_000_000))
+        out, _ = client.communicate(timeout=10)
+        assert out == b"8000000\n"
+        going_on.join()
+    finally:
+        client.kill()
+        session.close()
 
 
 async def test_a_large_payload_arrives_whole(served: AsyncSession) -> None:
