@@ -60,12 +60,18 @@ class MessageLossCheck(SensorCheck):
 
 
 class FreezeCheck(SensorCheck):
-    """Whether samples are the same, though what is sensed is not."""
+    """Whether samples are the same, though what is sensed is not.
+
+    Args:
+        sensor: What gives them.
+        what: What they are called.
+    """
 
     STATE = ("_pairing", "_last", "_same")
 
-    def __init__(self, sensor: Sensor[Any]) -> None:
+    def __init__(self, sensor: Sensor[Any], what: str) -> None:
         self._sensor = sensor
+        self._what = what
         self._pairing: Pairing[Any] = Pairing()
         self._last: Any = None
         self._same = 0  # samples in a row that are like those before, and should not be
@@ -94,15 +100,21 @@ class FreezeCheck(SensorCheck):
 
     def figures(self) -> str:
         """How many."""
-        return f"{self._same} samples in a row were as the one before, where a sound sensor's would have differed"
+        return f"{self._same} {self._what} in a row were as the one before, where sound ones would have differed"
 
 
 class DelayCheck(SensorCheck):
-    """Whether samples are as old as a delay when they arrive."""
+    """Whether samples are as old as a delay when they arrive.
+
+    Args:
+        fault: The fault.
+        what: What samples are called.
+    """
 
     STATE = ("_late", "_age")
 
-    def __init__(self, fault: Delay) -> None:
+    def __init__(self, fault: Delay, what: str) -> None:
+        self._what = what
         self._delay = fault.time
         self._late = 0  # samples in a row
         self._age: float | None = None  # of the last one [s]
@@ -123,8 +135,11 @@ class DelayCheck(SensorCheck):
     def figures(self) -> str:
         """How old the last one was."""
         if self._age is None:
-            return "no sample has arrived"
-        return f"the last sample was {self._age:.3g} s old, and {self._late} in a row as late as they should be"
+            return f"no {self._what} have arrived"
+        return (
+            f"the last of the {self._what} was {self._age:.3g} s old, "
+            f"and {self._late} in a row as late as they should be"
+        )
 
 
 class SilenceCheck(SensorCheck):
@@ -164,16 +179,16 @@ class SilenceCheck(SensorCheck):
 ArrivalFault = MessageLoss | Freeze | Delay | PowerLoss
 
 
-def arrival_check(fault: ArrivalFault, sensor: Sensor[Any]) -> SensorCheck:
-    """The measurement of a fault of how samples arrive."""
+def arrival_check(fault: ArrivalFault, sensor: Sensor[Any], what: str) -> SensorCheck:
+    """The measurement of a fault of how samples arrive, which are called something."""
     match fault:
         case MessageLoss():
-            return MessageLossCheck(fault)
+            return MessageLossCheck(fault, what)
         case Freeze():
-            return FreezeCheck(sensor)
+            return FreezeCheck(sensor, what)
         case Delay():
-            return DelayCheck(fault)
+            return DelayCheck(fault, what)
         case PowerLoss():
-            return SilenceCheck()
+            return SilenceCheck(what)
         case _:
             assert_never(fault)

@@ -25,10 +25,12 @@ from seoro.bridges.wire import (
 )
 from sim_nodes.faults.arrivals import arrival_check
 from sim_nodes.faults.check import Check, Observation, SensorCheck
-from sim_nodes.faults.fitting import check_fault, check_slip
+from sim_nodes.faults.fitting import check_fault, check_slip, check_speeds
 from sim_nodes.faults.motors import AT_REST, Motion, MotorCheck, motor_check
 from sim_nodes.faults.values import value_check
+from sim_nodes.noise import Noise
 from sim_nodes.refusal import RequestRefused
+from sim_nodes.robots.orders import Orders
 from sim_nodes.robots.wheels import Wheels
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.sensors.sensor import Sensor
@@ -162,20 +164,36 @@ class Motors(Drive):
     Args:
         wheels: The wheels.
         motion: Reads what they do.
+        noise: Gives the source of the random numbers of a purpose.
+
+    Commands come to motors as samples do from sensors, and are spoiled and measured as these.
     """
 
-    STATE = ("_faults", "_has_supply")
+    STATE = ("_faults", "_has_supply", "_orders")
 
-    def __init__(self, wheels: Wheels, motion: ReadMotion) -> None:
+    def __init__(self, wheels: Wheels, motion: ReadMotion, noise: Callable[[str], Noise]) -> None:
         self._wheels = wheels
         self._motion = motion
+        self._orders = Feed(Orders(wheels), noise, always=True)
         self._faults: dict[str, Fault] = {}
         self._has_supply = True
 
     @property
     def kinds(self) -> Sequence[str]:
         """See `Device`."""
-        return tuple(self._faults)
+        return (*self._faults, *self._orders.faults)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether they have something to do in every tick."""
+        return bool(self._orders.faults)
+
+    def pass_tick(self, tick: int) -> None:
+        """Let commands come, if there is a fault on their way."""
+        if self.is_busy:
+            self._orders.pass_tick(tick)
+            if self._orders.arrived is not None:
+                self._wheels.tell(*self._orders.arrived.data)
 
     def check(self, fault: Fault) -> None:
         """See `Device`."""
@@ -184,16 +202,32 @@ class Motors(Drive):
                 check_slip(fault)
             case PowerLoss():
                 return
+            case GaussianNoise() | Bias() | MessageLoss() | Freeze() | Delay():
+                check_fault(fault, "motors", self._orders.sensor)
+                check_speeds(fault)
+            case BeamLoss() | DeadSector() | DeadBeams():
+                raise cannot_have("motors", fault, "they have no beams")
+            case DeadPixels() | DeadArea():
+                raise cannot_have("motors", fault, "they have no pixels")
             case _:
-                raise cannot_have("motors", fault, "they can have wheel_slip and power_loss")
+                assert_never(fault)
 
     def put(self, fault: Fault) -> None:
         """See `Device`."""
-        self._faults[fault.kind] = fault
-        self._apply()
+        match fault:
+            case GaussianNoise() | Bias() | MessageLoss() | Freeze() | Delay():
+                self._orders.put(fault)
+                self._wheels.direct(False)
+            case _:
+                self._faults[fault.kind] = fault
+                self._apply()
 
     def lift(self, kind: str) -> None:
         """See `Device`."""
+        if kind in self._orders.faults:
+            self._orders.lift(kind)
+            if not self.is_busy:
+                self._wheels.direct(True)
         if self._faults.pop(kind, None) is not None:
             self._apply()
 
@@ -220,22 +254,31 @@ class Motors(Drive):
 
     def begin(self, fault: Fault) -> Check:
         """See `Device`."""
-        assert isinstance(fault, WheelSlip | PowerLoss)
-        return motor_check(fault)
+        match fault:
+            case WheelSlip() | PowerLoss():
+                return motor_check(fault)
+            case GaussianNoise() | Bias() | MessageLoss() | Freeze() | Delay():
+                return sensor_check(fault, self._orders.sensor, "commands")
+            case _:
+                raise AssertionError(f"motors have no {fault.kind}")
 
     def measure(self, check: Check, tick: int) -> None:
         """See `Device`."""
-        assert isinstance(check, MotorCheck)
-        check.observe(self._motion())
+        if isinstance(check, MotorCheck):
+            check.observe(self._motion())
+        else:
+            assert isinstance(check, SensorCheck)
+            orders = self._orders
+            check.observe(Observation(tick, orders.truth, orders.arrived, orders.faults))
 
 
-def sensor_check(fault: SensorFault, sensor: Sensor[Any]) -> SensorCheck:
-    """The measurement of a fault of a sensor."""
+def sensor_check(fault: SensorFault, sensor: Sensor[Any], what: str = "samples") -> SensorCheck:
+    """The measurement of a fault of a sensor, whose samples are called something."""
     match fault:
         case GaussianNoise() | Bias() | BeamLoss() | DeadSector() | DeadBeams():
             return value_check(fault, sensor)
         case MessageLoss() | Freeze() | Delay() | PowerLoss():
-            return arrival_check(fault, sensor)
+            return arrival_check(fault, sensor, what)
         case _:
             assert_never(fault)
 

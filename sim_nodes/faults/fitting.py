@@ -34,6 +34,7 @@ from sim_nodes.views import Lens
 
 LONGEST_DELAY = 10.0  # [s]
 CAMERA_QUANTITIES = (Quantity.BRIGHTNESS,)
+FASTEST = 50.0  # [rad/s] by which what motors are told may be off
 LEAST_DEVIATION = 0.1  # [levels of brightness]; errors of less are rounded to nothing
 LEAST_OFFSET = 0.51  # the same
 
@@ -143,13 +144,27 @@ def check_slip(fault: WheelSlip) -> None:
         )
 
 
+def check_speeds(fault: SensorFault) -> None:
+    """Refuse faults that would have motors told speeds which no motor has.
+
+    Raises:
+        RequestRefused: The message says which are possible.
+    """
+    match fault:
+        case GaussianNoise(deviation=amounts) | Bias(offset=amounts):
+            if any(abs(amount) > FASTEST for amount in amounts.values()):
+                raise _refused(f"{fault.kind} of {_said(amounts)}: wheels are told up to {FASTEST:g} rad/s by it")
+        case _:
+            return
+
+
 def _check_quantities(
     kind: str, amounts: Mapping[Quantity, float], device: str, quantities: Sequence[Quantity]
 ) -> None:
-    known = ", ".join(quantities) or "no values that could be off"
+    known = f"it can be of {', '.join(quantities)}" if quantities else "there are no values that could be off"
     strange = [quantity for quantity in amounts if quantity not in quantities]
     if strange:
-        raise _refused(f"{device} cannot have {kind} of {', '.join(strange)}: it measures {known}")
+        raise _refused(f"{device} cannot have {kind} of {', '.join(strange)}: {known}")
     if not all(math.isfinite(amount) for amount in amounts.values()):
         raise _refused(f"{kind} of {_said(amounts)} has a part that is no finite number")
 

@@ -8,6 +8,7 @@ from typing import assert_never
 
 from seoro.bridges.wire import PowerLoss, WheelSlip
 from sim_nodes.faults.check import Check
+from sim_nodes.robots.wheels import PerWheel
 from sim_nodes.ticks import TICK
 
 LEAST_SLIP = 0.1  # that can be told from none
@@ -20,21 +21,19 @@ AT_REST = 0.2  # [rad/s]; wheels of a robot that stands tremble by half of it
 STANDSTILL = 0.5  # [s]
 SIDES = ("left", "right")
 
-PerWheel = tuple[float, float]
-
 
 @dataclass(frozen=True)
 class Motion:
     """What the wheels of a robot do in a tick, left and right.
 
     Attributes:
-        command: Speeds that they are commanded [rad/s].
+        told: Speeds that their motors are told [rad/s].
         turning: Speeds at which they turn on the floor [rad/s].
         counted: Speeds of the base at the wheels by what odometry says to those who use it [m/s]; None without it.
         moved: The same speeds as they really are [m/s].
     """
 
-    command: PerWheel
+    told: PerWheel
     turning: PerWheel
     counted: PerWheel | None
     moved: PerWheel
@@ -102,8 +101,8 @@ class TorqueCheck(MotorCheck):
     def observe(self, seen: Motion) -> None:
         """Take in a tick."""
         self._turning = seen.turning
-        driven = [side for side in (0, 1) if abs(seen.command[side]) >= COMMANDED]
-        if not driven or any(abs(seen.turning[side]) > STANDING * abs(seen.command[side]) for side in driven):
+        driven = [side for side in (0, 1) if abs(seen.told[side]) >= COMMANDED]
+        if not driven or any(abs(seen.turning[side]) > STANDING * abs(seen.told[side]) for side in driven):
             self._ticks = 0
         else:
             self._ticks += 1

@@ -50,6 +50,7 @@ FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those be
 ALL_GROUPS = -1
 POSITION = 5  # of a contact point on the first body, among what Bullet says of it
 NO_SHAPE = -1  # to collide with
+BEARINGS = 0.002  # [N m] of friction in wheels without power; those without any may creep on for ever
 
 
 @dataclass(frozen=True)
@@ -265,7 +266,9 @@ class PybulletEngine:
     def _command(self, robot: str, left: float, right: float) -> None:
         self._commands[robot] = (left, right)
         drive = self._drives[robot]
-        torque = 0.0 if robot in self._without_power else drive.torque
+        torque = drive.torque
+        if robot in self._without_power:
+            left, right, torque = 0.0, 0.0, BEARINGS
         self._bullet.setJointMotorControlArray(
             drive.body,
             drive.wheels,

@@ -64,7 +64,7 @@ class MobileBase(Stateful):
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
         self._lidar: Feed[Scan] = self.sensors["lidar"]
         self._odometry: Feed[Odometer] = self.sensors["odometry"]
-        self.motors = Motors(self.wheels, self.motion)
+        self.motors = Motors(self.wheels, self.motion, lambda purpose: Noise(seed, f"{name}/motors/{purpose}"))
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
@@ -88,7 +88,7 @@ class MobileBase(Stateful):
         (vx, vy, _), yaw = state.linear, state.planar.yaw
         moved = Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), state.angular[2])
         return Motion(
-            command=self.wheels.command,
+            told=self.wheels.told,
             turning=self.wheels.turning,
             counted=None if arrived is None else wheel_ways(drive, arrived.data.velocity),
             moved=wheel_ways(drive, moved),
@@ -96,12 +96,13 @@ class MobileBase(Stateful):
 
     @property
     def is_idle(self) -> bool:
-        """Whether it neither drives nor localises itself, and nobody uses its sensors."""
+        """Whether it neither drives nor localises itself, and neither sensors nor motors have anything to do."""
         return (
             self.goal is None
             and self._steering.order is None
             and not self.localisation.running
             and not any(feed.faults or feed.in_use for feed in self.sensors.values())
+            and not self.motors.is_busy
         )
 
     def localised_pose(self) -> Pose2 | None:
@@ -139,6 +140,12 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
+        ended = self._act(tick)
+        self.motors.pass_tick(tick)
+        return ended
+
+    def _act(self, tick: int) -> Ended | None:
+        """Sense, and command the wheels; returns the goal that ended."""
         self.wheels.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
         for feed in self.sensors.values():

@@ -1,7 +1,7 @@
 """The wheels of a robot between those who command and read them and the engine, with their faults.
 
 A wheel that slips by a share turns on the floor by so much less than it turns about its axle: the engine is told
-to turn it by what is left, and its encoder counts what was commanded beyond that. So slip has a size, which
+to turn it by what is left, and its encoder counts what it was told beyond that. So slip has a size, which
 friction alone has not: how much a wheel slips by that hangs on what it has to pull.
 """
 
@@ -10,6 +10,9 @@ from __future__ import annotations
 from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
+
+PerWheel = tuple[float, float]
+"""Of the left and the right wheel."""
 
 GRIP = (0.0, 0.0)
 
@@ -23,25 +26,39 @@ class Wheels(Stateful):
 
     Attributes:
         command: Speeds that were commanded last [rad/s].
+        told: Speeds that the motors were told last [rad/s]; the same, if the way to them is sound.
         turning: Speeds at which they have turned on the floor of late [rad/s].
     """
 
-    STATE = ("command", "turning", "_tick", "_on_floor", "_slip", "_lost", "_has_power")
+    STATE = ("command", "told", "turning", "_tick", "_on_floor", "_slip", "_lost", "_has_power", "_is_direct")
 
     def __init__(self, robot: str, engine: Engine) -> None:
         self._robot = robot
         self._engine = engine
-        self.command = (0.0, 0.0)
+        self.command = self.told = (0.0, 0.0)
         self.turning = (0.0, 0.0)
         self._tick = 0  # of the last look: a robot that is idle is looked at now and then only
         self._on_floor = engine.wheel_angles(robot)  # [rad]
         self._slip = GRIP
         self._lost = (0.0, 0.0)  # angles that the encoders counted beyond what was turned on the floor [rad]
         self._has_power = True
+        self._is_direct = True  # whether motors are told at once what is commanded
 
     def turn(self, left: float, right: float) -> None:
         """Command speeds [rad/s]."""
         self.command = (left, right)
+        if self._is_direct:
+            self.tell(left, right)
+
+    def direct(self, on: bool) -> None:
+        """Let motors be told at once what is commanded, or only by those who call `tell`."""
+        self._is_direct = on
+        if on:
+            self.tell(*self.command)
+
+    def tell(self, left: float, right: float) -> None:
+        """Tell the motors speeds [rad/s]."""
+        self.told = (left, right)
         slip_left, slip_right = self._slip
         self._engine.command_wheels(self._robot, (1.0 - slip_left) * left, (1.0 - slip_right) * right)
 
@@ -49,7 +66,7 @@ class Wheels(Stateful):
         """Let the wheels slip by shares of what they turn."""
         if self._slip != (left, right):
             self._slip = (left, right)
-            self.turn(*self.command)
+            self.tell(*self.told)
 
     def power(self, on: bool) -> None:
         """Cut off the power of the motors, or bring it back."""
@@ -65,7 +82,7 @@ class Wheels(Stateful):
         self.turning = ((left - was_left) / interval, (right - was_right) / interval)
         self._on_floor = (left, right)
         if self._has_power and self._slip != GRIP:
-            (left, right), (slip_left, slip_right) = self.command, self._slip
+            (left, right), (slip_left, slip_right) = self.told, self._slip
             lost_left, lost_right = self._lost
             self._lost = (lost_left + slip_left * left * interval, lost_right + slip_right * right * interval)
 

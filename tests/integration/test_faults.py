@@ -150,7 +150,7 @@ def test_faults_are_measured_and_what_was_measured_stands_in_the_trace(tmp_path:
         "power_loss of turtlebot4/lidar",
     ]
     angle, nose, limit = reasons(records)
-    assert angle == "lidar cannot have gaussian_noise of angle: it measures length"
+    assert angle == "lidar cannot have gaussian_noise of angle: it can be of length"
     assert nose == "turtlebot4 has no device 'nose': it has bumper, front, imu, lidar, motors, odometry, robot"
     assert limit == (
         "gaussian_noise of turtlebot4/lidar was not found to take effect: "

@@ -51,6 +51,8 @@ def busy(engine: str, seed: int = 3) -> Client:
     while client.simulator.simulation.time < 1.5:
         client.advance(1.5)
     inject(client, "slips", "motors", WheelSlip(left=0.1, right=0.1))
+    inject(client, "jerks", "motors", GaussianNoise(deviation={Quantity.ANGULAR_RATE: 0.1}))
+    inject(client, "slow", "motors", Delay(time=0.1))
     inject(client, "noisy", "odometry", GaussianNoise(deviation={Quantity.LENGTH: 0.002}))
     client.ask(wire.DELETE_ENTITY, wire.EntityName(name="gone"))
     client.spawn("falling", pose(client.truth.x, client.truth.y, z=0.5))

@@ -9,6 +9,7 @@ from seoro.bridges.wire import (
     BeamLoss,
     Bias,
     DeadBeams,
+    DeadPixels,
     DeadSector,
     Delay,
     Fault,
@@ -21,11 +22,17 @@ from seoro.bridges.wire import (
     WheelSlip,
 )
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.faults.devices import Motors
 from sim_nodes.refusal import RequestRefused
+from sim_nodes.sensors.feed import Feed
 from tests.sim_nodes.client import ROBOT, Client
 
 NOISE = GaussianNoise(deviation={Quantity.LENGTH: 0.3})
 NAN = float("nan")
+
+
+def noise_of_motors(deviation: float) -> GaussianNoise:
+    return GaussianNoise(deviation={Quantity.ANGULAR_RATE: deviation})
 
 
 def inject(client: Client, fault: Fault, device: str = "lidar", limit: float = 5.0, name: str = "fault") -> None:
@@ -82,7 +89,7 @@ def test_another_fault_of_the_kind_takes_the_place_of_the_first(maze: Client) ->
     first, _ = maze.run_until("first")
     assert (first.outcome, first.message) == (Outcome.CANCELED, "another fault of its kind took its place")
     second, _ = maze.run_until("second")
-    assert "the last sample was 0.1 s old" in second.message
+    assert "the last of the samples was 0.1 s old" in second.message
 
 
 def test_cleared_faults_are_gone_and_their_measurement_ends(maze: Client) -> None:
@@ -193,6 +200,15 @@ def test_that_motors_have_no_power_shows_when_they_are_commanded(empty: Client) 
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_robot_that_loses_its_power_in_a_curve_comes_to_rest(engine: str) -> None:
+    client = driven(engine, 0.15, 0.209)
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
+    inject(client, PowerLoss(), "robot")
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_robot_without_power_sends_nothing_and_stands(engine: str) -> None:
     client = driven(engine)
     client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
@@ -209,6 +225,58 @@ def test_a_robot_without_power_sends_nothing_and_stands(engine: str) -> None:
     assert base.sensors["lidar"].latest is None  # it is still without power of its own
 
 
+MOTOR_FAULTS: tuple[Fault, ...] = (
+    noise_of_motors(0.5),
+    Bias(offset={Quantity.ANGULAR_RATE: -0.3}),
+    MessageLoss(probability=0.5),
+    Freeze(),
+    Delay(time=0.3),
+)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("fault", MOTOR_FAULTS, ids=str)
+def test_commands_are_spoiled_on_their_way_to_the_motors(fault: Fault, engine: str) -> None:
+    client = driven(engine)
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=10))  # it is about to speed up
+    inject(client, fault, "motors")
+    ended, _ = client.run_until("fault")
+    assert ended.outcome is Outcome.SUCCEEDED, ended.message
+    assert f"{fault.kind} of turtlebot4/motors takes effect" in ended.message
+    wheels = client.simulator.simulation.robot(ROBOT).mobile.wheels
+    clear(client, "motors")
+    assert wheels.told == wheels.command
+
+
+@pytest.mark.parametrize("fault", MOTOR_FAULTS, ids=str)
+def test_motors_that_get_their_commands_have_no_fault(fault: Fault, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Feed, "put", lambda self, fault: None)
+    monkeypatch.setattr(Motors, "is_busy", True)
+    client = driven()
+    inject(client, fault, "motors", limit=2.0)
+    assert client.run_until("fault")[0].outcome is Outcome.ABORTED
+
+
+def test_a_robot_goes_on_with_frozen_motors_and_starts_late_with_late_ones() -> None:
+    client = driven()
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
+    inject(client, Freeze(), "motors")
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=10))
+    client.ask(wire.STOP_ROBOT, wire.StopRobot(robot=ROBOT))
+    before = client.truth.x
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=500))
+    assert client.truth.x - before == pytest.approx(0.5, rel=0.1)
+    clear(client, "motors", "freeze")
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
+    before = client.truth.x
+    inject(client, Delay(time=1.0), "motors")
+    client.ask(wire.DRIVE, wire.Drive(id="again", robot=ROBOT, linear=0.25, angular=0.0, duration=9.0))
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=240))
+    assert client.truth.x == pytest.approx(before, abs=0.01)
+    client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    assert client.truth.x > before + 0.03
+
+
 @pytest.mark.parametrize(("left", "right"), [(0.0, 0.0), (0.05, 0.5), (1.2, 0.0), (-0.3, 0.0), (NAN, 0.3)])
 def test_slips_that_make_no_sense_are_refused(left: float, right: float, maze: Client) -> None:
     with pytest.raises(RequestRefused, match=r"each is 0, or from 0\.1 on"):
@@ -221,7 +289,7 @@ def test_slips_that_make_no_sense_are_refused(left: float, right: float, maze: C
         (GaussianNoise(deviation={}), "deviations are zero or more, and not all of them zero"),
         (GaussianNoise(deviation={Quantity.LENGTH: -1.0}), "length -1"),
         (GaussianNoise(deviation={Quantity.LENGTH: NAN}), "no finite number"),
-        (GaussianNoise(deviation={Quantity.ACCELERATION: 1.0}), "of acceleration: it measures length"),
+        (GaussianNoise(deviation={Quantity.ACCELERATION: 1.0}), "of acceleration: it can be of length"),
         (Bias(offset={Quantity.LENGTH: 0.0}), "a bias of nothing is none"),
         (BeamLoss(share=1.5), "the share is 1.5: it has to be above 0, and 1 at most"),
         (BeamLoss(share=NAN), "the share is nan"),
@@ -251,7 +319,10 @@ def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str, maze:
         ),
         (BeamLoss(share=0.5), "odometry", "odometry cannot have beam_loss: it has no beams"),
         (WheelSlip(left=0.5, right=0.5), "lidar", "lidar cannot have wheel_slip: it has no wheels"),
-        (Freeze(), "motors", "motors cannot have freeze: they can have wheel_slip and power_loss"),
+        (BeamLoss(share=0.5), "motors", "motors cannot have beam_loss: they have no beams"),
+        (DeadPixels(share=0.5), "motors", "motors cannot have dead_pixels: they have no pixels"),
+        (Bias(offset={Quantity.LENGTH: 0.5}), "motors", "bias of length: it can be of angular_rate"),
+        (noise_of_motors(60.0), "motors", "angular_rate 60: wheels are told up to 50 rad/s by it"),
         (Freeze(), "robot", "robot cannot have freeze: it can have power_loss"),
     ],
 )

@@ -294,7 +294,7 @@ def test_no_fault_where_there_is_no_rendering(empty: Client, monkeypatch: pytest
     ("fault", "message"),
     [
         (GaussianNoise(deviation={}), "deviations are zero or more, and not all of them zero"),
-        (GaussianNoise(deviation={Quantity.LENGTH: 0.1}), "gaussian_noise of length: it measures brightness"),
+        (GaussianNoise(deviation={Quantity.LENGTH: 0.1}), "gaussian_noise of length: it can be of brightness"),
         (noise(NAN), "no finite number"),
         (noise(1e-5), "gaussian_noise of brightness by 1e-05 is rounded to nothing: it has to be 0.0004 at least"),
         (bias(0.001), "bias of brightness by 0.001 is rounded to nothing: it has to be 0.002 at least"),
@@ -330,12 +330,12 @@ def test_cameras_that_are_not_there_are_refused_with_those_that_are() -> None:
 
 def test_pictures_that_are_kept_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     client = scene()
-    monkeypatch.setattr(cameras, "MAX_KEPT", 500_000)  # 27 pictures of this size
-    inject(client, Delay(time=2.0))
-    inject(client, Delay(time=2.4), name="longer")  # in the place of the first
+    monkeypatch.setattr(cameras, "MAX_KEPT", 260_000)  # 14 pictures of this size
+    inject(client, Delay(time=1.0))
+    inject(client, Delay(time=1.2), name="longer")  # in the place of the first
     with pytest.raises(
         RequestRefused, match=r"freeze of 'turtlebot4/front' keeps .* MB of pictures, .* 0 MB are left"
     ):
         inject(client, Freeze(), "front", ROBOT)
-    pass_time(client, 4.0)
-    assert len(feed(client)._kept) * camera_feed.PERIOD * 0.02 <= 2.4 + 0.2
+    pass_time(client, 2.0)
+    assert len(feed(client)._kept) * camera_feed.PERIOD * 0.02 <= 1.2 + 0.2
