@@ -11,7 +11,7 @@ from functools import partial
 from seoro.actions.cameras import check_is_there, name_of
 from seoro.actions.reports import finish
 from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Faults
+from seoro.runtime.capabilities import Cameras, Faults
 from seoro.runtime.context import ActionContext, Occasion
 from seoro.runtime.device_faults import (
     Amounts,
@@ -253,7 +253,8 @@ async def hold_camera_faults(ctx: ActionContext, camera: Actor) -> None:
     try:
         await ctx.wait_for(Occasion())  # which nothing brings about
     finally:
-        await ctx.ask(ctx.anywhere(Faults).clear_faults(robot, device))
+        if name_of(camera) in await ctx.ask(ctx.anywhere(Cameras).cameras()):  # it may have been removed meanwhile
+            await ctx.ask(ctx.anywhere(Faults).clear_faults(robot, device))
 
 
 async def _spoil(ctx: ActionContext, camera: Actor, fault: Fault, limit: float) -> None:

@@ -99,6 +99,12 @@ scenario main:
                 robot.inject_dead_sector(10deg, 20deg, 'front') with:
                     failure_is_success()
                 eye.hold_faults(duration: 1s)
+                eye.inject_bias(0.1)
+                parallel(overlap: inside):
+                    serial:
+                        wait elapsed(100ms)
+                        eye.remove()
+                    eye.hold_faults()
 """
 
 
@@ -165,7 +171,7 @@ def test_faults_of_cameras_are_measured_and_a_picture_that_does_not_come_is_told
     told = [message.partition(" takes effect: ")[0] for message in logs(records)]
     kinds = ["gaussian_noise", "bias", "dead_pixels", "dead_area", "message_loss", "freeze", "delay", "power_loss"]
     of_robot = [f"{kind} of turtlebot4/front" for kind in ("bias", "dead_pixels", "dead_area")]
-    assert told == [*(f"{kind} of eye" for kind in kinds), *of_robot]
+    assert told == [*(f"{kind} of eye" for kind in kinds), *of_robot, "bias of eye"]
     power, ghost, nothing, sector = reasons(records)
     assert power == "no picture of 'eye' has come: the camera has no power"
     assert ghost.startswith("there is no camera 'ghost': put one somewhere with `ghost.place`")
