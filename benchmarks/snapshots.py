@@ -1,9 +1,12 @@
 """What snapshots cost, and what it saves to go on from one.
 
-    python benchmarks/snapshots.py [ENGINE ...] [--runs N]
+    python benchmarks/snapshots.py [ENGINE ...] [--runs N] [--hour]
 
 A robot drives through the world `maze`. Three quarters of the way there everything is saved. Then the rest is done
 once for each of some seeds, from there and from the start. The node is a process of its own.
+
+With `--hour`, a robot is driven in curves through the world `empty` for an hour of simulated time instead, and
+saved and restored once.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ import time
 from collections.abc import Awaitable, Callable
 from functools import partial
 from importlib.util import find_spec
+from random import Random
 
 from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, start_simulator
@@ -26,6 +30,8 @@ from sim_nodes.__main__ import ENGINES
 ROBOT = "turtlebot4"
 GOAL = Pose3D(Position3D(3.0, -3.0))
 SAVED_AT = 21.0  # [s] of about 28
+HOUR = 3600.0  # [s]
+CURVE = 5.0  # [s]
 END = 32.0  # [s] by which the robot has arrived, and stands
 
 
@@ -74,6 +80,29 @@ async def measure(engine: str, runs: int) -> None:
     print(f"{END - SAVED_AT:g} s from a snapshot: {statistics.median(rest):.2f} s (medians of {runs} seeds)")
 
 
+async def measure_hour(engine: str) -> None:
+    """Measure one engine after an hour, and print what was found."""
+    async with start_simulator(engine, SimulatorOptions("empty", 0, ModelPath())) as node:
+        simulated = await _timed(partial(_drive_in_curves, node, HOUR))
+        snapshot = await node.ask(wire.SAVE_STATE, wire.Empty())
+        saving = await _timed(lambda: node.ask(wire.SAVE_STATE, wire.Empty()))
+        restoring = await _timed(lambda: node.begin_from(snapshot, 0))
+    print(
+        f"{engine}: an hour, simulated in {simulated:.0f} s: {len(wire.encode(snapshot)) / 1000:.0f} kB,", end=" "
+    )
+    print(f"saved in {1000 * saving:.0f} ms, restored in {restoring:.1f} s")
+
+
+async def _drive_in_curves(node: SimulatorNode, until: float) -> None:
+    now, random = 0.0, Random(0)
+    while now < until:
+        turn = random.choice((-1, 1)) * random.uniform(0.8, 1.4)
+        await node.drive(ROBOT, 0.2, turn, CURVE, _ignore)
+        end = now + CURVE + 0.1
+        while now < end:
+            now = await node.advance(end)
+
+
 def _ignore(report: Report) -> None:
     """The end of the goal does not matter here."""
 
@@ -83,10 +112,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     parser.add_argument("engines", nargs="*", metavar="ENGINE", default=[*ENGINES])
     parser.add_argument("--runs", type=int, default=8, metavar="N", help="seeds (default: %(default)s)")
+    parser.add_argument("--hour", action="store_true", help="measure what an hour of driving costs")
     options = parser.parse_args()
     for engine in options.engines:
         if find_spec(engine) is not None:
-            asyncio.run(measure(engine, options.runs))
+            asyncio.run(measure_hour(engine) if options.hour else measure(engine, options.runs))
 
 
 if __name__ == "__main__":

@@ -104,7 +104,7 @@ class PybulletEngine:
         """See `SavesState.restore`."""
         self._added = dict(saved["added"])
         self._load()
-        replay(saved, self, self.step)
+        replay(saved, self, self._repeat)
 
     def _load(self) -> None:
         self.journal = Journal()
@@ -173,6 +173,11 @@ class PybulletEngine:
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         made = self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
+        self.journal.step(made)
+        return made
+
+    def _repeat(self, count: int) -> int:
+        made = self._stepper.repeat(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
 
@@ -252,9 +257,14 @@ class PybulletEngine:
         left, right = pybullet.getJointStates(found.body, found.wheels, self._client)
         return left[0], right[0]
 
-    @journaled
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
+        if (left, right) != self._commands[robot]:  # most say in each tick what was said before
+            self.turn_wheels(robot, left, right)
+
+    @journaled
+    def turn_wheels(self, robot: str, left: float, right: float) -> None:
+        """Have motors turn the wheels at other speeds [rad/s]."""
         self._command(robot, left, right)
 
     @journaled

@@ -102,6 +102,15 @@ class Stepper:
             self._follow(self._poses())
         return made
 
+    def repeat(self, count: int, arms: Sequence[PybulletArm]) -> int:
+        """Make `count` steps that were made before, with the same contacts, so that none has to be looked for."""
+        for _ in range(count):
+            pybullet.stepSimulation(self._client)
+            for arm in arms:
+                arm.follow(self._timestep)
+        self.touching = self._pairs()
+        return count
+
     def _watchfully(self, count: int, arms: Sequence[PybulletArm]) -> tuple[int, bool]:
         """Make steps until the pairs in contact change; returns how many, and whether they did."""
         self._wait -= count

@@ -16,7 +16,7 @@ from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.passing import GRANT_TIMEOUT, PassingRequests
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.sensors import SensorRequests
-from seoro.bridges.sim.snapshots import SNAPSHOT_TIMEOUT, SnapshotRequests
+from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.runtime.contracts import Happened, Lost
 
@@ -93,8 +93,7 @@ class SimulatorNode(
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Begin at a snapshot, with the clock at zero; who lives where is open again."""
-        request = wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed)
-        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
+        await self._restore(wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed))
         self._taken.clear()
         self.set_clock(self._features)
 

@@ -8,7 +8,7 @@ from seoro.bridges import wire
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 
-SNAPSHOT_TIMEOUT = 120.0  # [s]; engines that are brought to a state by what led to it take as long as that took
+SNAPSHOT_TIMEOUT = 120.0  # [s] of the machine's clock, for the smallest
 SUFFIX = ".snapshot"
 MEDIA_TYPE = "application/vnd.seoro.snapshot"
 MAX_KEPT = 100
@@ -46,8 +46,13 @@ class SnapshotRequests(Requests):
             raise BackendRefused(
                 f"nothing was saved as '{name}' in this run; saved are {known}", wire.Result.NOT_FOUND
             )
-        request = wire.RestoreState(snapshot=self._snapshots[name], purpose=wire.Purpose.REWIND, seed=seed)
-        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT)
+        await self._restore(
+            wire.RestoreState(snapshot=self._snapshots[name], purpose=wire.Purpose.REWIND, seed=seed)
+        )
+
+    async def _restore(self, request: wire.RestoreState) -> None:
+        # Some engines are brought to a state by all that led to it, which takes as long as that took.
+        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + request.snapshot.time)
 
     def saved_snapshots(self) -> tuple[wire.Artifact, ...]:
         """What was saved, as files."""
