@@ -1,4 +1,4 @@
-"""The only module that imports zenoh: sessions, requests and liveliness, out of Zenoh's threads.
+"""Sessions, requests and liveliness, out of Zenoh's threads.
 
 Zenoh has no asyncio interface, and calls back on its own receiving threads. What was learned about it
 shapes this module: callbacks are direct (an indirect one costs a thread and makes the process hang at exit), do
@@ -26,11 +26,13 @@ import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
+from seoro.bridges.session.mailbox import Bound, Mailbox
+
 CLOSE_DEADLINE = 2.0  # [s]
 LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
 PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it is lost
 INBOX_SIZE = 256
-TOKEN_QUEUE_SIZE = 1024
+TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
 
 class SessionError(Exception):
@@ -55,16 +57,17 @@ class Refused(SessionError):
 
 @dataclass(frozen=True)
 class Request:
-    """A query that arrived. Answer it exactly once, from any thread."""
+    """A query that arrived, with what came beside its payload. Answer it exactly once, from any thread."""
 
     key: str
     payload: bytes
     _query: zenoh.Query = field(repr=False)
+    attachment: bytes = b""
 
-    def reply(self, payload: bytes) -> None:
+    def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
         """Answer."""
         with self._query:
-            self._query.reply(self.key, payload)
+            self._query.reply(self.key, payload, attachment=attachment)
 
     def refuse(self, payload: bytes) -> None:
         """Answer with an error."""
@@ -95,6 +98,11 @@ class Session:
             reason = str(error).partition(" at /")[0]  # where in Zenoh's sources it was raised helps nobody
             raise SessionError(f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {reason}") from error
 
+    @property
+    def handle(self) -> zenoh.Session:
+        """Zenoh's own session, for the modules of this package."""
+        return self._zenoh
+
     def serve(self, key: str, busy: bytes) -> queue.SimpleQueue[Request]:
         """Serve a key expression: requests arrive in the queue in the order they were sent.
 
@@ -104,22 +112,46 @@ class Session:
         """
         inbox: queue.SimpleQueue[Request] = queue.SimpleQueue()  # it costs a round trip 0.1 ms less than a `Queue`
 
-        def take(query: zenoh.Query) -> None:
-            payload = query.payload
-            request = Request(str(query.key_expr), payload.to_bytes() if payload is not None else b"", query)
+        def take(request: Request) -> None:
             if inbox.qsize() < INBOX_SIZE:
                 inbox.put(request)
             else:
                 request.refuse(busy)
 
-        self._queryables.append(self._zenoh.declare_queryable(key, Callback(take, indirect=False), complete=True))
+        self._queryables.append(self._declare_queryable(key, take))
         return inbox
 
-    def declare_token(self, key: str) -> None:
-        """Be visible as alive under a key until the session closes or the process dies."""
-        self._tokens.append(self._zenoh.liveliness().declare_token(key))
+    def answer(self, key: str, take: Callable[[Request], None]) -> Callable[[], None]:
+        """Serve a key: `take` gets requests on a thread of Zenoh's and must not wait. Returns what ends it."""
+        queryable = self._declare_queryable(key, take)
+        undeclare: Callable[[], None] = queryable.undeclare
+        return undeclare
 
-    def get(self, key: str, payload: bytes, timeout: float, done: Callable[[Reply], None]) -> Callable[[], None]:
+    def _declare_queryable(self, key: str, take: Callable[[Request], None]) -> Any:
+        def receive(query: zenoh.Query) -> None:
+            take(Request(str(query.key_expr), _bytes(query.payload), query, _bytes(query.attachment)))
+
+        return self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
+
+    def declare_token(self, key: str) -> Callable[[], None]:
+        """Be visible as alive under a key until the session closes or the process dies. Returns what ends it."""
+        token = self._zenoh.liveliness().declare_token(key)
+        self._tokens.append(token)
+
+        def undeclare() -> None:
+            self._tokens.remove(token)
+            token.undeclare()  # type: ignore[no-untyped-call]
+
+        return undeclare
+
+    def get(
+        self,
+        key: str,
+        payload: bytes,
+        timeout: float,
+        done: Callable[[Reply], None],
+        attachment: bytes | None = None,
+    ) -> Callable[[], None]:
         """Ask; `done` is called once, on a thread of Zenoh's. Returns what cancels the request."""
         answers: list[tuple[bool, bytes]] = []
 
@@ -139,6 +171,7 @@ class Session:
                 target=zenoh.QueryTarget.BEST_MATCHING,
                 congestion_control=zenoh.CongestionControl.DROP,
                 cancellation_token=token,
+                attachment=attachment,
             )
         except zenoh.ZError as error:
             raise SessionError(f"cannot ask {key}: {error}") from error
@@ -153,6 +186,20 @@ class Session:
         subscriber = self._zenoh.liveliness().declare_subscriber(key, Callback(take, indirect=False), history=True)
         undeclare: Callable[[], None] = subscriber.undeclare
         return undeclare
+
+    def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
+        """Who is alive under a key expression; waits for the hub, `timeout` [s] at most."""
+        found: set[str] = set()
+        done = threading.Event()
+
+        def take(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                found.add(str(reply.ok.key_expr))
+
+        # Zenoh's own queue for replies has 256 places, and blocks whoever fills it.
+        self._zenoh.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
+        done.wait(timeout + CLOSE_DEADLINE)
+        return frozenset(found)
 
     def close(self) -> None:
         """Close, within `CLOSE_DEADLINE`; a session that hangs in closing is left to the end of the process."""
@@ -190,18 +237,29 @@ class AsyncSession:
         self._session = session
         self._pending: set[Callable[[], None]] = set()
 
+    @property
+    def blocking(self) -> Session:
+        """The same session for worker threads."""
+        return self._session
+
+    @property
+    def identity(self) -> str:
+        """What this session is called in tokens: Zenoh's id of it."""
+        return str(self._session.handle.zid())
+
     def abandon(self) -> None:
         """Give up all requests that wait for an answer, because there will be none; they end with `NoServer`."""
         for cancel in list(self._pending):
             cancel()
 
-    async def query(self, key: str, payload: bytes, timeout: float) -> bytes:
+    async def query(self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None) -> bytes:
         """Ask one server and wait for its answer.
 
         Args:
             key: Key that it serves.
             payload: The request.
             timeout: [s] of the machine's clock.
+            attachment: What travels beside the payload.
 
         Raises:
             NoServer, NoAnswer, Refused: There is no answer, or an error.
@@ -218,7 +276,7 @@ class AsyncSession:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(settle, reply)
 
-        cancel = self._session.get(key, payload, timeout, done)
+        cancel = self._session.get(key, payload, timeout, done, attachment)
         self._pending.add(cancel)
         try:
             reply = await future
@@ -232,23 +290,63 @@ class AsyncSession:
     @asynccontextmanager
     async def tokens(self, key: str) -> AsyncIterator[AsyncIterator[tuple[str, bool]]]:
         """Follow liveliness: (token, alive) for those present and for each change."""
-        loop = asyncio.get_running_loop()
-        changes: asyncio.Queue[tuple[str, bool]] = asyncio.Queue(TOKEN_QUEUE_SIZE)
+        async with self.token_changes(key) as changes:
+            yield aiter(changes)
+
+    @asynccontextmanager
+    async def token_changes(self, key: str) -> AsyncIterator[Mailbox[tuple[str, bool]]]:
+        """The same as `tokens`, for those who take many changes at once."""
+        changes: Mailbox[tuple[str, bool]] = Mailbox(TOKEN_BOUND)
 
         def changed(token: str, alive: bool) -> None:
-            if not loop.is_closed():
-                loop.call_soon_threadsafe(changes.put_nowait, (token, alive))
-
-        async def follow() -> AsyncIterator[tuple[str, bool]]:
-            while True:
-                yield await changes.get()
+            changes.put((token, alive), len(token))
 
         undeclare = await anyio.to_thread.run_sync(self._session.watch_tokens, key, changed)
         try:
-            yield follow()
+            yield changes
+        finally:
+            changes.close()
+            with anyio.CancelScope(shield=True):
+                await anyio.to_thread.run_sync(undeclare)
+
+    @asynccontextmanager
+    async def token(self, key: str) -> AsyncIterator[None]:
+        """Be visible as alive under a key for as long as the block lasts."""
+        undeclare = await anyio.to_thread.run_sync(self._session.declare_token, key)
+        try:
+            yield
         finally:
             with anyio.CancelScope(shield=True):
                 await anyio.to_thread.run_sync(undeclare)
+
+    async def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
+        """Who is alive under a key expression; waits for the hub's answer, `timeout` [s] at most."""
+        return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
+
+    @asynccontextmanager
+    async def answering(self, key: str, bound: Bound, busy: bytes) -> AsyncIterator[Mailbox[Request]]:
+        """Serve a key for as long as the block lasts.
+
+        Args:
+            key: The key.
+            bound: How many requests wait.
+            busy: The error answer to requests that find no room.
+        """
+        requests: Mailbox[Request] = Mailbox(bound)
+
+        def take(request: Request) -> None:
+            if not requests.put(request, len(request.payload)):
+                request.refuse(busy)
+
+        undeclare = await anyio.to_thread.run_sync(self._session.answer, key, take)
+        try:
+            yield requests
+        finally:
+            requests.close()
+            with anyio.CancelScope(shield=True):
+                await anyio.to_thread.run_sync(undeclare)
+            while (request := requests.take_now()) is not None:
+                request.refuse(busy)
 
 
 @asynccontextmanager
@@ -267,6 +365,10 @@ async def open_session(*, listen: str | None = None, connect: str | None = None)
     finally:
         with anyio.CancelScope(shield=True):
             await anyio.to_thread.run_sync(opened.close)
+
+
+def _bytes(content: zenoh.ZBytes | None) -> bytes:
+    return b"" if content is None else content.to_bytes()
 
 
 def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:

@@ -1,0 +1,37 @@
+"""Zenoh for the rest of seoro: sessions, requests, publications and liveliness, out of Zenoh's threads.
+
+`core.py` opens sessions, asks and answers, and follows liveliness; `publications.py` publishes and subscribes;
+`mailbox.py` is where Zenoh's threads leave what has arrived for the event loop. No other package imports zenoh.
+"""
+
+from seoro.bridges.session.core import (
+    AsyncSession,
+    NoAnswer,
+    NoServer,
+    Refused,
+    Reply,
+    Request,
+    Session,
+    SessionError,
+    open_session,
+)
+from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.publications import Publisher, Sample, publishing, subscribing
+
+__all__ = [
+    "AsyncSession",
+    "Bound",
+    "Mailbox",
+    "NoAnswer",
+    "NoServer",
+    "Publisher",
+    "Refused",
+    "Reply",
+    "Request",
+    "Sample",
+    "Session",
+    "SessionError",
+    "open_session",
+    "publishing",
+    "subscribing",
+]

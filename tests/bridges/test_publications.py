@@ -1,0 +1,106 @@
+"""Publishing and subscribing over real sessions."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.session import (
+    AsyncSession,
+    Bound,
+    Mailbox,
+    Sample,
+    SessionError,
+    open_session,
+    publishing,
+    subscribing,
+)
+
+KEY = "seoro/test/topic"
+
+
+@asynccontextmanager
+async def connected(folder: Path) -> AsyncIterator[tuple[AsyncSession, AsyncSession]]:
+    """Two sessions at a hub."""
+    endpoint = f"unixsock-stream/{folder}/hub.sock"
+    async with (
+        open_session(listen=endpoint),
+        open_session(connect=endpoint) as one,
+        open_session(connect=endpoint) as other,
+    ):
+        yield one, other
+
+
+@asynccontextmanager
+async def reading(session: AsyncSession, key: str, history: int = 0) -> AsyncIterator[Mailbox[Sample]]:
+    """What is published on a key."""
+    samples: Mailbox[Sample] = Mailbox(Bound(10))
+
+    def take(sample: Sample) -> None:
+        samples.put(sample, len(sample.payload))
+
+    async with subscribing(session, key, take, history=history, recover=bool(history)):
+        yield samples
+
+
+async def test_samples_arrive_with_what_travels_beside_them(tmp_path: Path) -> None:
+    async with (
+        connected(tmp_path) as (one, other),
+        reading(other, "seoro/*/topic") as samples,
+        publishing(one, KEY) as publisher,
+    ):
+        with anyio.fail_after(5):
+            await publisher.wait_for_subscriber()
+            publisher.put(b"hello", b"beside")
+            publisher.put(b"")
+            first, second = await samples.take(), await samples.take()
+    assert (first.key, first.payload, first.attachment) == (KEY, b"hello", b"beside")
+    assert (second.payload, second.attachment) == (b"", b"")
+    assert first.arrived <= second.arrived
+
+
+async def test_late_subscribers_get_what_was_kept(tmp_path: Path) -> None:
+    async with connected(tmp_path) as (one, other), publishing(one, KEY, keep=2, recover=True) as publisher:
+        for number in range(5):
+            publisher.put(b"%d" % number)
+        got = []
+        with anyio.fail_after(5):
+            async with reading(other, "seoro/test/*", history=2) as samples:
+                while b"4" not in got:  # what is still under way at this time comes before
+                    got.append((await samples.take()).payload)
+                await publisher.wait_for_subscriber()
+                publisher.put(b"live")
+                got.append((await samples.take()).payload)
+    assert got[-3:] == [b"3", b"4", b"live"]
+
+
+async def test_publishers_that_come_later_are_asked_for_what_they_keep(tmp_path: Path) -> None:
+    async with (
+        connected(tmp_path) as (one, other),
+        reading(other, KEY, history=1) as samples,
+        publishing(one, KEY, keep=1, reliable=False) as publisher,
+    ):
+        publisher.put(b"kept")
+        with anyio.fail_after(5):
+            assert (await samples.take()).payload == b"kept"
+
+
+async def test_after_the_end_nothing_arrives_and_nothing_is_published(tmp_path: Path) -> None:
+    async with connected(tmp_path) as (one, other):
+        async with reading(other, KEY) as samples, publishing(one, KEY) as publisher:
+            pass
+        with pytest.raises(SessionError, match=f"cannot publish on {KEY}"):
+            publisher.put(b"")
+        assert samples.take_now() is None
+
+
+async def test_what_is_no_key_is_refused(tmp_path: Path) -> None:
+    async with connected(tmp_path) as (one, _):
+        with pytest.raises(SessionError, match="cannot publish on a//b"):
+            async with publishing(one, "a//b"):
+                pass
+        with pytest.raises(SessionError, match="cannot subscribe to a//b"):
+            async with reading(one, "a//b"):
+                pass
