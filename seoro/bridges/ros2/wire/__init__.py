@@ -1,0 +1,36 @@
+"""What a ROS 2 system says on Zenoh: names, QoS, keys, tokens and attachments. Pure data and functions.
+
+There are two ways in which ROS 2 systems use Zenoh, behind one protocol (`Dialect`): `RmwZenoh` is the middleware
+rmw_zenoh, `Ros2Dds` the bridge that stands before robots that talk DDS.
+"""
+
+from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment
+from seoro.bridges.ros2.wire.dialect import Dialect
+from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
+from seoro.bridges.ros2.wire.names import InvalidName, check_node_name, is_hidden, resolve, resolve_namespace
+from seoro.bridges.ros2.wire.qos import PRESETS, Durability, History, Liveliness, Qos, Reliability
+from seoro.bridges.ros2.wire.rmw_zenoh import RmwZenoh
+from seoro.bridges.ros2.wire.ros2dds import Ros2Dds
+
+__all__ = [
+    "PRESETS",
+    "Attachment",
+    "Dialect",
+    "Durability",
+    "Endpoint",
+    "Entity",
+    "History",
+    "InvalidAttachment",
+    "InvalidName",
+    "Kind",
+    "Liveliness",
+    "Node",
+    "Qos",
+    "Reliability",
+    "RmwZenoh",
+    "Ros2Dds",
+    "check_node_name",
+    "is_hidden",
+    "resolve",
+    "resolve_namespace",
+]

@@ -1,0 +1,126 @@
+"""The dialect of zenoh-bridge-ros2dds, which stands before robots that talk DDS.
+
+    keys      <name>, without its first slash; the namespace of the bridge, if it has one, is its beginning
+    tokens    @/<session>/@ros2_lv/<MP|MS>/<key>/<type>/<QoS>
+              @/<session>/@ros2_lv/<SS|SC|AS|AC>/<key>/<type>
+
+Slashes within a part of a token are `§`. Nothing travels beside messages, and no node is told of.
+Source: liveliness_mgt.rs of eclipse-zenoh/zenoh-plugin-ros2dds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
+from seoro.bridges.ros2.wire.qos import Durability, History, Qos, Reliability
+
+_SPACE = "@ros2_lv"
+_SLASH = "§"
+_KINDS = {kind.value: kind for kind in Kind}
+_TOPIC_PARTS = 7
+_SERVICE_PARTS = 6
+_HASH = "typehash="  # among the user data by which DDS tells the hash of a type
+
+# The numbers of DDS, which differ from rmw's; a history that is not told is the last message.
+_DURABILITIES = {"": Durability.VOLATILE, "0": Durability.VOLATILE, "1": Durability.TRANSIENT_LOCAL}
+_HISTORIES = {"0": History.KEEP_LAST, "1": History.KEEP_ALL}
+
+
+@dataclass(frozen=True)
+class Ros2Dds:
+    """The bridge for robots that talk DDS; its domain and namespace are its own affair."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return "ros2dds"
+
+    @property
+    def tokens(self) -> str:
+        """Key expression of the tokens of all bridges."""
+        return f"@/*/{_SPACE}/**"
+
+    def token(self, entity: Entity) -> str | None:
+        """The token by which another bridge would announce an endpoint; nodes have none."""
+        match entity:
+            case Node():
+                return None
+            case Endpoint(kind=kind):
+                what = (
+                    f"@/{entity.session}/{_SPACE}/{kind.value}/{_escape(entity.name[1:])}/{_escape(entity.type)}"
+                )
+                if kind in {Kind.PUBLISHER, Kind.SUBSCRIPTION}:
+                    return f"{what}/{_encode_qos(entity.qos or Qos(), entity.type_hash)}"
+                return what
+
+    def parse(self, token: str) -> Entity | None:
+        """What a token announces, or None if it cannot be read; that of the bridge itself announces nothing."""
+        parts = token.split("/")
+        if len(parts) < _SERVICE_PARTS or parts[0] != "@" or parts[2] != _SPACE:
+            return None
+        kind = _KINDS.get(parts[3])
+        if kind is None:
+            return None
+        endpoint = Endpoint(kind, "/" + _unescape(parts[4]), _unescape(parts[5]), parts[1])
+        if kind not in {Kind.PUBLISHER, Kind.SUBSCRIPTION}:
+            return endpoint
+        if len(parts) < _TOPIC_PARTS:
+            return None
+        qos, type_hash = _decode_qos("/".join(parts[6:]), kind)  # user data may have slashes
+        return Endpoint(kind, endpoint.name, endpoint.type, endpoint.session, type_hash, qos)
+
+    def key(self, name: str, type_name: str, type_hash: str | None) -> str:
+        """The key of a topic or service, which tells nothing of types."""
+        return name.strip("/")
+
+    def type_hash(self, key: str) -> str | None:
+        """None: keys tell nothing of types."""
+        return None
+
+    def gid(self, token: str) -> bytes:
+        """Nothing: messages do not tell who sent them."""
+        return b""
+
+    def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes | None:
+        """None: nothing is sent beside messages."""
+        return None
+
+
+def _encode_qos(qos: Qos, type_hash: str | None) -> str:
+    reliability = 1 if qos.is_reliable else 0
+    durability = 1 if qos.is_transient_local else 0
+    history = 0 if qos.history is History.KEEP_LAST else 1
+    text = f":{reliability}:{durability}:{history},{qos.depth}"
+    return text if type_hash is None else f"{text}:{_HASH}{type_hash};"
+
+
+def _decode_qos(text: str, kind: Kind) -> tuple[Qos | None, str | None]:
+    """QoS, if it can be read, and hash, if it is told."""
+    parts = text.split(":", 4)
+    type_hash = _find_hash(parts[4]) if len(parts) > 4 else None
+    # What is not told is DDS's default, which differs between writers and readers.
+    unsaid = Reliability.RELIABLE if kind is Kind.PUBLISHER else Reliability.BEST_EFFORT
+    reliabilities = {"": unsaid, "0": Reliability.BEST_EFFORT, "1": Reliability.RELIABLE}
+    try:
+        _, reliability, durability, history = parts[:4]
+        kept, depth = history.split(",") if history else ("0", "1")
+        qos = Qos(reliabilities[reliability], _DURABILITIES[durability], _HISTORIES[kept], max(int(depth), 1))
+    except (ValueError, KeyError):
+        return None, type_hash
+    return qos, type_hash
+
+
+def _find_hash(user_data: str) -> str | None:
+    for item in user_data.split(";"):
+        if item.startswith(_HASH):
+            return item[len(_HASH) :]
+    return None
+
+
+def _escape(name: str) -> str:
+    return name.replace("/", _SLASH)
+
+
+def _unescape(part: str) -> str:
+    return part.replace(_SLASH, "/")
