@@ -10,6 +10,11 @@ import pytest
 # Before anything draws: Mesa draws with LLVM, which may bring another z3, and one that is loaded after that takes
 # functions of the other. Nodes draw in processes of their own, tests in that in which they solve constraints.
 import z3  # noqa: F401
+from hypothesis import HealthCheck, settings
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("seoro", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("seoro")
 
 
 @pytest.fixture(autouse=True, scope="session")

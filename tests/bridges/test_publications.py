@@ -1,5 +1,10 @@
 """Publishing and subscribing over real sessions."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -104,3 +109,37 @@ async def test_what_is_no_key_is_refused(tmp_path: Path) -> None:
         with pytest.raises(SessionError, match="cannot subscribe to a//b"):
             async with reading(one, "a//b"):
                 pass
+
+
+HUB = """
+import sys
+from seoro.bridges.session import Session
+session = Session(listen=sys.argv[1])
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+async def test_publishing_does_not_stand_still_with_the_hub(tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
+    command = [sys.executable, "-c", HUB, endpoint]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as hub:
+        try:
+            assert hub.stdout is not None and hub.stdout.readline() == b"ready\n"
+            async with (
+                open_session(connect=endpoint, patient=False) as one,
+                open_session(connect=endpoint) as other,
+                reading(other, KEY),
+                publishing(one, KEY) as publisher,
+            ):
+                await publisher.wait_for_subscriber()
+                os.kill(hub.pid, signal.SIGSTOP)
+                taken = []
+                for _ in range(30):
+                    start = time.monotonic()
+                    publisher.put(bytes(100_000))
+                    taken.append(time.monotonic() - start)
+                os.kill(hub.pid, signal.SIGCONT)
+            assert max(taken) < 0.5
+        finally:
+            hub.kill()

@@ -264,7 +264,7 @@ async def connect(
         SessionError: Nobody listens there.
     """
     async with (
-        open_session(connect=endpoint) as session,
+        open_session(connect=endpoint, patient=False) as session,
         open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain) as system,
     ):
         yield system

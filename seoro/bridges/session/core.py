@@ -81,18 +81,20 @@ class Session:
     Args:
         listen: Endpoint to listen on; the session is then the hub (a router).
         connect: Endpoint of the hub to connect to, as a client.
+        patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
+            must not: it would stand still with a receiver that does.
 
     Raises:
         SessionError: Exactly one of the two has to be given, and the endpoint has to work.
     """
 
-    def __init__(self, *, listen: str | None = None, connect: str | None = None) -> None:
+    def __init__(self, *, listen: str | None = None, connect: str | None = None, patient: bool = True) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         try:
-            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(_settings(listen, connect))))
+            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(_settings(listen, connect, patient))))
         except zenoh.ZError as error:
             endpoint = listen or connect
             reason = str(error).partition(" at /")[0]  # where in Zenoh's sources it was raised helps nobody
@@ -350,9 +352,12 @@ class AsyncSession:
 
 
 @asynccontextmanager
-async def open_session(*, listen: str | None = None, connect: str | None = None) -> AsyncIterator[AsyncSession]:
-    """Open a session in a worker thread, and close it on every path."""
-    opening = asyncio.ensure_future(anyio.to_thread.run_sync(partial(Session, listen=listen, connect=connect)))
+async def open_session(
+    *, listen: str | None = None, connect: str | None = None, patient: bool = True
+) -> AsyncIterator[AsyncSession]:
+    """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
+    make = partial(Session, listen=listen, connect=connect, patient=patient)
+    opening = asyncio.ensure_future(anyio.to_thread.run_sync(make))
     try:
         opened = await asyncio.shield(opening)
     except asyncio.CancelledError:
@@ -371,14 +376,16 @@ def _bytes(content: zenoh.ZBytes | None) -> bytes:
     return b"" if content is None else content.to_bytes()
 
 
-def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
+def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
-    # Zenoh sends answers as their requests were sent: what finds no room in time is lost. To have it wait for ever
-    # would hold up the event loop by a peer that stands still; by Zenoh's own limit of 50 ms, busy machines lose
-    # one large answer in a hundred.
-    patience = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
-    queue = {"congestion_control": {"drop": patience}}
-    settings: dict[str, Any] = {
+    link: dict[str, Any] = {"tx": {"lease": LEASE}}
+    if patient:
+        # Zenoh sends answers as their requests were sent: what finds no room in time is lost. To have it wait for
+        # ever would hold up the event loop by a peer that stands still; by Zenoh's own limit of 50 ms, busy
+        # machines lose one large answer in a hundred.
+        drop = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
+        link["tx"]["queue"] = {"congestion_control": {"drop": drop}}
+    return {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},
         "connect": {
@@ -389,6 +396,5 @@ def _settings(listen: str | None, connect: str | None) -> dict[str, Any]:
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
         "timestamping": {"enabled": True},
-        "transport": {"shared_memory": {"enabled": False}, "link": {"tx": {"lease": LEASE, "queue": queue}}},
+        "transport": {"shared_memory": {"enabled": False}, "link": link},
     }
-    return settings
