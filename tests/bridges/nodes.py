@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,8 +16,12 @@ OPTIONS = SimulatorOptions("empty", 3, ModelPath())
 CELL = SimulatorOptions("arm_cell", 3, ModelPath())
 
 
+Connect = Callable[[SimulatorOptions], Make]
+"""What connects to a node, which loads a world for that."""
+
+
 @contextmanager
-def running(engine: str, folder: Path, options: SimulatorOptions = OPTIONS) -> Iterator[Make]:
+def node(engine: str, folder: Path) -> Iterator[Connect]:
     """A node with a socket in a folder, and what connects to it."""
     endpoint = f"unixsock-stream/{folder}/hub"
     command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
@@ -25,6 +29,13 @@ def running(engine: str, folder: Path, options: SimulatorOptions = OPTIONS) -> I
         try:
             assert process.stdout is not None
             process.stdout.readline()
-            yield lambda: connect_simulator(endpoint, options)
+            yield lambda options: lambda: connect_simulator(endpoint, options)
         finally:
             process.kill()
+
+
+@contextmanager
+def running(engine: str, folder: Path, options: SimulatorOptions = OPTIONS) -> Iterator[Make]:
+    """A node with a socket in a folder, and what connects to it with some options."""
+    with node(engine, folder) as connect:
+        yield connect(options)

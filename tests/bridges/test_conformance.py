@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -32,16 +32,14 @@ from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Report, Reporter
-from tests.bridges.nodes import OPTIONS, running
+from tests.bridges.nodes import OPTIONS, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.integration.conftest import children
 
 
-@pytest.fixture(scope="module")
-def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
-    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
-    with running("mujoco", tmp_path_factory.mktemp("n")) as making:
-        yield making
+@pytest.fixture
+def make(mujoco: Connect) -> Make:
+    return mujoco(OPTIONS)
 
 
 async def test_mujoco_keeps_the_contracts(make: Make) -> None:

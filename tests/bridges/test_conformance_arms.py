@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
 from seoro.runtime.capabilities import Manner
 from seoro.runtime.contracts import GoalStatus, Pose3D, Report, Reporter
-from tests.bridges.nodes import CELL, running
+from tests.bridges.nodes import CELL, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 
 UR10E = ArmFacts(
@@ -31,11 +31,9 @@ UR10E = ArmFacts(
 )
 
 
-@pytest.fixture(scope="module")
-def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
-    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
-    with running("mujoco", tmp_path_factory.mktemp("n"), CELL) as making:
-        yield making
+@pytest.fixture
+def make(mujoco: Connect) -> Make:
+    return mujoco(CELL)
 
 
 async def test_an_arm_in_mujoco_keeps_the_contract(make: Make) -> None:

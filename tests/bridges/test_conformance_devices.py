@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 
@@ -15,16 +15,15 @@ from seoro.errors import BackendRefused
 from seoro.runtime.capabilities import Image
 from seoro.runtime.contracts import Pose3D, Report, Reporter
 from seoro.runtime.device_faults import Fault, PowerLoss
-from tests.bridges.nodes import running
+from tests.bridges.nodes import OPTIONS, Connect
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.sim_nodes.engines import needs_pictures
 
 
-@pytest.fixture(scope="module")
-def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
+@pytest.fixture
+def make(mujoco: Connect) -> Make:
     needs_pictures("mujoco")
-    with running("mujoco", tmp_path_factory.mktemp("n")) as making:
-        yield making
+    return mujoco(OPTIONS)
 
 
 def _pictures(change: Callable[[Image], Image]) -> Spoil:

@@ -12,7 +12,7 @@ from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.wire import SpawnResult
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Position3D
-from tests.bridges.nodes import running
+from tests.bridges.nodes import OPTIONS, Connect
 
 WORLD = """
 name: yard
@@ -22,38 +22,36 @@ props:
 """
 
 
-@pytest.mark.engine("mujoco")
-async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_sent_to_it(tmp_path: Path) -> None:
+async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_sent_to_it(
+    mujoco: Connect, tmp_path: Path
+) -> None:
     (tmp_path / "yard.yaml").write_text(WORLD)
     (tmp_path / "empty.sdf").write_text("")
     options = SimulatorOptions(str(tmp_path / "yard.yaml"), 3, ModelPath())
-    with running("mujoco", tmp_path, options) as make:
-        async with make() as node:
-            assert isinstance(node, SimulatorNode)
-            there = Pose3D(Position3D(0.0, 1.0, 0.5))
-            assert await node.spawn_entity("second", "prop://parcel", there) == "second"
-            await node.spawn_entities([("third", "prop://parcel", Pose3D(Position3D(0.0, -1.0, 0.5)))])
-            assert await node.entities() == ("parcel", "second", "third")
-            for model, words in (
-                ("prop://moon", "the world has no prop 'moon': it has parcel"),
-                (f"file://{tmp_path}/empty.sdf", "is empty"),
-                ("none://none.sdf", "there is no model 'none://none.sdf'"),
-            ):
-                with pytest.raises(BackendRefused, match=words) as refused:
-                    await node.spawn_entity("fourth", model, there)
-                assert refused.value.code == SpawnResult.NO_RESOURCE
+    async with mujoco(options)() as node:
+        assert isinstance(node, SimulatorNode)
+        there = Pose3D(Position3D(0.0, 1.0, 0.5))
+        assert await node.spawn_entity("second", "prop://parcel", there) == "second"
+        await node.spawn_entities([("third", "prop://parcel", Pose3D(Position3D(0.0, -1.0, 0.5)))])
+        assert await node.entities() == ("parcel", "second", "third")
+        for model, words in (
+            ("prop://moon", "the world has no prop 'moon': it has parcel"),
+            (f"file://{tmp_path}/empty.sdf", "is empty"),
+            ("none://none.sdf", "there is no model 'none://none.sdf'"),
+        ):
+            with pytest.raises(BackendRefused, match=words) as refused:
+                await node.spawn_entity("fourth", model, there)
+            assert refused.value.code == SpawnResult.NO_RESOURCE
 
 
-@pytest.mark.engine("mujoco")
-async def test_a_run_goes_on_in_another_world_with_its_robots(tmp_path: Path) -> None:
-    with running("mujoco", tmp_path) as make:
-        async with make() as node:
-            assert isinstance(node, SimulatorNode)
-            assert node.home_of("robot", ("differential_drive_robot", "robot")) == "turtlebot4"
-            now = await node.advance(1.0)
-            with pytest.raises(BackendRefused, match="which has no differential_drive_robot 'turtlebot4'"):
-                await node.change_world("arm_cell")
-            await node.change_world("hall")
-            assert [robot.name for robot in node.features.robots] == ["turtlebot4", "second"]
-            assert await node.advance(now) == now
-            await node.end_run()
+async def test_a_run_goes_on_in_another_world_with_its_robots(mujoco: Connect) -> None:
+    async with mujoco(OPTIONS)() as node:
+        assert isinstance(node, SimulatorNode)
+        assert node.home_of("robot", ("differential_drive_robot", "robot")) == "turtlebot4"
+        now = await node.advance(1.0)
+        with pytest.raises(BackendRefused, match="which has no differential_drive_robot 'turtlebot4'"):
+            await node.change_world("arm_cell")
+        await node.change_world("hall")
+        assert [robot.name for robot in node.features.robots] == ["turtlebot4", "second"]
+        assert await node.advance(now) == now
+        await node.end_run()
