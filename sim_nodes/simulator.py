@@ -123,6 +123,9 @@ class Simulator:
     def change(self, world: str, robots: Mapping[str, str]) -> None:
         """Go on in another world, at its initial state; when it is refused, everything stays as it is.
 
+        What only the engine finds wrong costs one that cannot save its state the present one: the world that there
+        is starts over then, while the clock goes on.
+
         Args:
             world: Name or path; what `load` loads where no world is named stays as it is.
             robots: Those that it has to have: by name, the kind of each.

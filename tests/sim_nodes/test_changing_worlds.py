@@ -10,9 +10,12 @@ from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.refusal import RequestRefused
+from sim_nodes.simulator import Simulator
 from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
 
 KIND = "differential_drive_robot"
+ROBOTS = "robots:\n  - {name: turtlebot4, robot: turtlebot4}\n"
+IN_THE_WAY = "props:\n  - {name: block, cube: 0.3, mass: 1.0, pose: {x: 0.1, y: 0.0}}\n"
 
 
 def change(client: Client, world: str, **robots: str) -> wire.SimulatorFeatures:
@@ -125,19 +128,30 @@ def test_a_robot_that_is_busy_is_one_of_the_run(driving: Client, tmp_path: Path)
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_what_only_the_engine_finds_wrong_with_a_world_leaves_all_as_it_was(engine: str, tmp_path: Path) -> None:
-    robots = "robots:\n  - {name: turtlebot4, robot: turtlebot4}\n"
-    props = "props:\n  - {name: block, cube: 0.3, mass: 1.0, pose: {x: 0.1, y: 0.0}}\n"
     client = Client("empty", 3, engine)
     client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.0, duration=2.0))
     client.advance(1.0)
     with pytest.raises(RequestRefused, match="overlaps"):
-        change(client, yard(tmp_path, robots + props))
+        change(client, yard(tmp_path, ROBOTS + IN_THE_WAY))
     assert client.simulator.time == 1.0
     ended, _ = client.run_until("drive")
     undisturbed = Client("empty", 3, engine)
     undisturbed.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.0, duration=2.0))
     assert undisturbed.run_until("drive")[0] == ended
     assert client.truth == undisturbed.truth
+
+
+def test_an_engine_that_cannot_save_starts_its_world_over_instead(
+    driving: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Simulator, "_contents", lambda _: None)
+    before = driving.simulator.time
+    with pytest.raises(RequestRefused, match="overlaps"):
+        change(driving, yard(tmp_path, ROBOTS + IN_THE_WAY))
+    told = driving.advance(before + 1.0)
+    assert (told.time, [each.outcome for each in told.occurrences]) == (before, [Outcome.CANCELED])
+    assert driving.truth.x == pytest.approx(0.0, abs=1e-6)
+    assert names(driving) == (ROBOT,)
 
 
 def test_a_run_that_comes_after_begins_in_the_world_of_the_node(driving: Client) -> None:
