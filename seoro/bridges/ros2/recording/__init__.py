@@ -1,0 +1,1 @@
+"""Recording and playing bags, as rosbag2 has them."""

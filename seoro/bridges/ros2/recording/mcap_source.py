@@ -1,0 +1,116 @@
+"""Reading the messages of one MCAP file, whole or not."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Final
+
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Channel
+from mcap.summary import Summary
+from mcap.well_known import MessageEncoding
+
+from seoro.bridges.ros2.recording.errors import UnreadableBag
+from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
+from seoro.bridges.ros2.recording.profiles import read_profiles
+from seoro.bridges.ros2.recording.scanning import MOST_RECORD, is_whole, scan
+from seoro.bridges.ros2.recording.sources import BagMessage
+
+# What reading a file may raise that is no MCAP file, or a damaged one.
+_DAMAGES: Final = (McapError, ValueError, KeyError, EOFError, RuntimeError, struct.error, zlib.error)
+
+
+class McapSource:
+    """One MCAP file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        UnreadableBag: It cannot be read, is no MCAP file, or is damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with self._reading() as stream:
+            self.is_cut_off = not is_whole(stream)
+            self._summary = summary = _summary(stream, self.is_cut_off)
+            assert summary.statistics is not None
+            if self.is_cut_off and summary.statistics.message_count and not summary.chunk_indexes:
+                raise McapError(
+                    "it ends in the middle and has no chunks; mend it first"
+                )
+            statistics = summary.statistics
+            self.extent = Extent(
+                statistics.message_start_time, statistics.message_end_time, statistics.message_count
+            )
+            counts = statistics.channel_message_counts
+            self.topics = tuple(
+                self._topic(channel, counts.get(channel.id, 0)) for channel in summary.channels.values()
+            )
+
+    def messages(self, topics: Collection[str] | None, start: int) -> Iterator[BagMessage]:
+        """The messages in the order in which they were received.
+
+        Args:
+            topics: Of which; all when None.
+            start: [ns] since the epoch, of the first.
+
+        Raises:
+            UnreadableBag: The file is damaged.
+        """
+        if not self.extent.count:
+            return
+        with self._reading() as stream:
+            reader = _Indexed(stream, self._summary)
+            # Without an index, sorting would take the whole file into memory.
+            is_indexed = bool(self._summary.chunk_indexes)
+            found = reader.iter_messages(topics=topics, starting_at=start, log_time_order=is_indexed)
+            for _, channel, message in found:
+                yield BagMessage(channel.topic, message.data, message.log_time, message.publish_time)
+
+    @contextmanager
+    def _reading(self) -> Iterator[IO[bytes]]:
+        try:
+            with self.path.open("rb") as stream:
+                yield stream
+        except OSError as error:
+            raise UnreadableBag(f"{self.path} cannot be read: {error.strerror}") from None
+        except _DAMAGES as error:
+            raise UnreadableBag(f"{self.path} is no MCAP file, or is damaged: {error}") from None
+
+    def _topic(self, channel: Channel, count: int) -> BagTopic:
+        if channel.message_encoding != MessageEncoding.CDR:
+            raise McapError(f"{channel.topic} is encoded as {channel.message_encoding!r}, not as CDR")
+        schema = self._summary.schemas.get(channel.schema_id)
+        if schema is None:
+            raise McapError(f"it does not say of which type {channel.topic} is")
+        about = channel.metadata
+        qos = read_profiles(about.get("offered_qos_profiles", ""))
+        return BagTopic(channel.topic, schema.name, about.get("topic_type_hash", ""), qos, count)
+
+
+def _summary(stream: IO[bytes], is_cut_off: bool) -> Summary:
+    """The index of a file: that at its end, or what is found."""
+    if not is_cut_off:
+        stream.seek(0)
+        summary = SeekingReader(stream, record_size_limit=MOST_RECORD).get_summary()
+        if summary is not None and summary.statistics is not None:
+            return summary
+    return scan(stream).summary
+
+
+class _Indexed(SeekingReader):
+    """Reads by an index that was found before."""
+
+    def __init__(self, stream: IO[bytes], summary: Summary) -> None:
+        super().__init__(stream, validate_crcs=True, record_size_limit=MOST_RECORD)
+        self._found = summary
+
+    def get_summary(self) -> Summary:
+        return self._found

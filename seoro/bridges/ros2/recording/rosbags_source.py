@@ -1,0 +1,82 @@
+"""Reading the bags that seoro leaves to rosbags: those of SQLite, and what rosbag2 itself has compressed."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from sqlite3 import Error as SqliteError
+from typing import Any, Final
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader, ReaderError
+
+from seoro.bridges.ros2.recording.errors import UnreadableBag
+from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
+from seoro.bridges.ros2.recording.profiles import read_profiles
+from seoro.bridges.ros2.recording.sources import BagMessage
+
+_DAMAGES: Final = (ReaderError, SqliteError, ValueError, KeyError, EOFError, struct.error)
+
+
+class RosbagsSource:
+    """A bag, or a file of one.
+
+    Args:
+        path: The folder or file.
+
+    Raises:
+        UnreadableBag: It cannot be read.
+    """
+
+    is_cut_off = False
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with self._reading() as reader:
+            self.extent = Extent(reader.start_time, reader.end_time - 1, reader.message_count)
+            if not reader.message_count:
+                self.extent = Extent()
+            self.topics = tuple(_topic(connection) for connection in reader.connections)
+
+    def messages(self, topics: Collection[str] | None, start: int) -> Iterator[BagMessage]:
+        """The messages in the order in which they were received; see `Source`."""
+        with self._reading() as reader:
+            chosen = [each for each in reader.connections if topics is None or each.topic in topics]
+            if not chosen:
+                return
+            for connection, received, payload in reader.messages(chosen, start=start):
+                yield BagMessage(connection.topic, bytes(payload), received, received)
+
+    @contextmanager
+    def _reading(self) -> Iterator[Reader]:
+        try:
+            with Reader(self.path) as reader:
+                yield reader
+        except OSError as error:
+            raise UnreadableBag(f"{self.path} cannot be read: {error}") from None
+        except _DAMAGES as error:
+            raise UnreadableBag(f"{self.path} is no bag, or is damaged: {error}") from None
+
+
+def _topic(connection: Connection) -> BagTopic:
+    profiles: list[Any] = [
+        {
+            "history": each.history.name.lower(),
+            "depth": each.depth,
+            "reliability": each.reliability.name.lower(),
+            "durability": each.durability.name.lower(),
+            "deadline": {"sec": each.deadline.sec, "nsec": each.deadline.nsec},
+            "lifespan": {"sec": each.lifespan.sec, "nsec": each.lifespan.nsec},
+            "liveliness": each.liveliness.name.lower(),
+            "liveliness_lease_duration": {
+                "sec": each.liveliness_lease_duration.sec,
+                "nsec": each.liveliness_lease_duration.nsec,
+            },
+        }
+        for each in getattr(connection.ext, "offered_qos_profiles", ())
+    ]
+    return BagTopic(
+        connection.topic, connection.msgtype, connection.digest, read_profiles(profiles), connection.msgcount
+    )

@@ -1,0 +1,64 @@
+from pathlib import Path
+
+import pytest
+import yaml
+from rosbags.rosbag2 import Reader
+
+from seoro.bridges.ros2.recording.errors import UnreadableBag
+from seoro.bridges.ros2.recording.mending import mend_bag
+from seoro.bridges.ros2.recording.reader import open_bag
+from tests.bridges.ros2.recording.bags import CHATTER, START, text, write
+
+
+async def whole(folder: Path) -> Path:
+    """A bag of several chunks."""
+    messages = [(CHATTER.name, text(f"{number} " + "x" * 100_000), number) for number in range(50)]
+    return await write(folder, messages, CHATTER)
+
+
+async def test_a_bag_cut_off_anywhere_is_read_and_mended_up_to_there(tmp_path: Path) -> None:
+    file = await whole(tmp_path / "bag") / "bag_0.mcap"
+    content = file.read_bytes()
+    counts = []
+    for share in (0.001, 0.3, 0.5, 0.9, 0.99):
+        file.write_bytes(content[: int(len(content) * share)])
+        bag = open_bag(tmp_path / "bag")
+        assert bag.is_cut_off
+        times = [message.received - START for message in bag.messages()]
+        assert times == list(range(len(times)))
+        mended = mend_bag(tmp_path / "bag")
+        assert (mended.is_cut_off, mended.extent.count) == (False, len(times))
+        with Reader(tmp_path / "bag") as reader:
+            assert sum(1 for _ in reader.messages()) == len(times)
+        counts.append(len(times))
+    assert counts[0] == 0
+    assert counts == sorted(counts)
+    assert counts[-1] > 40
+
+
+async def test_metadata_says_after_mending_what_is_there(tmp_path: Path) -> None:
+    folder = await whole(tmp_path / "bag")
+    file = folder / "bag_0.mcap"
+    file.write_bytes(file.read_bytes()[:3_000_000])
+    (folder / "metadata.yaml").unlink()
+    mend_bag(folder)
+    metadata = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    (topic,) = metadata["topics_with_message_count"]
+    assert topic["message_count"] == metadata["message_count"] == open_bag(folder).extent.count > 0
+    assert topic["topic_metadata"]["type_description_hash"] == CHATTER.type_hash
+
+
+async def test_a_whole_bag_is_left_as_it_is(tmp_path: Path) -> None:
+    folder = await whole(tmp_path / "bag")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    mend_bag(folder)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_what_is_no_bag_is_not_touched(tmp_path: Path) -> None:
+    with pytest.raises(UnreadableBag, match="no bag of MCAP files"):
+        mend_bag(tmp_path)
+    (tmp_path / "a.mcap").write_text("my notes")
+    with pytest.raises(UnreadableBag, match="is no MCAP file"):
+        mend_bag(tmp_path)
+    assert (tmp_path / "a.mcap").read_text() == "my notes"
