@@ -42,9 +42,7 @@ class McapSource:
             self._summary = summary = _summary(stream, self.is_cut_off)
             assert summary.statistics is not None
             if self.is_cut_off and summary.statistics.message_count and not summary.chunk_indexes:
-                raise McapError(
-                    "it ends in the middle and has no chunks; mend it first"
-                )
+                raise McapError("it ends in the middle and has no chunks; mend it first")
             statistics = summary.statistics
             self.extent = Extent(
                 statistics.message_start_time, statistics.message_end_time, statistics.message_count

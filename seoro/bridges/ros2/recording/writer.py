@@ -122,6 +122,11 @@ class BagWriter:
                 self._changed.notify()
         return True
 
+    def lose(self, topic: str, count: int) -> None:
+        """Say that messages of a topic were lost before they could be written."""
+        with self._changed:
+            self._lost[topic] += count
+
     def note(self, name: str, text: str) -> None:
         """Put what there is to say of the bag into it (`custom_data`), in the place of what had that name."""
         with self._changed:

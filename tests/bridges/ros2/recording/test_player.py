@@ -1,0 +1,164 @@
+"""Playing bags, over real sessions and a router."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from itertools import pairwise
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.ros2.errors import DefinitionMismatch
+from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.recording.errors import UnknownTopic
+from seoro.bridges.ros2.recording.metadata import BagTopic
+from seoro.bridges.ros2.recording.player import Playback, play
+from seoro.bridges.ros2.recording.reader import open_bag
+from seoro.bridges.ros2.recording.writer import write_bag
+from seoro.bridges.ros2.topics import Received, Subscription
+from seoro.bridges.ros2.wire import Qos, Reliability
+from seoro.bridges.session import Bound
+from seoro.errors import InvalidUse
+from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SECOND, START, STRING, talk, write
+from tests.bridges.ros2.systems import two_nodes, with_another_string
+
+FAST = Playback(rate=1000)
+MILLISECOND = SECOND // 1000  # [ns]
+
+
+@asynccontextmanager
+async def listening(
+    router: str, types: TypeStore, topic: str = "/chatter", type_name: str = STRING
+) -> AsyncIterator[tuple[RosNode, Subscription]]:
+    """A node that plays, and a subscription of the robot's."""
+    with anyio.fail_after(10):
+        async with (
+            two_nodes(router, types) as (there, here),
+            there.subscribing(topic, type_name, Qos(), Bound(1000)) as subscription,
+        ):
+            await here.graph.wait_for(lambda graph: graph.subscriptions(topic))
+            yield here, subscription
+
+
+async def take(subscription: Subscription, count: int) -> list[Received]:
+    """The next messages."""
+    return [await subscription.receive() for _ in range(count)]
+
+
+async def test_what_was_recorded_is_published_with_its_type_and_qos(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    latched = BagTopic("/map_name", STRING, CHATTER.type_hash, (LATCHED, Qos(Reliability.BEST_EFFORT, depth=7)))
+    messages = [*talk(300), ("/map_name", talk(1)[0][1], SECOND)]
+    bag = open_bag(await write(tmp_path / "bag", messages, CHATTER, latched))
+    async with listening(router, types) as (here, subscription):
+        assert await play(here, bag, FAST) == {"/chatter": 300, "/map_name": 1}
+        received = await take(subscription, 300)
+    assert [subscription.decode(each).data for each in received] == [str(number) for number in range(300)]
+    assert subscription.missed == 0
+
+
+async def test_publishers_offer_what_satisfies_all_who_were_satisfied(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    topic = BagTopic("/chatter", STRING, CHATTER.type_hash, (LATCHED, Qos(Reliability.BEST_EFFORT, depth=7)))
+    bag = open_bag(await write(tmp_path / "bag", talk(2, SECOND), topic))
+    async with two_nodes(router, types) as (there, here), anyio.create_task_group() as tasks:
+        tasks.start_soon(play, here, bag)
+        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/chatter"), 5)
+        tasks.cancel_scope.cancel()
+    assert publisher.qos is not None
+    assert (publisher.qos.is_reliable, publisher.qos.is_transient_local, publisher.qos.depth) == (True, True, 7)
+
+
+async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: TypeStore, tmp_path: Path) -> None:
+    bag = open_bag(await write(tmp_path / "bag", talk(4, 200 * MILLISECOND), CHATTER))
+    async with listening(router, types) as (here, subscription):
+        await play(here, bag, Playback(rate=4))
+        arrived = [each.arrived for each in await take(subscription, 4)]
+    assert 140 < (arrived[-1] - arrived[0]) / MILLISECOND < 1000
+    assert all(later - before > 10 * MILLISECOND for before, later in pairwise(arrived))
+
+
+async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tmp_path: Path) -> None:
+    other = BagTopic("/other", STRING, CHATTER.type_hash, (Qos(),))
+    messages = [*talk(20), *(("/other", payload, time) for _, payload, time in talk(20))]
+    bag = open_bag(await write(tmp_path / "bag", messages, CHATTER, other))
+    async with listening(router, types) as (here, subscription):
+        counts = await play(here, bag, Playback(("/chatter",), rate=1000, start_offset=1.5))
+        assert counts == {"/chatter": 5}
+        received = await take(subscription, 5)
+    assert [subscription.decode(each).data for each in received] == [str(number) for number in range(15, 20)]
+
+
+async def test_the_clock_tells_the_time_of_the_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
+    told: list[str] = []
+    clock = BagTopic("/clock", "rosgraph_msgs/msg/Clock", types.type_hash("rosgraph_msgs/msg/Clock"))
+    recorded = ("/clock", types.encode(clock.type, {"clock": {"sec": 1}}), 0)
+    bag = open_bag(await write(tmp_path / "bag", [recorded, *talk(11)], CHATTER, clock))
+    async with listening(router, types, "/clock", clock.type) as (here, subscription):
+        await play(here, bag, Playback(rate=5, clock_rate=50), on_note=told.append)
+        subscription.close()
+        times = [subscription.decode(each).clock async for each in subscription]
+    nanoseconds = [time.sec * SECOND + time.nanosec - START for time in times]
+    assert nanoseconds == sorted(nanoseconds)
+    assert nanoseconds[0] >= 0
+    assert nanoseconds[-1] > SECOND * 0.95
+    assert 2 <= len(times) <= 14
+    assert told == ["/clock of the bag is not played, since the clock is published"]
+
+
+async def test_types_that_only_the_bag_knows_are_played(router: str, types: TypeStore, tmp_path: Path) -> None:
+    own = BagTopic("/own", "my_msgs/msg/Own", "RIHS01_" + "5" * 64, (LATCHED,))
+    async with write_bag(tmp_path / "bag") as writer:
+        writer.add_topic(own, "")
+        writer.write("/own", b"\x00\x01\x00\x00\x07", START)
+        writer.write("/own", b"\x00\x01\x00\x00\x08", START + SECOND // 10)
+    bag = open_bag(tmp_path / "bag")
+    async with two_nodes(router, types) as (there, here), anyio.create_task_group() as tasks:
+        tasks.start_soon(play, here, bag, Playback(rate=0.1))
+        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/own"), 5)
+        async with there.subscribing("/own", own.type, LATCHED) as subscription:
+            (received,) = await take(subscription, 1)
+        tasks.cancel_scope.cancel()
+    assert (publisher.type_hash, received.payload) == (own.type_hash, b"\x00\x01\x00\x00\x07")
+
+
+async def test_a_type_that_nobody_knows_is_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with write_bag(tmp_path / "bag") as writer:
+        writer.add_topic(BagTopic("/own", "my_msgs/msg/Own"), "")
+    async with two_nodes(router, types) as (_, here):
+        with pytest.raises(UnknownInterface, match="no package `my_msgs`"):
+            await play(here, open_bag(tmp_path / "bag"))
+
+
+async def test_robots_with_another_definition_are_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+    theirs = with_another_string(types, tmp_path / "definitions")
+    bag = open_bag(await write(tmp_path / "bag", talk(1), CHATTER))
+    async with two_nodes(router, types, theirs=theirs) as (there, here), there.subscribing("/chatter", STRING):
+        await here.graph.wait_for(lambda graph: graph.subscriptions("/chatter"), 5)
+        with pytest.raises(DefinitionMismatch, match="/chatter"):
+            await play(here, bag)
+
+
+async def test_what_makes_no_sense_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+    bag = open_bag(await write(tmp_path / "bag", talk(21), CHATTER))
+    async with two_nodes(router, types) as (_, here):
+        with pytest.raises(UnknownTopic, match="no topic /chater"):
+            await play(here, bag, Playback(("/chater",)))
+        with pytest.raises(InvalidUse, match=r"lasts 2 s, and cannot be played from 2\.5 s"):
+            await play(here, bag, Playback(start_offset=2.5))
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"rate": 0.0}, "the rate of a bag that is played is positive, not 0"),
+        ({"clock_rate": -1.0}, "the rate of the clock of a bag that is played is positive, not -1"),
+        ({"start_offset": float("nan")}, "the offset from which a bag is played is 0 s or more, not nan s"),
+    ],
+)
+def test_rates_and_offsets_that_make_no_sense_are_refused(options: dict[str, float], problem: str) -> None:
+    with pytest.raises(InvalidUse, match=problem):
+        Playback(**options)  # type: ignore[arg-type]

@@ -1,0 +1,249 @@
+"""Recording, over real sessions and a router."""
+
+import time
+from collections.abc import AsyncIterator, Mapping
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+import yaml
+from rosbags.rosbag2 import Reader
+
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.recording import recorder
+from seoro.bridges.ros2.recording.errors import RefusedRecording
+from seoro.bridges.ros2.recording.reader import Bag, open_bag
+from seoro.bridges.ros2.recording.recorder import Recording, record
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import InvalidName, Ros2Dds
+from seoro.bridges.session import Bound
+from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SCAN, SECOND, STRING, TYPES
+from tests.bridges.ros2.systems import two_nodes, with_another_string
+
+PATIENCE = 10  # [s]
+
+
+@asynccontextmanager
+async def limited() -> AsyncIterator[None]:
+    """A block that ends in time, or fails."""
+    with anyio.fail_after(PATIENCE):
+        yield
+
+
+def said(bag: Bag, topic: str = "/chatter") -> list[str]:
+    """What the messages of a topic say."""
+    return [TYPES.decode(STRING, message.payload).data for message in bag.messages({topic})]
+
+
+def custom_data(folder: Path) -> Mapping[str, str]:
+    """What a bag says beside its messages."""
+    information = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    return information["custom_data"] or {}
+
+
+async def talk_to(publication: Publication, *texts: str) -> None:
+    """Publish texts as soon as somebody listens."""
+    await publication.wait_for_subscription()
+    for text in texts:
+        publication.publish({"data": text})
+
+
+async def recorded(recording: Recording, count: int) -> None:
+    """Wait until as many messages have been recorded."""
+    while sum(recording.counts.values()) < count:
+        await anyio.sleep(0.002)
+
+
+async def test_topics_are_recorded_with_type_hash_and_qos(router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        there.publishing("/scan", SCAN, LATCHED) as scan,
+    ):
+        scan.publish({"ranges": [1.0]})
+        async with record(here, tmp_path / "bag", ["chatter", "/scan"]) as recording:
+            await recording.wait_complete()
+            await talk_to(chatter, "one", "two")
+            await recorded(recording, 3)
+    bag = open_bag(tmp_path / "bag")
+    assert said(bag) == ["one", "two"]
+    assert bag.topics["/chatter"].type_hash == CHATTER.type_hash
+    assert bag.topics["/scan"].qos == (LATCHED,)
+    assert bag.topics["/scan"].count == 1
+    assert all(0 <= message.received - message.sent < SECOND for message in bag.messages())
+    with Reader(tmp_path / "bag") as reader:
+        assert reader.message_count == 3
+
+
+async def test_it_says_which_topics_are_missing_until_all_are_there(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        AsyncExitStack() as robot,
+        record(here, tmp_path / "bag", ["/chatter", "/scan"]) as recording,
+    ):
+        assert list(recording.missing) == ["/chatter", "/scan"]
+        await robot.enter_async_context(there.publishing("/scan", SCAN))
+        while list(recording.missing) != ["/chatter"]:
+            await anyio.sleep(0.002)
+        chatter = await robot.enter_async_context(there.publishing("/chatter", STRING))
+        await recording.wait_complete()
+        assert [*recording.missing, "/", *recording.topics] == ["/", "/scan", "/chatter"]
+        await talk_to(chatter, "late")
+        await recorded(recording, 1)
+    assert said(open_bag(tmp_path / "bag")) == ["late"]
+
+
+async def test_a_lost_publisher_is_told_and_noted_in_the_bag(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    told: list[str] = []
+    async with limited(), two_nodes(router, types) as (there, here), AsyncExitStack() as robot:
+        chatter = await robot.enter_async_context(there.publishing("/chatter", STRING))
+        async with record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording:
+            await recording.wait_complete()
+            await talk_to(chatter, "before")
+            await robot.aclose()
+            while len(told) < 1:
+                await anyio.sleep(0.002)
+            async with there.publishing("/chatter", STRING) as again:
+                await talk_to(again, "after")
+                await recorded(recording, 2)
+                while len(told) < 2:
+                    await anyio.sleep(0.002)
+    assert told[:2] == ["/chatter has lost its publisher, /robot", "/chatter has a publisher again"]
+    assert said(open_bag(tmp_path / "bag")) == ["before", "after"]
+    assert custom_data(tmp_path / "bag")["notes"].splitlines() == told
+
+
+async def test_a_pattern_takes_what_matches_as_it_comes_and_hidden_topics_only_if_asked(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/robot1/chatter", STRING),
+        there.publishing("/robot1/_hidden", STRING),
+        there.publishing("/other", STRING),
+        record(here, tmp_path / "few", pattern="/robot1/.*") as few,
+        record(here, tmp_path / "all", pattern="/robot1/.*", hidden=True) as everything,
+    ):
+        await few.wait_complete()
+        async with there.publishing("/robot1/scan", SCAN):
+            while "/robot1/scan" not in few.topics or "/robot1/scan" not in everything.topics:
+                await anyio.sleep(0.002)
+        assert sorted(few.topics) == ["/robot1/chatter", "/robot1/scan"]
+        assert sorted(everything.topics) == ["/robot1/_hidden", "/robot1/chatter", "/robot1/scan"]
+
+
+async def test_messages_have_the_time_of_the_clock_if_asked(router: str, types: TypeStore, tmp_path: Path) -> None:
+    told: list[str] = []
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"], use_sim_time=True, on_note=told.append) as recording,
+    ):
+        assert recording.missing == ("/clock", "/chatter")
+        async with there.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock:
+            await clock.wait_for_subscription()
+            clock.publish({"clock": {"sec": 12, "nanosec": 500_000_000}})
+            await recording.wait_complete()
+            await talk_to(chatter, "at twelve")
+            await recorded(recording, 1)
+            clock.publish({"clock": {"sec": 3}})
+            while not told:
+                await anyio.sleep(0.002)
+            chatter.publish({"data": "at three"})
+            await recorded(recording, 2)
+    messages = open_bag(tmp_path / "bag").messages({"/chatter"})
+    assert [(message.received, message.sent) for message in messages] == [
+        (3 * SECOND, 3 * SECOND),
+        (12 * SECOND + SECOND // 2, 12 * SECOND + SECOND // 2),
+    ]
+    assert told == ["/clock jumped back from 12.500 s to 3.000 s"]
+
+
+async def test_definitions_that_seoro_does_not_have_are_not_made_up(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs = with_another_string(types, tmp_path / "definitions")
+    told: list[str] = []
+    async with (
+        limited(),
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+    ):
+        await recording.wait_complete()
+        await talk_to(chatter, "theirs")
+        await recorded(recording, 1)
+    assert told[0].startswith(
+        "/chatter is recorded without the definition of std_msgs/msg/String: that of the robot"
+    )
+    with Reader(tmp_path / "bag") as reader:
+        (connection,) = reader.connections
+        assert (connection.digest, connection.msgdef.data) == (theirs.type_hash(STRING), "")
+        assert connection.msgcount == 1
+
+
+async def test_losses_are_told_counted_and_noted(
+    router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "WAITING", Bound(3))
+    told: list[str] = []
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+    ):
+        await recording.wait_complete()
+        await chatter.wait_for_subscription()
+        for number in range(200):
+            chatter.publish({"data": str(number)})
+        time.sleep(0.2)  # the event loop is held up: nobody takes what arrives
+        await recorded(recording, 3)
+    lost = recording.lost["/chatter"]
+    assert lost + recording.counts["/chatter"] == 200
+    assert told == ["/chatter: messages are lost, since they come faster than they can be written"]
+    assert custom_data(tmp_path / "bag")["lost"] == f"{lost} of /chatter"
+    assert len(said(open_bag(tmp_path / "bag"))) == recording.counts["/chatter"]
+
+
+async def test_topics_behind_a_bridge_for_dds_are_recorded(router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types, dialect=Ros2Dds()) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"]) as recording,
+    ):
+        await recording.wait_complete()
+        await talk_to(chatter, "hello")
+        await recorded(recording, 1)
+    bag = open_bag(tmp_path / "bag")
+    assert said(bag) == ["hello"]
+    assert bag.topics["/chatter"].type_hash == CHATTER.type_hash
+
+
+async def test_what_makes_no_sense_is_refused_before_a_folder_is_made(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async def begin(*topics: str, pattern: str = "") -> None:
+        async with record(here, tmp_path / "bag", topics, pattern=pattern):
+            pass
+
+    async with two_nodes(router, types) as (_, here):
+        with pytest.raises(RefusedRecording, match="nothing is to be recorded"):
+            await begin()
+        with pytest.raises(RefusedRecording, match=r"/a/_action/status is hidden, and hidden topics are not"):
+            await begin("/a/_action/status")
+        with pytest.raises(InvalidName):
+            await begin("/not a topic")
+        with pytest.raises(RefusedRecording, match=r"the pattern '\(' is no regular expression"):
+            await begin(pattern="(")
+    assert not (tmp_path / "bag").exists()
