@@ -1,0 +1,19 @@
+"""Where frames are, as `/tf` and `/tf_static` tell.
+
+`TransformBuffer` is data and functions; `listen` fills one from a ROS 2 system.
+"""
+
+from seoro.bridges.ros2.tf.buffer import Stamped, TransformBuffer
+from seoro.bridges.ros2.tf.errors import FramesNotConnected, OutOfReach, TransformError, UnknownFrame
+from seoro.bridges.ros2.tf.transform import IDENTITY, Transform
+
+__all__ = [
+    "IDENTITY",
+    "FramesNotConnected",
+    "OutOfReach",
+    "Stamped",
+    "Transform",
+    "TransformBuffer",
+    "TransformError",
+    "UnknownFrame",
+]
