@@ -109,6 +109,11 @@ class Recording:
         return self._writer.lost
 
     @property
+    def missed(self) -> Mapping[str, int]:
+        """Messages that did not even arrive, by topic, as far as their senders number them."""
+        return {name: each.missed for name, each in self._subscriptions.items() if each.missed}
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What has happened, in order."""
         return tuple(self._notes)
@@ -151,9 +156,8 @@ class Recording:
             subscription.close()
         for taken in self._taken.values():
             await taken.wait()
-        missed = {name: each.missed for name, each in self._subscriptions.items() if each.missed}
-        if missed:
-            self._writer.note("missed", ", ".join(f"{count} of {name}" for name, count in missed.items()))
+        if self.missed:
+            self._writer.note("missed", ", ".join(f"{count} of {name}" for name, count in self.missed.items()))
 
     async def _follow_clock(self, clock: SimClock) -> None:
         async with self._node.subscribing(TOPIC, TYPE, CLOCK_QOS) as subscription:
