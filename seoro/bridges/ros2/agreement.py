@@ -37,18 +37,35 @@ def agree(name: str, type_name: str, others: Sequence[Endpoint], types: TypeStor
         DefinitionMismatch: They have another definition of the type.
         UnknownInterface: There is no definition here.
     """
+    try:
+        return meeting_hash(name, type_name, others, types.type_hash(type_name)), types
+    except DefinitionMismatch:
+        for each in _hashes(type_name, others):
+            if each is not None and (edition := types.matching(type_name, each)) is not None:
+                return each, edition
+        raise
+
+
+def meeting_hash(name: str, type_name: str, others: Sequence[Endpoint], ours: str) -> str | None:
+    """The hash by which a definition meets those who are there: its own, or None if they tell of none.
+
+    Args:
+        name: Of the topic or service.
+        type_name: Of its type.
+        others: Those at the other end.
+        ours: The hash of the definition.
+
+    Raises:
+        WrongType: They have another type.
+        DefinitionMismatch: They have another definition of the type.
+    """
     check_type(name, type_name, others)
-    ours = types.type_hash(type_name)
-    theirs = {other.type_hash for other in others if other.type == type_name}
+    theirs = _hashes(type_name, others)
     if not theirs or ours in theirs:
-        return ours, types
+        return ours
     if None in theirs:
-        return None, types
-    hashes = sorted(each for each in theirs if each is not None)
-    for each in hashes:
-        if (edition := types.matching(type_name, each)) is not None:
-            return each, edition
-    raise DefinitionMismatch(name, type_name, hashes[0], ours)
+        return None
+    raise DefinitionMismatch(name, type_name, str(theirs[0]), ours)
 
 
 def announced_hash(type_name: str, others: Sequence[Endpoint], types: TypeStore) -> str | None:
@@ -60,3 +77,8 @@ def announced_hash(type_name: str, others: Sequence[Endpoint], types: TypeStore)
         return types.type_hash(type_name)
     except UnknownInterface:
         return None
+
+
+def _hashes(type_name: str, others: Sequence[Endpoint]) -> list[str | None]:
+    """The hashes that those have who have a type, sorted."""
+    return sorted({other.type_hash for other in others if other.type == type_name}, key=str)

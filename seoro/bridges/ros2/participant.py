@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from seoro.background import background
-from seoro.bridges.ros2.agreement import agree, announced_hash, check_type
+from seoro.bridges.ros2.agreement import agree, announced_hash, check_type, meeting_hash
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.services import BUSY, WAITING, Client, Handler, Server
@@ -101,23 +101,31 @@ class RosNode:
         return resolve(name, self.node.namespace, self.node.name)
 
     @asynccontextmanager
-    async def publishing(self, topic: str, type_name: str, qos: Qos | None = None) -> AsyncIterator[Publication]:
+    async def publishing(
+        self, topic: str, type_name: str, qos: Qos | None = None, *, type_hash: str | None = None
+    ) -> AsyncIterator[Publication]:
         """Be a publisher of a topic for as long as the block lasts.
 
         Args:
             topic: Its name.
             type_name: Type of the messages.
             qos: What is offered; reliable, volatile, with a depth of 10 when None.
+            type_hash: Of the definition by which the messages are CDR already (`Publication.send`), which seoro
+                need not have; None for definitions that it has.
 
         Raises:
             InvalidName, UnknownInterface: There is no such name or type.
             WrongType, DefinitionMismatch: Those who subscribe mean something else.
         """
         system, offered = self.system, qos or Qos()
-        topic, type_name = self.resolve(topic), system.types.canonical(type_name)
+        topic, types = self.resolve(topic), system.types
         others = self._others(self.graph.subscriptions(topic))
+        if type_hash is None:
+            type_name = types.canonical(type_name)
+            type_hash, types = agree(topic, type_name, others, types)
+        else:
+            type_hash = meeting_hash(topic, type_name, others, type_hash)
         check_type(topic, type_name, self._others(self.graph.publishers(topic)))
-        type_hash, types = agree(topic, type_name, others, system.types)
         endpoint = self._endpoint(Kind.PUBLISHER, topic, type_name, type_hash, offered)
         token = self._token(endpoint)
         keep = offered.depth if offered.is_transient_local else 0

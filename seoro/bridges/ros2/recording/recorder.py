@@ -220,17 +220,17 @@ class Recording:
         theirs = sorted({publisher.type_hash for publisher in publishers if publisher.type_hash})
         types = self._node.system.types
         try:
-            ours = types.type_hash(type_name)
+            matching = types.matching(type_name, theirs[0]) if theirs else types
         except UnknownInterface:
             self.note(f"{name} is recorded without the definition of {type_name}, which seoro does not have")
             return BagTopic(name, type_name, theirs[0] if theirs else "", qos), ""
-        if theirs and theirs != [ours]:
+        if matching is None or len(theirs) > 1:
             self.note(
                 f"{name} is recorded without the definition of {type_name}: that of the robot"
-                f" ({', '.join(theirs)}) is not the one that seoro has ({ours})"
+                f" ({', '.join(theirs)}) is not the one that seoro has ({types.type_hash(type_name)})"
             )
             return BagTopic(name, type_name, theirs[0], qos), ""
-        return BagTopic(name, type_name, ours, qos), types.schema(type_name)
+        return BagTopic(name, type_name, matching.type_hash(type_name), qos), matching.schema(type_name)
 
     def _note_change(self, name: str, before: Sequence[Endpoint], now: Sequence[Endpoint]) -> None:
         if not now:
