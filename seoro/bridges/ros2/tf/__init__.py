@@ -1,6 +1,6 @@
 """Where frames are, as `/tf` and `/tf_static` tell.
 
-`TransformBuffer` is data and functions; `listen` fills one from a ROS 2 system.
+`TransformBuffer` is data and functions; `listener.listen` fills one from a ROS 2 system.
 """
 
 from seoro.bridges.ros2.tf.buffer import Stamped, TransformBuffer
