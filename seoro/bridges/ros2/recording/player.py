@@ -25,7 +25,8 @@ from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, History, Qos, Reliability
 from seoro.errors import InvalidUse
 
-AT_ONCE: Final = 200  # messages that are read together
+AT_ONCE: Final = 200  # messages that are read together at most
+ENOUGH: Final = 4 * 1024 * 1024  # [bytes] after which no others are read with them
 AHEAD: Final = 4  # times as many are read ahead
 MATCHING_TIMEOUT: Final = 2.0  # [s] that those who subscribe already may take to be reached
 
@@ -150,8 +151,18 @@ async def _reading(bag: Bag, topics: list[str], begin: int) -> AsyncIterator[Asy
 
 async def _read(messages: Iterator[BagMessage], send: ObjectSendStream[list[BagMessage]]) -> None:
     async with send:
-        while batch := await anyio.to_thread.run_sync(lambda: list(islice(messages, AT_ONCE))):
+        while batch := await anyio.to_thread.run_sync(_batch, messages):
             await send.send(batch)
+
+
+def _batch(messages: Iterator[BagMessage]) -> list[BagMessage]:
+    batch, size = [], 0
+    for message in islice(messages, AT_ONCE):
+        batch.append(message)
+        size += len(message.payload)
+        if size > ENOUGH:
+            break
+    return batch
 
 
 @asynccontextmanager

@@ -165,7 +165,8 @@ class BagWriter:
                     self._put(each)
                 self._mcap.flush()
                 self._writing = 0
-                if time.monotonic() - self._told > METADATA_PERIOD:
+                is_new = any(isinstance(each, _Topic) for each in batch)
+                if is_new or time.monotonic() - self._told > METADATA_PERIOD:
                     self._write_metadata()
             self._mcap.finish(self._all_notes())
             self._write_metadata()

@@ -1,5 +1,6 @@
 """Recording, over real sessions and a router."""
 
+import errno
 import time
 from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -12,7 +13,8 @@ from rosbags.rosbag2 import Reader
 
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.recording import recorder
-from seoro.bridges.ros2.recording.errors import RefusedRecording
+from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording
+from seoro.bridges.ros2.recording.mcap_file import McapFile
 from seoro.bridges.ros2.recording.reader import Bag, open_bag
 from seoro.bridges.ros2.recording.recorder import Recording, record
 from seoro.bridges.ros2.topics import Publication
@@ -213,6 +215,48 @@ async def test_losses_are_told_counted_and_noted(
     assert told == ["/chatter: messages are lost, since they come faster than they can be written"]
     assert custom_data(tmp_path / "bag")["lost"] == f"{lost} of /chatter"
     assert len(said(open_bag(tmp_path / "bag"))) == recording.counts["/chatter"]
+
+
+async def test_a_disk_that_takes_nothing_ends_the_recording_with_an_error(
+    router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(file: McapFile) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(McapFile, "flush", refuse)
+    with pytest.raises(ExceptionGroup) as raised:
+        async with (
+            limited(),
+            two_nodes(router, types) as (there, here),
+            there.publishing("/chatter", STRING) as chatter,
+            record(here, tmp_path / "bag", ["/chatter"]) as recording,
+        ):
+            await recording.wait_complete()
+            await talk_to(chatter, "hello")
+            await anyio.sleep_forever()
+    (error,) = raised.value.exceptions
+    assert isinstance(error, RecordingFailed)
+    assert str(error).endswith("bag_0.mcap cannot be written any more: No space left on device")
+
+
+async def test_a_recording_that_is_cancelled_leaves_a_whole_bag(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+    ):
+        with anyio.CancelScope() as scope:
+            async with record(here, tmp_path / "bag", ["/chatter"]) as recording:
+                await recording.wait_complete()
+                await talk_to(chatter, "last")
+                await recorded(recording, 1)
+                scope.cancel()
+                await anyio.sleep_forever()
+        await here.graph.wait_for(lambda graph: not graph.subscriptions("/chatter"))
+    bag = open_bag(tmp_path / "bag")
+    assert (said(bag), bag.is_cut_off) == (["last"], False)
 
 
 async def test_topics_behind_a_bridge_for_dds_are_recorded(router: str, types: TypeStore, tmp_path: Path) -> None:

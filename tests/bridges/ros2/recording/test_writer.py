@@ -14,7 +14,7 @@ from seoro.bridges.ros2.recording import writer as writer_module
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression
 from seoro.bridges.ros2.recording.mending import mend_bag
-from seoro.bridges.ros2.recording.metadata import BagTopic
+from seoro.bridges.ros2.recording.metadata import BagTopic, read_metadata
 from seoro.bridges.ros2.recording.reader import open_bag
 from seoro.bridges.ros2.recording.writer import write_bag
 from tests.bridges.ros2.recording.bags import (
@@ -156,6 +156,7 @@ def test_a_killed_process_leaves_a_bag_with_all_whole_chunks(tmp_path: Path) -> 
     process.send_signal(signal.SIGKILL)
     process.communicate()
     found = open_bag(bag)
+    assert list(read_metadata(bag).topics()) == [CHATTER.name]  # type: ignore[union-attr]
     numbers = [int(TYPES.decode(STRING, message.payload).data.split()[0]) for message in found.messages()]
     assert found.is_cut_off
     assert numbers == list(range(len(numbers)))
