@@ -7,6 +7,7 @@ scenario is loaded; what does not match is an error then, not in the middle of a
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
+from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, cast, overload
 
 from seoro.lang import frozen
@@ -29,8 +30,8 @@ class Mark(frozen.Value):
     """What `@action` says of a function."""
 
     name: str
-    home: type[Any] | None = None
-    anywhere: type[Any] | None = None
+    home: type[Any] | UnionType | None = None
+    anywhere: type[Any] | UnionType | None = None
     open_ended: bool = False
     uses: str | None = None
     thread: bool = False
@@ -39,8 +40,8 @@ class Mark(frozen.Value):
 class Terms(TypedDict, total=False):
     """What `@action` may say of any function."""
 
-    home: type[Any] | None
-    anywhere: type[Any] | None
+    home: type[Any] | UnionType | None
+    anywhere: type[Any] | UnionType | None
     open_ended: bool
     uses: str | None
 
@@ -67,11 +68,12 @@ def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callab
         name: Qualified by the actor type as in the declaration: `differential_drive_robot.nav_to_pose`.
         thread: Whether it is a plain function that blocks: it is called in a thread of its own, takes a
             `ThreadContext` in place of the `ActionContext`, and everything else goes on meanwhile.
-        terms: `home`: contract that the backend in which the actor lives has to serve. `anywhere`: contract that
-            some backend of the run has to serve. `open_ended`: whether it has no end of its own and goes on until
-            something ends it, such as driving at a speed; what ends it then, a `duration` or the primary member
-            of `parallel`, does not find it late. `uses`: what of the actor it uses that is for one action at a
-            time, such as its `base`; for an action without an actor, of all that there is in the run.
+        terms: `home`: contract that the backend in which the actor lives has to serve, or a union of those of
+            which it has to serve one. `anywhere`: the same for some backend of the run. `open_ended`: whether it
+            has no end of its own and goes on until something ends it, such as driving at a speed; what ends it
+            then, a `duration` or the primary member of `parallel`, does not find it late. `uses`: what of the
+            actor it uses that is for one action at a time, such as its `base`; for an action without an actor, of
+            all that there is in the run.
     """
 
     def mark(function: ActionFunction) -> ActionFunction:

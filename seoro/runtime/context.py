@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Collection, Sequence
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from threading import Thread
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from seoro.errors import ActionFailed
 from seoro.lang.plan import InvokeAction
@@ -233,6 +233,15 @@ class ActionContext:
 
     def anywhere(self, contract: type[C]) -> C:
         """A backend of the run that serves a contract; for actions that said so at `@action`."""
-        backend = self._place.services.homes.anywhere(contract)
+        backend = self.find(contract)
         assert backend is not None, "checked when the run was instantiated"
         return backend
+
+    def find(self, contract: type[C]) -> C | None:
+        """A backend of the run that serves a contract, if there is one."""
+        return self._place.services.homes.anywhere(contract)
+
+    def is_home(self, actor: Actor, contract: type[Any]) -> bool:
+        """Whether an actor lives in a backend that serves a contract."""
+        home = self._place.services.homes.of(actor)
+        return home is not None and isinstance(home.backend, contract)

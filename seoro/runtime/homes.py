@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from types import UnionType
+from typing import Any, TypeAlias, TypeVar
 
 from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Backend
 from seoro.runtime.values import Actor
 
 P = TypeVar("P")
+Contract: TypeAlias = type[Any] | UnionType
+"""A runtime-checkable protocol of what backends may be able to do, or a union of those of which one suffices."""
 
 
 class Home(Value):
@@ -45,3 +48,7 @@ class Homes:
     def anywhere(self, contract: type[P]) -> P | None:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""
         return next((backend for backend in self.backends if isinstance(backend, contract)), None)
+
+    def serve(self, contract: Contract) -> bool:
+        """Whether any backend serves a contract."""
+        return any(isinstance(backend, contract) for backend in self.backends)

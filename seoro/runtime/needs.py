@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import get_args
 
 from seoro.errors import InvalidUse
 from seoro.lang.plan import Behavior, Field, InvokeAction, InvokeScenario, OneOf, Parallel, Plan, Serial
 from seoro.runtime.actions import BoundAction
-from seoro.runtime.homes import Homes
+from seoro.runtime.homes import Contract, Homes
 from seoro.runtime.instances import Instance
+from seoro.runtime.ros_system import Ros2System
 from seoro.runtime.values import Actor
 
 
@@ -21,18 +23,18 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
     for scenario in plan.scenarios.values():
         for invocation in _invocations(scenario.body):
             mark = actions[invocation.action].mark
-            if mark.anywhere is not None and homes.anywhere(mark.anywhere) is None:
-                raise _nobody(invocation, homes)
+            if mark.anywhere is not None and not homes.serve(mark.anywhere):
+                raise _nobody(invocation, mark.anywhere, homes)
             if mark.home is None:
                 continue
             actor = _known_actor(invocation, entry) if scenario is entry.declaration else None
             if actor is None:  # only known when it is invoked
-                if homes.anywhere(mark.home) is None:
-                    raise _nobody(invocation, homes)
+                if not homes.serve(mark.home):
+                    raise _nobody(invocation, mark.home, homes)
                 continue
             home = homes.of(actor)
             if home is None:
-                raise _homeless(invocation, actor, homes)
+                raise _homeless(invocation, actor, mark.home, homes)
             if not isinstance(home.backend, mark.home):
                 raise InvalidUse(
                     f"`{actor.name}` lives in {home.backend.name}, which cannot carry out `{invocation.action}`",
@@ -53,19 +55,21 @@ def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
     return None
 
 
-def _nobody(invocation: InvokeAction, homes: Homes) -> InvalidUse:
+def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> InvalidUse:
     names = ", ".join(backend.name for backend in homes.backends)
     why = f"{names} cannot carry it out" if names else "there is neither a simulator nor a robot"
-    return InvalidUse(
-        f"`{invocation.action}` cannot be carried out: {why}",
-        invocation.span,
-        "start a simulator for the run with `--sim mujoco`, or connect to one with `--connect`",
-    )
+    parts = get_args(contract) or (contract,)
+    ways = []
+    if any(part is not Ros2System for part in parts):
+        ways.append("start a simulator for the run with `--sim mujoco`, or connect to one with `--connect`")
+    if Ros2System in parts:
+        ways.append("reach a ROS 2 system with `--ros`, such as `--ros tcp/192.168.0.7:7447`")
+    return InvalidUse(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways))
 
 
-def _homeless(invocation: InvokeAction, actor: Actor, homes: Homes) -> InvalidUse:
+def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes: Homes) -> InvalidUse:
     if not homes.backends:
-        return _nobody(invocation, homes)
+        return _nobody(invocation, contract, homes)
     names = ", ".join(backend.name for backend in homes.backends)
     return InvalidUse(
         f"`{actor.name}` ({actor.type.name}) lives nowhere: no robot of {names} is left that can stand for it",

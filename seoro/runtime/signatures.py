@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, get_args, get_origin
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan import ValueType
@@ -13,6 +14,8 @@ from seoro.lang.traits import ParameterTrait
 from seoro.runtime.fitting import Converter, Fitting, annotation_for
 from seoro.runtime.values import Variable
 
+_VALUE = ParameterTrait.VALUE
+_OF_VARIABLES = (ParameterTrait.VARIABLE, ParameterTrait.NUMBER)
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
@@ -71,6 +74,8 @@ def traits(function: Callable[..., Any]) -> dict[str, ParameterTrait]:
 def _trait(annotation: Any) -> ParameterTrait:
     if annotation in (object, Any):
         return ParameterTrait.ANY
+    if get_origin(annotation) in (Union, UnionType):  # a variable, or what is declared in the place of none
+        return next((trait for trait in map(_trait, get_args(annotation)) if trait in _OF_VARIABLES), _VALUE)
     if (get_origin(annotation) or annotation) is not Variable:
         return ParameterTrait.VALUE
     return ParameterTrait.NUMBER if get_args(annotation) == (float,) else ParameterTrait.VARIABLE

@@ -1,0 +1,137 @@
+"""What a backend may be able to do that takes part in a ROS 2 system: topics, services, actions, and what is built
+of them.
+
+It is one of the capabilities (see `capabilities.py`), and what has many parts. Names of topics, services, actions
+and nodes may be relative to the root; types are written with slashes or dots. Values of messages are mappings of
+their members, whose members may be mappings again; arrays are lists there. Times are those of the machine's clock.
+What cannot be because of a name, a type or a value raises `InvalidUse`, what the system does not do
+`BackendError`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
+from typing import Any, Literal, Protocol, runtime_checkable
+
+from seoro.lang.frozen import Value
+from seoro.runtime.contracts import GoalStatus
+
+Members = Mapping[str, Any]
+
+
+class Wanted(Value):
+    """Something that is to be there: of a kind, with a name; endpoints maybe of a certain node."""
+
+    kind: Literal["node", "topic", "service", "action", "publisher", "subscription", "server"]
+    name: str
+    node: str = ""
+
+
+class RosMessage(Protocol):
+    """A message that has arrived."""
+
+    @property
+    def members(self) -> Members:
+        """What it says."""
+        ...
+
+    @property
+    def message(self) -> Any:
+        """The same with attributes, and with numpy arrays."""
+        ...
+
+    @property
+    def arrived(self) -> float:
+        """When it arrived [s since the epoch]."""
+        ...
+
+
+class RosSubscription(Protocol):
+    """A subscription, which holds some messages that nobody has taken yet."""
+
+    async def take(self) -> RosMessage:
+        """The next message; waits for it."""
+        ...
+
+    @property
+    def lost(self) -> int:
+        """Messages that arrived and were not taken in time, or got lost on their way."""
+        ...
+
+
+class RosPublisher(Protocol):
+    """A publisher of a topic."""
+
+    async def wait_for_subscription(self, timeout: float) -> bool:
+        """Wait until what is published reaches those who have subscribed, `timeout` [s] at most; whether it does.
+
+        It does not where nobody has subscribed; then this returns at once.
+        """
+        ...
+
+    def publish(self, value: Members) -> None:
+        """Publish a message; members that are missing have their defaults."""
+        ...
+
+
+class GoalResult(Value):
+    """How a goal of a ROS action ended, and what its server says of that."""
+
+    status: GoalStatus
+    result: Members
+
+
+class RosGoal(Protocol):
+    """A goal that a server has accepted."""
+
+    async def ended(self) -> GoalResult:
+        """Wait for its end."""
+        ...
+
+
+@runtime_checkable
+class Ros2System(Protocol):
+    """A ROS 2 system. What is entered here is there for as long as the block lasts."""
+
+    def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:
+        """Be a publisher of a topic; `qos` is one of `qos_preset_profiles`."""
+        ...
+
+    def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
+        """Be a subscription of a topic."""
+        ...
+
+    async def wait_for(self, wanted: Sequence[Wanted]) -> None:
+        """Wait until all of some things are there at one time; what this run itself has is left out."""
+        ...
+
+    def missing(self, wanted: Sequence[Wanted]) -> tuple[str, ...]:
+        """Which of them are not there now, each in a few words."""
+        ...
+
+    async def call(self, service: str, type_name: str, request: Members) -> Members:
+        """Call a service, once there is a server of it, and wait for its response."""
+        ...
+
+    def pursuing(
+        self, action: str, type_name: str, goal: Members, feedback: Callable[[Members], None], *, late: bool
+    ) -> AbstractAsyncContextManager[RosGoal]:
+        """Send a goal to an action, once there is a server of it; at the end of the block it is canceled.
+
+        Args:
+            action: Its name.
+            type_name: Its type.
+            goal: The goal.
+            feedback: Called with what the server tells on the way.
+            late: Whether to ask for feedback that was published before.
+        """
+        ...
+
+    async def set_parameter(self, node: str, name: str, text: str) -> None:
+        """Set a parameter of a node to what a text says, read as the kind that it has, else as YAML."""
+        ...
+
+    def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
+        """Follow the states of a node that has a life cycle: the present one, and then each that it comes to."""
+        ...
