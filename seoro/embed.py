@@ -45,6 +45,7 @@ from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
+    from seoro.bridges.ros2.backend import RosBackend
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.bridges.wire import Artifact
     from seoro.film import Film, Recording
@@ -130,6 +131,24 @@ class Simulator:
     rate: float = math.inf
     model_path: Sequence[Path] = ()
     snapshot: Path | None = None
+
+
+@dataclass(frozen=True)
+class Ros:
+    """The ROS 2 system of a run.
+
+    Args:
+        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of its bridge for DDS, such as
+            `tcp/192.168.0.7:7447`.
+        domain: ROS_DOMAIN_ID of the robot's nodes.
+        dialect: `rmw_zenoh` or `ros2dds`; None to find that out, for which something of the system has to be seen.
+        interfaces: Folders with definitions of messages, services and actions that seoro does not bring.
+    """
+
+    endpoint: str
+    domain: int = 0
+    dialect: str | None = None
+    interfaces: Sequence[Path] = ()
 
 
 class Run:
@@ -247,6 +266,7 @@ class Options:
         parameters: A parameter file (see `seoro.parameters`); `overrides` go before what it says.
         clock: `real` if it is not given, `sim` if there is a simulator.
         simulator: To start or to connect to.
+        ros: To reach.
         observers: Called with every record of the trace.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
@@ -259,6 +279,7 @@ class Options:
     parameters: Path | None = None
     clock: ClockName | None = None
     simulator: Simulator | None = None
+    ros: Ros | None = None
     observers: Sequence[Observer] = ()
     output_directory: Path | None = None
     keep_trace: bool = False
@@ -274,6 +295,7 @@ class OptionFields(TypedDict, total=False):
     parameters: Path | None
     clock: ClockName | None
     simulator: Simulator | None
+    ros: Ros | None
     observers: Sequence[Observer]
     output_directory: Path | None
     keep_trace: bool
@@ -338,10 +360,11 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     async with AsyncExitStack() as stack:
         simulator = options.simulator
         node = await stack.enter_async_context(_open(simulator, seed)) if simulator is not None else None
+        system = await stack.enter_async_context(_reach(options.ros)) if options.ros is not None else None
         settings = Settings(
             seed=seed,
             clock=_clock(clock, node, options, readers),
-            backends=(node,) if node is not None else (),
+            backends=tuple(backend for backend in (node, system) if backend is not None),
             observers=(readers, *options.observers),
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
@@ -400,6 +423,20 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
         yield node
 
 
+@asynccontextmanager
+async def _reach(ros: Ros) -> AsyncIterator[RosBackend]:
+    # What speaks with ROS 2 is an extra, and takes long to load.
+    try:
+        from seoro.bridges.ros2.backend import RosOptions, open_backend  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise InvalidUse(
+            f"what reaches ROS 2 systems is not installed: there is no module '{error.name}'",
+            help="pip install 'seoro[ros2]'",
+        ) from error
+    async with open_backend(RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)) as system:
+        yield system
+
+
 def _check(options: Options) -> ClockName:
     """Refuse options that cannot be, before anything is started; returns the clock of the run."""
     simulator = options.simulator
@@ -409,6 +446,8 @@ def _check(options: Options) -> ClockName:
         raise InvalidUse(f"the time for a clean-up is a number of seconds from 0, not {options.grace}")
     if options.clock not in (None, *get_args(ClockName)):
         raise InvalidUse(f"there is no clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
+    if options.ros is not None and options.clock == "virtual":
+        raise InvalidUse("a ROS 2 system does not wait for the clock 'virtual'", help="leave out `--clock`")
     if simulator is None:
         if options.clock == "sim":
             raise InvalidUse(

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, TypeVar
 
 from seoro.errors import ActionFailed
 from seoro.runtime.context import ActionContext, Pending
 from seoro.runtime.contracts import GoalStatus, Report, Reporter
+
+T = TypeVar("T")
+_DONE = Report(GoalStatus.SUCCEEDED)
 
 
 async def finish(
@@ -32,3 +37,24 @@ async def finish(
     if report.status is not GoalStatus.SUCCEEDED:
         raise ActionFailed(report.message or report.status.value)
     return report
+
+
+async def meanwhile(ctx: ActionContext, work: Coroutine[Any, Any, T]) -> T:
+    """Await something of the outside world that may last, while the time of the run goes on.
+
+    Args:
+        ctx: Of the action.
+        work: What to await. If the action is cancelled, it is, and its clean-up is waited for.
+    """
+    pending = Pending()
+    task = asyncio.ensure_future(work)
+    task.add_done_callback(lambda done: pending.settle(_DONE))
+    try:
+        await ctx.report(pending)
+    except BaseException:
+        task.cancel()
+        await asyncio.wait({task})
+        if not task.cancelled() and (error := task.exception()) is not None:
+            raise error from None
+        raise
+    return task.result()

@@ -35,19 +35,29 @@ def get_object_member(in_value: str, member_name: str) -> str:
     Raises:
         InvalidUse: The text is no message, or has no such member.
     """
-    found = _read(in_value)
-    for name in member_name.split(".") if member_name else ():
-        found = _member(found, name, member_name)
+    found = member_of(read_message(in_value), member_name)
     return found if isinstance(found, str) else json.dumps(found, default=str)
+
+
+def member_of(message: Any, path: str) -> Any:
+    """A member of a message, which is a mapping of its members; see `get_object_member`.
+
+    Raises:
+        InvalidUse: It has none of that name.
+    """
+    found = message
+    for name in path.split(".") if path else ():
+        found = _member(found, name, path)
+    return found
 
 
 def _member(value: Any, name: str, path: str) -> Any:
     match value:
-        case dict() if name in value:
+        case Mapping() if name in value:
             return value[name]
         case list() if name.isdecimal() and int(name) < len(value):
             return value[int(name)]
-        case dict():
+        case Mapping():
             raise InvalidUse(f"there is no '{name}' of '{path}'; there are {', '.join(map(str, value))}")
         case list():
             raise InvalidUse(f"there is no '{name}' of '{path}' in a list of {len(value)}")
@@ -61,7 +71,7 @@ def to_pose_3d(in_value: str) -> Pose3D:
     Raises:
         InvalidUse: The text is no such message.
     """
-    found = _read(in_value)
+    found = read_message(in_value)
     while isinstance(found, dict) and "position" not in found and "pose" in found:
         found = found["pose"]
     if not isinstance(found, dict) or not {"position", "orientation"} <= found.keys():
@@ -76,7 +86,7 @@ def to_twist(in_value: str) -> Velocity6D:
     Raises:
         InvalidUse: The text is no such message.
     """
-    found = _read(in_value)
+    found = read_message(in_value)
     if isinstance(found, dict) and "twist" in found:
         found = found["twist"]
     if not isinstance(found, dict) or not found.keys() <= {"linear", "angular"}:
@@ -113,14 +123,19 @@ def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
     )
 
 
-def _read(text: str) -> Any:
+def read_message(text: str) -> Any:
+    """What a text says, in YAML or JSON.
+
+    Raises:
+        InvalidUse: It cannot be read.
+    """
     if len(text) > MAX_SIZE:
         raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
     try:
         return json.loads(text)  # what YAML would read otherwise: 1e-05 is a text there
     except (ValueError, RecursionError):
         pass
-    from seoro.actions.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed
+    from seoro.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed
 
     try:
         return read_yaml(text.removesuffix("\n---"))

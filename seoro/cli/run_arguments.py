@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.cli.arguments import seed
-from seoro.embed import Simulator
+from seoro.embed import Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
+ROS_ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen
+MAX_DOMAIN = 232  # the last ROS_DOMAIN_ID for which DDS has ports
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +39,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
     )
     _add_simulator_arguments(parser)
+    _add_ros_arguments(parser)
     parser.add_argument(
         "--timeout", type=_positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
     )
@@ -67,6 +71,43 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="look up models `name://path` in DIR/name first (repeatable)",
     )
+
+
+def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ros",
+        nargs="?",
+        const=ROS_ROUTER,
+        metavar="ENDPOINT",
+        help="reach the ROS 2 system behind this Zenoh router or bridge, such as tcp/192.168.0.7:7447?domain=3 "
+        f"(without ENDPOINT: {ROS_ROUTER}; domain: that of ROS_DOMAIN_ID, else 0; dialect=rmw_zenoh or ros2dds)",
+    )
+    parser.add_argument(
+        "--ros-interfaces",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="take definitions of messages, services and actions from the packages in DIR (repeatable)",
+    )
+
+
+def ros_of(options: argparse.Namespace) -> Ros | None:
+    """The ROS 2 system that the options ask for, if they do."""
+    if options.ros is None:
+        if options.ros_interfaces:
+            raise InvalidUse("`--ros-interfaces` is for a ROS 2 system, and there is none", help="add `--ros`")
+        return None
+    endpoint, _, query = options.ros.partition("?")
+    given = dict(pair.partition("=")[::2] for pair in query.split("&") if pair)
+    domain = given.pop("domain", os.environ.get("ROS_DOMAIN_ID") or "0")
+    dialect = given.pop("dialect", None)
+    if given or not endpoint:
+        known = "tcp/192.168.0.7:7447?domain=3&dialect=rmw_zenoh"
+        raise InvalidUse(f"`--ros {options.ros}` is not of the form ENDPOINT?domain=N", help=f"such as {known}")
+    if not (domain.isascii() and domain.isdigit() and int(domain) <= MAX_DOMAIN):
+        raise InvalidUse(f"a ROS_DOMAIN_ID is a whole number from 0 to {MAX_DOMAIN}, not '{domain}'")
+    return Ros(endpoint, int(domain), dialect, options.ros_interfaces)
 
 
 def simulator_of(options: argparse.Namespace) -> Simulator | None:

@@ -20,7 +20,7 @@ from seoro.cli.exits import Exit
 from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
-from seoro.cli.run_arguments import add_run_arguments, overrides_of, simulator_of
+from seoro.cli.run_arguments import add_run_arguments, overrides_of, ros_of, simulator_of
 from seoro.embed import SEED_BITS, Options, Scenario, load, prepare
 from seoro.errors import InvalidUse
 from seoro.lang.frontend import lower
@@ -101,7 +101,8 @@ class _Sweep:
     async def main(self) -> int:
         """Find what there is to run, and do what is asked for."""
         options = self._options
-        simulator_of(options)  # which says what does not go together, as does the next
+        simulator_of(options)  # which says what does not go together, as do the next
+        ros_of(options)
         film_of(options)
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
@@ -236,9 +237,10 @@ class _Sweep:
 
     def _jobs(self) -> int:
         options = self._options
-        if options.connect is not None:  # one simulator carries out one run at a time
+        if options.connect is not None or options.ros is not None:
             if options.jobs not in (None, 1):
-                raise InvalidUse("one simulator carries out one run at a time", help="use `--sim`, or `--jobs 1`")
+                what, way = ("robot", "") if options.ros is not None else ("simulator", "`--sim`, or ")
+                raise InvalidUse(f"one {what} carries out one run at a time", help=f"use {way}`--jobs 1`")
             return 1
         return int(options.jobs or os.cpu_count() or 1)
 
@@ -251,6 +253,7 @@ class _Sweep:
             "--clock": options.clock,
             "--sim": options.sim,
             "--connect": options.connect,
+            "--ros": options.ros,
             "--world": options.world,
             "--from-snapshot": options.from_snapshot,
             "--rate": options.rate,
@@ -265,6 +268,7 @@ class _Sweep:
             *film_texts(options),
             *settings,
             *(f"--model-path={path}" for path in options.model_path),
+            *(f"--ros-interfaces={path}" for path in options.ros_interfaces),
         ]
 
 

@@ -57,7 +57,7 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
         ),
         pytest.param(
             'topic_publish("/cmd_vel", "std_msgs.msg.String", "data: hi")',
-            "on a ROS 2 graph only",
+            "on a ROS 2 system only",
             marks=pytest.mark.slow,
         ),
         pytest.param(

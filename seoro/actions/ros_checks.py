@@ -1,0 +1,176 @@
+"""Actions of `osc.ros` that look at what messages say: their values, how old they are, and what nodes log."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from statistics import fmean
+from typing import Any, NamedTuple
+
+import anyio
+
+from seoro.actions.reports import meanwhile
+from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
+from seoro.actions.ros_support import failing, member, system_of, telling
+from seoro.errors import ActionFailed
+from seoro.lang.plan import EnumValue
+from seoro.runtime.actions import action
+from seoro.runtime.context import ActionContext
+from seoro.runtime.ros_system import Members, Ros2System, RosMessage, RosSubscription
+
+DATA_WITHIN = 1.0  # [s] until there has to be data, if it fails without
+COMPARABLE = 60.0  # [s]; clocks that differ by more do not tell how old a message is
+AHEAD = 1.0  # [s] that the clock of a robot may be ahead
+DEFAULT_QOS = "system_default"
+LOG_TYPE = "rcl_interfaces/msg/Log"
+
+
+class Terms(NamedTuple):
+    """When a check of messages fails, as actions have it by the same names."""
+
+    fail_if_no_data: bool
+    fail_if_bad_comparison: bool
+    wait_for_first_message: bool
+
+
+@action("check_data", anywhere=Ros2System)
+async def check_data(
+    ctx: ActionContext,
+    topic_name: str,
+    topic_type: str,
+    expected_value: object,
+    eval_expected_value: bool,
+    qos_profile: EnumValue,
+    member_name: str,
+    comparison_operator: Operator,
+    fail_if_no_data: bool,
+    fail_if_bad_comparison: bool,
+    wait_for_first_message: bool,
+) -> None:
+    """Wait for a message that compares with a value as it should."""
+    what = f"`{member_name}` of {topic_name}" if member_name else f"a message of {topic_name}"
+    expected = read_expected(expected_value, is_text=not eval_expected_value)
+
+    def judge(message: RosMessage) -> str:
+        found = member(message.members, member_name, what)
+        if compares(found, comparison_operator, expected, what):
+            return ""
+        return f"{what} {difference(found, comparison_operator, expected)}"
+
+    terms = Terms(fail_if_no_data, fail_if_bad_comparison, wait_for_first_message)
+    await check(ctx, topic_name, topic_type, qos_profile.member, judge, terms)
+
+
+async def check(
+    ctx: ActionContext, topic: str, type_name: str, qos: str, judge: Callable[[RosMessage], str], terms: Terms
+) -> None:
+    """Wait for a message that is as it should be.
+
+    Args:
+        ctx: Of the action.
+        topic: Name of the topic.
+        type_name: Its type.
+        qos: What is asked for.
+        judge: Says what is wrong with a message; nothing if it is as it should be.
+        terms: When the action fails.
+
+    Raises:
+        ActionFailed: As the terms say.
+    """
+    wrong = f"nothing has come on {topic}"
+    limit = DATA_WITHIN if terms.fail_if_no_data and not terms.wait_for_first_message else None
+    with failing(), telling(ctx, lambda: wrong):
+        async with system_of(ctx).subscribing(topic, type_name, qos) as subscription:
+            while True:
+                message = await meanwhile(ctx, _take(subscription, limit, topic))
+                limit = None
+                wrong = judge(message)
+                if not wrong:
+                    return
+                if terms.fail_if_bad_comparison:
+                    raise ActionFailed(wrong)
+
+
+async def _take(subscription: RosSubscription, limit: float | None, topic: str) -> RosMessage:
+    """The next message, which has to come within a limit [s], if there is one."""
+    try:
+        with anyio.fail_after(limit):
+            return await subscription.take()
+    except TimeoutError:
+        raise ActionFailed(f"nothing has come on {topic} within {limit:g} s") from None
+
+
+# ---------------------------------------------------------------- latency
+
+
+@action("assert_topic_latency", anywhere=Ros2System, open_ended=True)
+async def assert_topic_latency(
+    ctx: ActionContext,
+    topic_name: str,
+    latency: float,
+    comparison_operator: Operator,
+    rolling_average_count: int,
+    wait_for_first_message: bool,
+    topic_type: str,
+) -> None:
+    """Watch how old messages are when they arrive; the mean of some ages has to compare as it should."""
+    if rolling_average_count < 1:
+        raise ActionFailed(f"`rolling_average_count` is at least 1, not {rolling_average_count}")
+    ages: deque[float] = deque(maxlen=rolling_average_count)
+    limit = None if wait_for_first_message else latency
+    with failing():
+        async with system_of(ctx).subscribing(topic_name, topic_type, DEFAULT_QOS) as subscription:
+            while True:
+                message = await meanwhile(ctx, _take(subscription, limit, topic_name))
+                limit = None
+                ages.append(_age(message, topic_name))
+                mean = fmean(ages)
+                if len(ages) == rolling_average_count and not compares(mean, comparison_operator, latency, ""):
+                    of = f", the mean of {len(ages)} messages," if len(ages) > 1 else ""
+                    raise ActionFailed(
+                        f"the latency of {topic_name}{of} is {mean:.6g} s, which is not "
+                        f"{comparison_operator.value} {latency:g} s"
+                    )
+
+
+def _age(message: RosMessage, topic: str) -> float:
+    """How long before its arrival a message was stamped [s].
+
+    Raises:
+        ActionFailed: That cannot be said.
+    """
+    stamp = _stamp(message.members)
+    if stamp is None:
+        raise ActionFailed(f"the latency of {topic} cannot be said: its messages have no header with a stamp")
+    if stamp == 0.0:
+        raise ActionFailed(f"the latency of {topic} cannot be said: the stamps of its messages are 0")
+    age = message.arrived - stamp
+    if not -AHEAD < age < COMPARABLE:
+        raise ActionFailed(
+            f"the latency of {topic} cannot be said: a stamp differs by {age:.6g} s from the clock here; "
+            "that of the robot shows another time, or is that of a simulation"
+        )
+    return age
+
+
+def _stamp(message: Members) -> float | None:
+    header: Any = message.get("header")
+    stamp = header.get("stamp") if isinstance(header, Mapping) else None
+    return stamp["sec"] + stamp["nanosec"] * 1e-9 if isinstance(stamp, Mapping) else None
+
+
+# ---------------------------------------------------------------- logs
+
+
+@action("log_check", anywhere=Ros2System)
+async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str]) -> None:
+    """Wait until a node logs a message with any of some texts in it."""
+    if not values:
+        raise ActionFailed("`values` is empty: there is nothing to look for")
+
+    def judge(message: RosMessage) -> str:
+        log = message.members
+        is_it = module_name in ("", log["name"]) and any(value in log["msg"] for value in values)
+        return "" if is_it else f"none of {', '.join(f'`{value}`' for value in values)} in the logs"
+
+    await check(ctx, "/rosout", LOG_TYPE, DEFAULT_QOS, judge, Terms(False, False, True))

@@ -1,0 +1,115 @@
+"""Comparing what messages say with what a scenario expects."""
+
+from __future__ import annotations
+
+import math
+import operator as operators
+from collections.abc import Callable, Iterator, Mapping
+from enum import Enum
+from itertools import islice
+from types import MappingProxyType
+from typing import Any
+
+from seoro.actions.ros_messages import read_message
+from seoro.actions.ros_structs import of_struct
+from seoro.actions.ros_support import shown
+from seoro.errors import ActionFailed, InvalidUse
+from seoro.runtime.values import Struct
+
+CLOSE = 1e-6  # numbers that differ by less of their size are equal: a `float32` has seven digits
+MOST_DIFFERENCES = 5  # that are shown
+
+
+class Operator(Enum):
+    """The enumeration `comparison_operator`."""
+
+    lt = "<"
+    le = "<="
+    eq = "=="
+    ne = "!="
+    ge = ">="
+    gt = ">"
+
+
+_ORDERS: Mapping[Operator, Callable[[Any, Any], bool]] = MappingProxyType(
+    {
+        Operator.lt: operators.lt,
+        Operator.le: operators.le,
+        Operator.ge: operators.ge,
+        Operator.gt: operators.gt,
+    }
+)
+
+
+def read_expected(value: object, *, is_text: bool) -> Any:
+    """What a scenario expects: a struct, a number, a truth value, or what a text says.
+
+    Args:
+        value: As the scenario has it.
+        is_text: Whether a text is expected as it is, and not what it says.
+
+    Raises:
+        ActionFailed: The text cannot be read.
+    """
+    if isinstance(value, Struct):
+        return of_struct(value)
+    if not isinstance(value, str) or is_text:
+        return value
+    try:
+        return read_message(value)
+    except InvalidUse as error:
+        raise ActionFailed(f"`expected_value`: {error}") from error
+
+
+def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
+    """Whether what has come compares with what is expected as it should.
+
+    Of structures, the members that are expected are compared, and other members may be what they are.
+
+    Raises:
+        ActionFailed: They have no order.
+    """
+    if operator in (Operator.eq, Operator.ne):
+        return (next(differences(actual, expected), None) is None) is (operator is Operator.eq)
+    try:
+        return _ORDERS[operator](actual, expected)
+    except TypeError:
+        raise ActionFailed(f"{what} is `{shown(actual)}`, which has no order with `{shown(expected)}`") from None
+
+
+def difference(actual: Any, operator: Operator, expected: Any) -> str:
+    """Why they do not compare, in words that follow what they are."""
+    if operator is not Operator.eq:
+        return f"is `{shown(actual)}`, which is not {operator.value} `{shown(expected)}`"
+    found = list(islice(differences(actual, expected), MOST_DIFFERENCES + 1))
+    lines = [f"{f'`{path}`: ' if path else ''}expected `{shown(b)}`, got `{shown(a)}`" for path, a, b in found]
+    if len(lines) > MOST_DIFFERENCES:
+        lines[-1] = "and more"
+    return f"differs: {'; '.join(lines)}"
+
+
+def differences(actual: Any, expected: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Where they differ: the path of a member, its value, and what was expected of it."""
+    match actual, expected:
+        case Mapping(), Mapping():
+            for name, value in expected.items():
+                within = f"{path}.{name}" if path else str(name)
+                if name in actual:
+                    yield from differences(actual[name], value, within)
+                else:
+                    yield within, "nothing", value
+        case list(), list() if len(actual) == len(expected):
+            for place, pair in enumerate(zip(actual, expected, strict=True)):
+                yield from differences(*pair, f"{path}.{place}" if path else str(place))
+        case _:
+            if not _is_equal(actual, expected):
+                yield path, actual, expected
+
+
+def _is_equal(actual: Any, expected: Any) -> bool:
+    numbers = [value for value in (actual, expected) if isinstance(value, int | float)]
+    if len(numbers) < 2 or any(isinstance(value, bool) for value in numbers):
+        return type(actual) is type(expected) and bool(actual == expected)
+    if all(isinstance(value, int) for value in numbers):
+        return bool(actual == expected)
+    return math.isclose(actual, expected, rel_tol=CLOSE, abs_tol=CLOSE * CLOSE)

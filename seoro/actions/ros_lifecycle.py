@@ -1,0 +1,66 @@
+"""The action of `osc.ros` that watches the life cycle of a node."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+
+from seoro.actions.reports import meanwhile
+from seoro.actions.ros_support import failing, system_of, telling
+from seoro.errors import ActionFailed
+from seoro.lang.plan import EnumValue
+from seoro.runtime.actions import action
+from seoro.runtime.context import ActionContext
+from seoro.runtime.ros_system import Ros2System
+
+
+@action("assert_lifecycle_state", anywhere=Ros2System, open_ended=True)
+async def assert_lifecycle_state(
+    ctx: ActionContext,
+    node_name: str,
+    state_sequence: Sequence[EnumValue],
+    allow_initial_skip: bool,
+    fail_on_unexpected: bool,
+    keep_running: bool,
+) -> None:
+    """Watch a node go through states, from the one that it is in; it may stay in the last.
+
+    With `keep_running` this goes on as long as it does, else it ends when the node has come there.
+    """
+    sequence = [state.member for state in state_sequence]
+    if not sequence:
+        raise ActionFailed("`state_sequence` is empty: there is no state to be in")
+    place = -1  # of the last state of the sequence that the node has been in
+    with failing(), telling(ctx, lambda: _rest(node_name, sequence, place)):
+        async with system_of(ctx).lifecycle(node_name) as states:
+            while True:
+                state = await meanwhile(ctx, _next(states))
+                found = _place(state, sequence, place, may_skip=allow_initial_skip)
+                if found is not None:
+                    place = found
+                elif fail_on_unexpected:
+                    raise ActionFailed(f"{node_name} is {state}, and {_expected(sequence, place)}")
+                if place == len(sequence) - 1 and not keep_running:
+                    return
+
+
+def _place(state: str, sequence: Sequence[str], place: int, *, may_skip: bool) -> int | None:
+    """Where in the sequence a node is that comes to a state; None if it should not have come there."""
+    if place < 0 and may_skip and state in sequence:
+        return sequence.index(state)
+    following = sequence[place + 1 : place + 2]
+    return place + 1 if [state] == following else None
+
+
+def _expected(sequence: Sequence[str], place: int) -> str:
+    if place + 1 < len(sequence):
+        return f"should be {sequence[place + 1]}{f' after {sequence[place]}' if place >= 0 else ''}"
+    return f"should stay {sequence[-1]}"
+
+
+def _rest(node: str, sequence: Sequence[str], place: int) -> str:
+    rest = sequence[place + 1 :]
+    return f"{node} being {', then '.join(rest)}" if rest else ""
+
+
+async def _next(states: AsyncIterator[str]) -> str:
+    return await anext(states)

@@ -1,0 +1,254 @@
+"""A ROS 2 system as a backend of runs: what actions of `osc.ros` ask; see `Ros2System` for what the methods do."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import anyio
+import anyio.to_thread
+
+from seoro.background import background
+from seoro.bridges.ros2.agreement import check_type
+from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
+from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.clients.parameters import set_parameter
+from seoro.bridges.ros2.clients.presence import Presence, full_name
+from seoro.bridges.ros2.errors import WrongType
+from seoro.bridges.ros2.interfaces import Message, TypeStore
+from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.topics import Publication, Subscription
+from seoro.bridges.ros2.wire import PRESETS, Dialect, RmwZenoh, Ros2Dds
+from seoro.bridges.session.mailbox import Closed
+from seoro.errors import InvalidUse
+from seoro.runtime import ros_system as contract
+from seoro.runtime.contracts import Happened, Lost
+
+ROBOT = "robot"  # what all types of robots inherit
+
+
+class Arrived:
+    """A message that has arrived.
+
+    Args:
+        message: The message.
+        arrived: When [s since the epoch].
+    """
+
+    __slots__ = ("arrived", "message")
+
+    def __init__(self, message: Message, arrived: float) -> None:
+        self.message: Any = message
+        self.arrived = arrived
+
+    @property
+    def members(self) -> Members:
+        """What it says."""
+        return Members(self.message)
+
+
+class Incoming:
+    """A subscription that ends with an error when a publisher of another type is found.
+
+    Args:
+        subscription: The subscription.
+    """
+
+    def __init__(self, subscription: Subscription) -> None:
+        self._subscription = subscription
+        self._error: WrongType | None = None
+
+    async def take(self) -> Arrived:
+        """The next message; waits for it."""
+        try:
+            received = await self._subscription.receive()
+        except Closed:
+            assert self._error is not None, "it is open for as long as the block lasts"
+            raise self._error from None
+        return Arrived(self._subscription.decode(received), received.arrived * 1e-9)
+
+    @property
+    def lost(self) -> int:
+        """Messages that arrived and were not taken in time, or got lost on their way."""
+        return self._subscription.lost + self._subscription.missed
+
+    async def watch_types(self, node: RosNode) -> None:
+        """End when there are publishers, and all of them are of another type."""
+        topic, type_name = self._subscription.topic, self._subscription.type
+        own = node.node.session
+
+        def mistaken(graph: Any) -> WrongType | None:
+            try:
+                check_type(topic, type_name, [each for each in graph.publishers(topic) if each.session != own])
+            except WrongType as error:
+                return error
+            return None
+
+        self._error = await node.graph.wait_for(mistaken)
+        self._subscription.close()
+
+
+class Outgoing:
+    """A publisher.
+
+    Args:
+        publication: The publication.
+        node: Whose it is.
+    """
+
+    def __init__(self, publication: Publication, node: RosNode) -> None:
+        self._publication = publication
+        self._node = node
+        self.publish = publication.publish
+
+    async def wait_for_subscription(self, timeout: float) -> bool:
+        """Wait until what is published reaches those who have subscribed."""
+        if not self._node.graph.subscriptions(self._publication.topic):
+            return False
+        try:
+            await self._publication.wait_for_subscription(timeout)
+        except TimeoutError:
+            return False
+        return True
+
+
+class RosBackend:
+    """A ROS 2 system that is reached by a node of its own.
+
+    Args:
+        node: The node.
+        name: How messages call the system.
+    """
+
+    def __init__(self, node: RosNode, name: str) -> None:
+        self._node = node
+        self._name = name
+        self._presence = Presence(node)
+
+    @property
+    def name(self) -> str:
+        """How messages call it."""
+        return self._name
+
+    def home_of(self, actor: str, types: Sequence[str]) -> str | None:
+        """Robots that have found no other home live here."""
+        return actor if ROBOT in types else None
+
+    async def start_run(self, happened: Happened, lost: Lost) -> None:
+        """Nothing happens here unasked; and what is lost may come back, which waiting actions notice."""
+
+    async def end_run(self) -> None:
+        """Nothing is left to end: what actions began, they have ended."""
+
+    def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[Outgoing]:
+        """Be a publisher of a topic."""
+        return self._publishing(topic, type_name, qos)
+
+    @asynccontextmanager
+    async def _publishing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[Outgoing]:
+        async with self._node.publishing(topic, type_name, PRESETS[qos]) as publication:
+            yield Outgoing(publication, self._node)
+
+    @asynccontextmanager
+    async def subscribing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[Incoming]:
+        """Be a subscription of a topic."""
+        async with self._node.subscribing(topic, type_name, PRESETS[qos]) as subscription, background() as tasks:
+            incoming = Incoming(subscription)
+            tasks.start_soon(incoming.watch_types, self._node)
+            yield incoming
+
+    async def wait_for(self, wanted: Sequence[contract.Wanted]) -> None:
+        """Wait until all of some things are there at one time."""
+        presence = self._presence
+        resolved = [presence.resolved(each) for each in wanted]
+        await self._node.graph.wait_for(lambda graph: all(presence.has(graph, each) for each in resolved))
+
+    def missing(self, wanted: Sequence[contract.Wanted]) -> tuple[str, ...]:
+        """Which of them are not there now."""
+        presence = self._presence
+        resolved = [presence.resolved(each) for each in wanted]
+        return tuple(presence.missing(each) for each in resolved if not presence.has(self._node.graph, each))
+
+    async def call(self, service: str, type_name: str, request: contract.Members) -> Members:
+        """Call a service, once there is a server of it, and wait for its response."""
+        types = self._node.system.types
+        types.encode(
+            f"{types.canonical(type_name)}_Request", request
+        )  # what is wrong is said before anything is waited for
+        async with self._node.calling(service, type_name) as client:
+            await client.wait_for_server()
+            return Members(await client.call(request))
+
+    def pursuing(
+        self,
+        action: str,
+        type_name: str,
+        goal: contract.Members,
+        feedback: Callable[[contract.Members], None],
+        *,
+        late: bool,
+    ) -> AbstractAsyncContextManager[contract.RosGoal]:
+        """Send a goal to an action; at the end of the block it is canceled."""
+        return pursuing(self._node, action, type_name, goal, feedback, late=late)
+
+    async def set_parameter(self, node: str, name: str, text: str) -> None:
+        """Set a parameter of a node."""
+        await set_parameter(self._node, full_name(node), name, text)
+
+    def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
+        """Follow the states of a node."""
+        return following_lifecycle(self._node, full_name(node))
+
+
+DIALECTS: dict[str, Callable[[int], Dialect]] = {"rmw_zenoh": RmwZenoh, "ros2dds": lambda domain: Ros2Dds()}
+
+
+@dataclass(frozen=True)
+class RosOptions:
+    """How a run reaches a ROS 2 system.
+
+    Args:
+        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge.
+        domain: ROS_DOMAIN_ID.
+        dialect: `rmw_zenoh` or `ros2dds`; found out when None.
+        interfaces: Folders with definitions of interfaces, in whose place seoro's own are not taken.
+    """
+
+    endpoint: str
+    domain: int = 0
+    dialect: str | None = None
+    interfaces: Sequence[Path] = ()
+
+
+def _load_types(folders: Sequence[Path]) -> TypeStore:
+    """The definitions, with what encodes: that takes long to load, and would hold up a run in its middle."""
+    types = TypeStore.bundled()
+    for folder in folders:
+        types = types.add_folder(folder)
+    types.encode("std_msgs/msg/Empty", {})
+    return types
+
+
+@asynccontextmanager
+async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
+    """Take part in a ROS 2 system for as long as the block lasts.
+
+    Raises:
+        InvalidUse: The definitions cannot be read, or there is no such dialect.
+        BackendError: Nobody listens at the endpoint, or no ROS 2 system is seen there.
+    """
+    types = await anyio.to_thread.run_sync(_load_types, options.interfaces)
+    dialect = None
+    if options.dialect is not None:
+        if options.dialect not in DIALECTS:
+            raise InvalidUse(f"there is no dialect '{options.dialect}'", help=f"dialects: {', '.join(DIALECTS)}")
+        dialect = DIALECTS[options.dialect](options.domain)
+    async with (
+        connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system,
+        system.node(f"seoro_{system.session.identity[:6]}") as node,
+    ):
+        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}")

@@ -1,0 +1,50 @@
+"""Messages as mappings of their members."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.interfaces.messages import attribute
+
+
+class Members(Mapping[str, Any]):
+    """A message, looked into as if it were plain values: only what is asked for is converted.
+
+    Args:
+        message: The message.
+    """
+
+    __slots__ = ("message",)
+
+    def __init__(self, message: Message) -> None:
+        self.message = message
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.message.__members__:
+            raise KeyError(name)
+        return _shown(getattr(self.message, attribute(name)))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.message.__members__)
+
+    def __len__(self) -> int:
+        return len(self.message.__members__)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+
+def _shown(value: Any) -> Any:
+    match value:
+        case Message():
+            return Members(value)
+        case np.ndarray() | np.generic():
+            return value.tolist()
+        case list() | tuple():
+            return [_shown(item) for item in value]
+        case _:
+            return value

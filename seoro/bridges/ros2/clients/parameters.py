@@ -1,0 +1,135 @@
+"""Parameters of nodes: their values as texts, and setting them.
+
+Kinds of values, and the members of `rcl_interfaces/msg/ParameterValue` that hold them, are those of
+`rcl_interfaces/msg/ParameterType`. A text is read as YAML, as `ros2 param set` does. Beyond that, a node is asked
+for the kind of a parameter first: a whole number is then given as a double where it has one, and `1` as a text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+from seoro.bridges.ros2.clients.errors import NodeRefused
+from seoro.bridges.ros2.errors import NoServiceServer
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.participant import RosNode
+from seoro.errors import InvalidUse
+from seoro.plain_yaml import read_yaml
+
+ANSWER_WITHIN = 10.0  # [s] that nodes may take for what they do at once
+
+NOT_SET, BOOL, INTEGER, DOUBLE, STRING, BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = range(
+    10
+)
+_MEMBERS: Final[Mapping[int, str]] = MappingProxyType(
+    {
+        BOOL: "bool_value",
+        INTEGER: "integer_value",
+        DOUBLE: "double_value",
+        STRING: "string_value",
+        BYTE_ARRAY: "byte_array_value",
+        BOOL_ARRAY: "bool_array_value",
+        INTEGER_ARRAY: "integer_array_value",
+        DOUBLE_ARRAY: "double_array_value",
+        STRING_ARRAY: "string_array_value",
+    }
+)
+_KINDS: Final[Mapping[type, int]] = MappingProxyType({bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING})
+_ARRAYS: Final[Mapping[int, int]] = MappingProxyType(
+    {BOOL: BOOL_ARRAY, INTEGER: INTEGER_ARRAY, DOUBLE: DOUBLE_ARRAY, STRING: STRING_ARRAY}
+)
+
+
+def read_parameter(text: str, kind: int = NOT_SET) -> dict[str, Any]:
+    """What a text says, as the members of a `rcl_interfaces/msg/ParameterValue`.
+
+    Args:
+        text: The text.
+        kind: What the node has for the parameter; `NOT_SET` if that is not known.
+
+    Raises:
+        InvalidUse: No parameter can have that value.
+    """
+    value = _read(text)
+    if kind == STRING and not isinstance(value, str):
+        value = text
+    elif kind in (DOUBLE, DOUBLE_ARRAY):
+        value = _with_floats(value)
+    found = _kind(value, kind)
+    if found is None:
+        raise InvalidUse(
+            f"`{text}` is no value of a parameter: that is a bool, a number, a text, or a list of one kind of them"
+        )
+    return {"type": found, _MEMBERS[found]: list(value) if isinstance(value, list) else value}
+
+
+def _read(text: str) -> Any:
+    try:
+        value = read_yaml(text)
+    except ValueError:
+        return text
+    return text if value is None else value
+
+
+def _with_floats(value: Any) -> Any:
+    match value:
+        case bool():
+            return value
+        case int():
+            return float(value)
+        case list() if all(isinstance(item, int | float) and not isinstance(item, bool) for item in value):
+            return [float(item) for item in value]
+        case _:
+            return value
+
+
+def _kind(value: Any, known: int) -> int | None:
+    if not isinstance(value, list):
+        return _KINDS.get(type(value))
+    if not value:
+        return known if known >= BYTE_ARRAY else STRING_ARRAY
+    kinds = {_KINDS.get(type(item)) for item in value}
+    if kinds == {INTEGER, DOUBLE}:
+        value[:] = _with_floats(value)
+        return DOUBLE_ARRAY
+    kind = kinds.pop() if len(kinds) == 1 else None
+    if known == BYTE_ARRAY and kind == INTEGER:
+        return BYTE_ARRAY
+    return None if kind is None else _ARRAYS[kind]
+
+
+async def set_parameter(node: RosNode, other: str, name: str, text: str) -> None:
+    """Set a parameter of another node.
+
+    Args:
+        node: Who asks for that.
+        other: Full name of the other node.
+        name: The parameter.
+        text: Its value.
+
+    Raises:
+        InvalidUse: No parameter can have that value.
+        NodeRefused: There is no such node, or it does not take the value; says why.
+        CallFailed: It does not respond.
+    """
+    declared = await _ask(node, other, "get_parameter_types", "GetParameterTypes", {"names": [name]})
+    kind = int(declared.types[0]) if len(declared.types) else NOT_SET
+    parameter = {"name": name, "value": read_parameter(text, kind)}
+    response = await _ask(node, other, "set_parameters", "SetParameters", {"parameters": [parameter]})
+    if not response.results:
+        raise NodeRefused(f"{other} says nothing of the parameter `{name}`")
+    result = response.results[0]
+    if not result.successful:
+        raise NodeRefused(f"{other} does not take `{text}` for `{name}`: {result.reason or 'it gives no reason'}")
+
+
+async def _ask(node: RosNode, other: str, service: str, kind: str, request: Mapping[str, Any]) -> Message:
+    async with node.calling(f"{other}/{service}", f"rcl_interfaces/srv/{kind}") as client:
+        try:
+            await client.wait_for_server(ANSWER_WITHIN)
+        except NoServiceServer:
+            nodes = ", ".join(node.graph.nodes()) or "none"
+            raise NodeRefused(f"there is no node {other} that has parameters; nodes are {nodes}") from None
+        return await client.call(request, ANSWER_WITHIN)

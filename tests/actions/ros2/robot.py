@@ -1,0 +1,197 @@
+"""A robot in a process of its own: `python -m tests.actions.ros2.robot ENDPOINT`.
+
+It has a node `robot`, which says a line on stdout when it is there, and whose parameters, life cycle, services and
+action behave as their names say; and `talker`, which publishes all the time. It ends with its stdin.
+"""
+
+import asyncio
+import sys
+import time
+from collections.abc import Mapping
+from contextlib import AsyncExitStack
+from typing import Any
+
+import anyio
+
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import PRESETS, RmwZenoh
+from seoro.errors import ActionFailed
+
+Members = Mapping[str, Any]
+FIBONACCI = "example_interfaces/action/Fibonacci"
+STATES = {"unconfigured": 1, "inactive": 2, "active": 3, "finalized": 4}
+ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = 1, 2, 4, 5, 6
+
+
+class Fibonacci:
+    """The action `/fibonacci`: it counts up to its order, one number each 50 ms; 13 is rejected, 7 is aborted."""
+
+    def __init__(self) -> None:
+        self.goals: dict[bytes, tuple[asyncio.Event, asyncio.Future[Members]]] = {}
+        self.feedback: Publication | None = None
+        self.said: Publication | None = None
+
+    async def send(self, request: Message) -> Members:
+        if request.goal.order == 13:
+            return {"accepted": False}
+        number = bytes(request.goal_id.uuid)
+        cancel, end = asyncio.Event(), asyncio.get_running_loop().create_future()
+        self.goals[number] = cancel, end
+        self.task = asyncio.ensure_future(self.count(number, request.goal.order))
+        return {"accepted": True}
+
+    async def count(self, number: bytes, order: int) -> None:
+        cancel, end = self.goals[number]
+        sequence = [0, 1]
+        assert self.feedback is not None
+        while len(sequence) < order and not cancel.is_set():
+            sequence.append(sequence[-1] + sequence[-2])
+            told = {"goal_id": {"uuid": list(number)}, "feedback": {"sequence": sequence}}
+            self.feedback.publish(told)
+            if len(sequence) == 7 == order:
+                break
+            await asyncio.sleep(0.05)
+        status = CANCELED if cancel.is_set() else ABORTED if order == 7 else SUCCEEDED
+        end.set_result({"status": status, "result": {"sequence": sequence}})
+        if cancel.is_set():
+            self.say("goal canceled")
+
+    async def result(self, request: Message) -> Members:
+        return await self.goals[bytes(request.goal_id.uuid)][1]
+
+    async def cancel(self, request: Message) -> Members:
+        goal = self.goals.get(bytes(request.goal_info.goal_id.uuid))
+        if goal is None:
+            return {"return_code": 2}
+        goal[0].set()
+        return {"return_code": 0}
+
+    def say(self, text: str) -> None:
+        assert self.said is not None
+        self.said.publish({"data": text})
+
+    async def serve(self, node: RosNode, stack: AsyncExitStack) -> None:
+        under = "/fibonacci/_action"
+        topic = node.publishing(f"{under}/feedback", f"{FIBONACCI}_FeedbackMessage")
+        self.feedback = await stack.enter_async_context(topic)
+        for name, type_name, handler in (
+            ("get_result", f"{FIBONACCI}_GetResult", self.result),
+            ("cancel_goal", "action_msgs/srv/CancelGoal", self.cancel),
+            ("send_goal", f"{FIBONACCI}_SendGoal", self.send),
+        ):
+            await stack.enter_async_context(node.serving(f"{under}/{name}", type_name, handler))
+
+
+class Robot:
+    """What the node `robot` does beside that."""
+
+    def __init__(self) -> None:
+        self.speed = 0.5
+        self.state = "unconfigured"
+        self.transitions: Publication | None = None
+
+    async def add(self, request: Message) -> Members:
+        return {"sum": request.a + request.b}
+
+    async def never(self, request: Message) -> Members:
+        await asyncio.sleep(1000.0)
+        return {}
+
+    async def fail(self, request: Message) -> Members:
+        raise ActionFailed("the gripper is stuck")
+
+    async def types(self, request: Message) -> Members:
+        return {"types": [3 if name == "speed" else 0 for name in request.names]}
+
+    async def set(self, request: Message) -> Members:
+        [parameter] = request.parameters
+        if parameter.name != "speed":
+            return {"results": [{"reason": "it has not been declared"}]}
+        value = parameter.value
+        if value.type != 3 or value.double_value > 1.0:
+            return {"results": [{"reason": "a speed is a number up to 1"}]}
+        self.speed = value.double_value
+        return {"results": [{"successful": True}]}
+
+    async def get(self, request: Message) -> Members:
+        return {"values": [{"type": 3, "double_value": self.speed}]}
+
+    async def get_state(self, request: Message) -> Members:
+        return {"current_state": {"id": STATES[self.state], "label": self.state}}
+
+    async def change(self, request: Message) -> Members:
+        """A transition by the label of its goal."""
+        before, self.state = self.state, request.transition.label
+        assert self.transitions is not None
+        way = {"id": 10, "label": "on the way"}
+        start, end = ({"id": STATES[name], "label": name} for name in (before, self.state))
+        self.transitions.publish({"start_state": start, "goal_state": way})
+        self.transitions.publish({"start_state": way, "goal_state": end})
+        return {"success": True}
+
+    async def serve(self, node: RosNode, stack: AsyncExitStack) -> None:
+        events = node.publishing("~/transition_event", "lifecycle_msgs/msg/TransitionEvent")
+        self.transitions = await stack.enter_async_context(events)
+        for name, type_name, handler in (
+            ("/add", "example_interfaces/srv/AddTwoInts", self.add),
+            ("/never", "std_srvs/srv/Empty", self.never),
+            ("/fail", "std_srvs/srv/Empty", self.fail),
+            ("~/get_parameter_types", "rcl_interfaces/srv/GetParameterTypes", self.types),
+            ("~/get_parameters", "rcl_interfaces/srv/GetParameters", self.get),
+            ("~/set_parameters", "rcl_interfaces/srv/SetParameters", self.set),
+            ("~/get_state", "lifecycle_msgs/srv/GetState", self.get_state),
+            ("~/change_state", "lifecycle_msgs/srv/ChangeState", self.change),
+        ):
+            await stack.enter_async_context(node.serving(name, type_name, handler))
+
+
+async def talk(node: RosNode) -> None:
+    """Publish, twenty times a second: a count, a scan 30 ms old, and a distance that grows."""
+    async with (
+        node.publishing("/count", "std_msgs/msg/Int64") as count,
+        node.publishing("/scan", "sensor_msgs/msg/LaserScan", PRESETS["sensor_data"]) as scan,
+        node.publishing("/odom", "nav_msgs/msg/Odometry") as odometry,
+    ):
+        for number in range(100_000):
+            count.publish({"data": number})
+            stamp = time.time() - 0.03
+            header = {"stamp": {"sec": int(stamp), "nanosec": int(stamp % 1 * 1e9)}, "frame_id": "laser"}
+            scan.publish({"header": header, "ranges": [1.0, 2.5]})
+            odometry.publish({"pose": {"pose": {"position": {"x": number * 0.05}}}})
+            await anyio.sleep(0.05)
+
+
+async def main() -> None:
+    async with (
+        AsyncExitStack() as stack,
+        connect(sys.argv[1], dialect=RmwZenoh()) as system,
+        system.node("robot") as robot,
+        system.node("talker") as talker,
+        robot.publishing("/said", "std_msgs/msg/String", PRESETS["system_default_transient_local"]) as said,
+        robot.publishing("/rosout", "rcl_interfaces/msg/Log") as rosout,
+        robot.subscribing("/heard", "std_msgs/msg/String") as heard,
+        anyio.create_task_group() as tasks,
+    ):
+        action = Fibonacci()
+        action.said = said
+        await action.serve(robot, stack)
+        await Robot().serve(robot, stack)
+        tasks.start_soon(talk, talker)
+
+        async def echo() -> None:
+            async for received in heard:
+                text = heard.decode(received).data
+                said.publish({"data": text})
+                rosout.publish({"name": "robot", "msg": f"I heard {text}"})
+
+        tasks.start_soon(echo)
+        said.publish({"data": "ready"})
+        print("ready", flush=True)  # noqa: T201 - for who has started it
+        await anyio.to_thread.run_sync(sys.stdin.readline, abandon_on_cancel=True)
+        tasks.cancel_scope.cancel()
+
+
+if __name__ == "__main__":
+    anyio.run(main)

@@ -1,0 +1,175 @@
+"""Actions of `osc.ros` that look at what messages say."""
+
+import pytest
+
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import RunRos
+
+SCAN_TYPE, EMPTY = '"sensor_msgs/msg/LaserScan"', '"std_msgs/msg/Empty"'
+COUNT = '"/count", "std_msgs/msg/Int64"'
+SCAN = '"/scan", "sensor_msgs/msg/LaserScan"'
+
+
+@pytest.mark.parametrize(
+    "invocation",
+    [
+        f'check_data({COUNT}, "3", member_name: "data", comparison_operator: comparison_operator!gt)',
+        f'check_data({COUNT}, "{{data: -1}}", comparison_operator: comparison_operator!ne)',
+        f'check_data({SCAN}, "{{ranges: [1.0, 2.5]}}", qos_profile: qos_preset_profiles!sensor_data)',
+        f'check_data({SCAN}, "laser", eval_expected_value: false, member_name: "header.frame_id")',
+        f'check_data({SCAN}, "2.5000001", member_name: "ranges.1", fail_if_bad_comparison: true)',
+        f'check_data({COUNT}, "0", comparison_operator: comparison_operator!ge, member_name: "data",'
+        " fail_if_no_data: true, wait_for_first_message: false)",
+    ],
+)
+async def test_data_that_compares_is_found(
+    invocation: str, run_ros: RunRos, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.actions.ros_checks.DATA_WITHIN", 20.0)  # as long as a busy machine may take
+    ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("invocation", "reason"),
+    [
+        (
+            f'check_data({SCAN}, "{{header: {{frame_id: base}}, ranges: [1.0, 3]}}",'
+            " fail_if_bad_comparison: true)",
+            "a message of /scan differs: `header.frame_id`: expected `base`, got `laser`; "
+            "`ranges.1`: expected `3`, got `2.5`",
+        ),
+        (
+            f'check_data({COUNT}, "-5", comparison_operator: comparison_operator!lt, member_name: "data",'
+            " fail_if_bad_comparison: true)",
+            "`data` of /count is `.*`, which is not < `-5`",
+        ),
+        (f'check_data({COUNT}, "x", comparison_operator: comparison_operator!lt)', "has no order with `x`"),
+        (
+            f'check_data("/silent", {EMPTY}, "", fail_if_no_data: true, wait_for_first_message: false)',
+            "nothing has come on /silent within 0.2 s",
+        ),
+        (
+            f'assert_topic_latency("/scan", 1ms, topic_type: {SCAN_TYPE})',
+            "the latency of /scan is 0.0[0-9]+ s, which is not <= 0.001 s",
+        ),
+        (
+            f'assert_topic_latency("/scan", 1ms, rolling_average_count: 3, topic_type: {SCAN_TYPE})',
+            "the latency of /scan, the mean of 3 messages, is 0.0[0-9]+ s",
+        ),
+        (
+            'assert_topic_latency("/count", 1s, topic_type: "std_msgs/msg/Int64")',
+            "the latency of /count cannot be said: its messages have no header with a stamp",
+        ),
+        (
+            'assert_topic_latency("/odom", 1s, topic_type: "nav_msgs/msg/Odometry")',
+            "the latency of /odom cannot be said: the stamps of its messages are 0",
+        ),
+        (
+            f'assert_topic_latency("/silent", 0.2s, wait_for_first_message: false, topic_type: {EMPTY})',
+            "nothing has come on /silent within 0.2 s",
+        ),
+    ],
+)
+async def test_what_is_not_as_expected_is_shown(
+    invocation: str, reason: str, run_ros: RunRos, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.actions.ros_checks.DATA_WITHIN", 0.2)
+    ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    with pytest.raises(AssertionError, match=reason):
+        raise AssertionError(ran.verdict.reason)
+
+
+async def test_a_check_that_is_cut_off_shows_what_came_last(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        f'scenario main:\n    do check_data({COUNT}, "-1", member_name: "data") with:\n        timeout(0.3s)\n'
+    )
+    [(_, text)] = ran.logs
+    assert text.startswith("`check_data` ends without: `data` of /count differs: expected `-1`, got `")
+
+
+async def test_a_small_latency_holds_until_it_is_ended(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        """
+scenario main:
+    do parallel:
+        assert_topic_latency("/scan", 1s, topic_type: "sensor_msgs/msg/LaserScan", duration: 0.5s)
+"""
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+async def test_what_a_node_logs_is_found(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        """
+scenario main:
+    do parallel:
+        log_check("robot", ["I heard a whisper", "nothing"])
+        serial:
+            wait elapsed(0.3s)
+            topic_publish("/heard", "std_msgs/msg/String", "{data: a whisper}")
+"""
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+def change(state: str) -> str:
+    request = f"{{transition: {{label: {state}}}}}"
+    return f'service_call("/robot/change_state", "lifecycle_msgs/srv/ChangeState", "{request}")'
+
+
+STATES = ", ".join(f"lifecycle_state!{name}" for name in ("unconfigured", "inactive", "active"))
+
+
+async def test_states_of_a_node_are_followed(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        f"""
+scenario main:
+    do serial:
+        {change("unconfigured")}
+        parallel:
+            assert_lifecycle_state("/robot", [{STATES}], keep_running: false)
+            serial:
+                wait elapsed(0.2s)
+                {change("inactive")}
+                {change("active")}
+        parallel:
+            assert_lifecycle_state("robot", [{STATES}], allow_initial_skip: true, duration: 0.2s)
+"""
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "reason"),
+    [
+        ("active", "active", "/robot is active, and should be unconfigured"),
+        ("unconfigured", "active", "/robot is active, and should be inactive after unconfigured"),
+        ("unconfigured", "inactive", ""),
+    ],
+)
+async def test_states_that_are_not_expected_fail(before: str, after: str, reason: str, run_ros: RunRos) -> None:
+    ran = await run_ros(
+        f"""
+scenario main:
+    do serial:
+        {change(before)}
+        parallel:
+            assert_lifecycle_state("/robot", [{STATES}], keep_running: false) with:
+                timeout(0.5s)
+            serial:
+                wait elapsed(0.2s)
+                {change(after)}
+"""
+    )
+    assert ran.verdict.status is RunStatus.FAILED
+    assert reason in ran.verdict.reason
+    if not reason:
+        assert [text for _, text in ran.logs][-1] == "`assert_lifecycle_state` ends without: /robot being active"
+
+
+async def test_a_node_without_a_life_cycle_is_told(run_ros: RunRos, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.clients.lifecycle.ANSWER_WITHIN", 0.1)
+    ran = await run_ros(f'scenario main:\n    do assert_lifecycle_state("/talker", [{STATES}])\n')
+    assert "there is no node /talker that has a life cycle; nodes are /robot" in ran.verdict.reason

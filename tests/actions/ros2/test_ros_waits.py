@@ -1,0 +1,68 @@
+"""Actions of `osc.ros` that wait for something to be there."""
+
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.cli.main import main
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import RunRos, running, starting_robot
+
+
+@pytest.mark.parametrize(
+    "invocation",
+    [
+        'wait_for_nodes(["/robot", "talker"])',
+        'wait_for_topics(["/count", "heard"])',
+        'wait_for_services(["/add"])',
+        'wait_for_topic_publisher("/count", "talker")',
+        'wait_for_topic_subscription("/heard", "/robot")',
+        'wait_for_service_server("/add", "robot")',
+    ],
+)
+async def test_what_is_there_is_not_waited_for(invocation: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("invocation", "missing"),
+    [
+        ('wait_for_nodes(["/robot", "/walker"])', "node /walker (there is /talker)"),
+        ('wait_for_topics(["/counts"])', "topic /counts (there is /count)"),
+        ('wait_for_topic_publisher("/count", "robot")', "publisher of /count in the node /robot"),
+        ('wait_for_service_server("/ad", "")', "server of /ad (there is /add)"),
+    ],
+)
+async def test_what_was_not_there_is_said(invocation: str, missing: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(0.1s)\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    name = invocation.partition("(")[0]
+    assert [text for _, text in ran.logs] == [f"`{name}` ends without: {missing}"]
+
+
+async def test_a_wait_ends_when_what_it_waits_for_comes(tmp_path: Path, router: str) -> None:
+    text = 'scenario main:\n    do wait_for_nodes(["/robot"])\n'
+    async with running(tmp_path, router, text) as run:
+        while run.now < 0.2:
+            assert run.verdict is None
+            await anyio.sleep(0.05)
+        with starting_robot(router):
+            verdict = await run.result()
+    assert verdict.status is RunStatus.PASSED
+
+
+async def test_nothing_to_wait_for_is_refused(run_ros: RunRos) -> None:
+    ran = await run_ros("scenario main:\n    do wait_for_nodes()\n")
+    assert "there is nothing to wait for" in ran.verdict.reason
+
+
+def test_without_a_system_it_is_said_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "main.osc"
+    file.write_text('import osc.ros\nscenario main:\n    do wait_for_nodes(["a"])\n')
+    assert main(["exec", str(file)]) == 2
+    error = capsys.readouterr().err
+    assert "there is neither a simulator nor a robot" in error
+    assert "reach a ROS 2 system with `--ros`" in error
+    assert "--sim" not in error

@@ -1,0 +1,53 @@
+"""Comparing what messages say with what is expected."""
+
+from typing import Any
+
+import pytest
+
+from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
+from seoro.errors import ActionFailed
+
+
+@pytest.mark.parametrize(
+    ("actual", "operator", "expected", "outcome"),
+    [
+        (3, Operator.eq, 3.0, True),
+        (0.10000000149, Operator.eq, 0.1, True),
+        (0.1001, Operator.eq, 0.1, False),
+        (1, Operator.eq, True, False),
+        (2**53 + 1, Operator.eq, 2**53, False),
+        ("3", Operator.eq, 3, False),
+        ([1, 2], Operator.eq, [1, 2, 3], False),
+        ({"a": {"b": 1, "c": 2}}, Operator.eq, {"a": {"b": 1}}, True),
+        ({"a": 1}, Operator.ne, {"a": 2}, True),
+        ({"a": 1}, Operator.eq, {"b": 1}, False),
+        (float("nan"), Operator.eq, float("nan"), False),
+        (2, Operator.gt, 1, True),
+        ("b", Operator.ge, "c", False),
+    ],
+)
+def test_what_compares(actual: Any, operator: Operator, expected: Any, outcome: bool) -> None:
+    assert compares(actual, operator, expected, "it") is outcome
+
+
+def test_differences_are_shown_by_their_paths() -> None:
+    actual = {"a": [1, {"b": 2}], "c": "x", **{f"n{place}": 0 for place in range(9)}}
+    expected = {"a": [1, {"b": 3}], "d": 1}
+    text = difference(actual, Operator.eq, expected)
+    assert text == "differs: `a.1.b`: expected `3`, got `2`; `d`: expected `1`, got `nothing`"
+    many = difference(actual, Operator.eq, {f"n{place}": 1 for place in range(9)})
+    assert many.count("expected") == 5
+    assert many.endswith("; and more")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [("[1, 2]", [1, 2]), ("{a: x}", {"a": "x"}), ("True", True), ("hello", "hello")]
+)
+def test_what_is_expected_is_read_as_yaml(text: str, expected: Any) -> None:
+    assert read_expected(text, is_text=False) == expected
+    assert read_expected(text, is_text=True) == text
+
+
+def test_what_cannot_be_read_is_said() -> None:
+    with pytest.raises(ActionFailed, match="`expected_value`: the message cannot be read"):
+        read_expected("[1", is_text=False)
