@@ -18,11 +18,15 @@ LOSS_NOTICE = 0.5  # [s] after a request has failed
 
 @dataclass(frozen=True)
 class NodeAddress:
-    """How a node is reached: a session that is connected to it, its namespace and its name."""
+    """How a node is reached: a session that is connected to it, its namespace and its name.
+
+    `called` is what messages call such a node.
+    """
 
     session: AsyncSession
     namespace: str
     node: str
+    called: str = "simulator"
 
 
 class Requests:
@@ -43,7 +47,7 @@ class Requests:
     @property
     def name(self) -> str:
         """How messages call it."""
-        return f"simulator '{self._address.node}'"
+        return f"{self._address.called} '{self._address.node}'"
 
     def report_loss(self, reason: str) -> None:
         """Say that the node is gone; for whoever watches it."""
@@ -96,12 +100,12 @@ async def ask(
         BackendLost: It is gone, does not answer, or what it answers is no valid message.
     """
     key = wire.node_command(address.namespace, address.node, verb.name)
-    called = f"the simulator node '{address.node}'"
+    called = f"the {address.called} node '{address.node}'"
     try:
         return wire.decode(verb.answer, await address.session.query(key, wire.encode(request), timeout))
     except Refused as refused:
-        refusal = _refusal(refused.payload)
-        raise BackendRefused(refusal.message, refusal.code) from None
+        said = refusal(refused.payload)
+        raise BackendRefused(said.message, said.code) from None
     except NoServer:
         raise BackendLost(f"{called} is gone") from None
     except NoAnswer:
@@ -112,7 +116,8 @@ async def ask(
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
 
 
-def _refusal(payload: bytes) -> wire.Refusal:
+def refusal(payload: bytes) -> wire.Refusal:
+    """What a node said when it refused a request."""
     try:
         return wire.decode(wire.Refusal, payload)
     except wire.WireError:

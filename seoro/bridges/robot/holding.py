@@ -1,0 +1,81 @@
+"""Holding robots: the sign of life of a run, and what it is told in answer."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.sim.requests import NodeAddress, Requests, refusal
+from seoro.runtime.contracts import GoalStatus, Happened, Report
+
+ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
+PATIENCE = 3.0  # [s] that the connection to the bridge may be broken; the robots stand still meanwhile
+RETRY = 0.05  # [s] between two attempts while it is
+
+
+class HoldingRequests(Requests):
+    """Robots that are held.
+
+    Args:
+        address: How the bridge is reached.
+        holder: Who holds them.
+        number: Of the last thing that happened before.
+    """
+
+    def __init__(self, address: NodeAddress, holder: wire.Holder, number: int) -> None:
+        super().__init__(address)
+        self._holder = holder
+        self._number = number
+        self._happened: Happened = _ignore
+
+    async def hold(self) -> None:
+        """Give signs of life, and tell what has happened; until it is cancelled, or the bridge is lost."""
+        broken_since = math.inf
+        while True:
+            request = wire.HoldRobots(holder=self._holder.holder, since=self._number, wait=wire.HOLD_WAIT)
+            try:
+                told = await self._ask_once(request)
+            except Refused as refused:
+                self.report_loss(f"{self.name} does not obey any more: {refusal(refused.payload).message}")
+                return
+            except (NoServer, NoAnswer) as error:
+                broken_since = min(broken_since, time.monotonic())
+                if time.monotonic() - broken_since > PATIENCE:
+                    self.report_loss(f"{self.name} has not answered for {PATIENCE:g} s: {error}")
+                    return
+                await anyio.sleep(RETRY)
+                continue
+            except (SessionError, wire.WireError) as error:
+                self.report_loss(f"{self.name} cannot be held: {error}")
+                return
+            broken_since = math.inf
+            self._tell(told)
+
+    async def _ask_once(self, request: wire.HoldRobots) -> wire.Happenings:
+        address = self._address
+        key = wire.node_command(address.namespace, address.node, wire.HOLD_ROBOTS.name)
+        payload = await address.session.query(key, wire.encode(request), request.wait + ANSWER)
+        return wire.decode(wire.Happenings, payload)
+
+    def _tell(self, told: wire.Happenings) -> None:
+        self._number = told.number
+        for happening in told.happenings:
+            if happening.contact is not None:
+                contact = happening.contact
+                self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
+            if happening.feedback is not None:
+                self._happened("navigation_feedback", happening.feedback.model_dump())
+            if happening.occurrence is not None:
+                occurrence = happening.occurrence
+                report = self._reporters.pop(occurrence.id, None)
+                if report is not None:
+                    report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
+
+
+def _ignore(name: str, arguments: Mapping[str, object]) -> None:
+    """Before a run has started nobody listens."""

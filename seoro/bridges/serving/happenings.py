@@ -1,0 +1,68 @@
+"""What has happened at a node, numbered and kept for clients that ask for it."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.serving.refusal import RequestRefused
+from seoro.bridges.wire import Result
+
+KEPT = 10_000  # the last of them; a client asks several times a second
+
+
+class HappeningLog:
+    """The last things that happened; for one event loop."""
+
+    def __init__(self) -> None:
+        self._kept: deque[wire.Happening] = deque(maxlen=KEPT)
+        self._number = 0
+        self._happened = anyio.Event()
+
+    @property
+    def number(self) -> int:
+        """Of the last thing that happened; 0 when nothing has."""
+        return self._number
+
+    def tell(
+        self,
+        *,
+        occurrence: wire.Occurrence | None = None,
+        contact: wire.Contact | None = None,
+        feedback: wire.NavigationFeedback | None = None,
+    ) -> None:
+        """Note that something has happened, and wake whoever waits for it."""
+        self._number += 1
+        self._kept.append(
+            wire.Happening(number=self._number, occurrence=occurrence, contact=contact, feedback=feedback)
+        )
+        self._happened.set()
+        self._happened = anyio.Event()
+
+    async def after(self, request: wire.AwaitHappenings) -> wire.Happenings:
+        """Everything after a number; waits for something, as long as the request says.
+
+        Raises:
+            RequestRefused: The number is not one of this log's, or what came after it is not kept any more.
+        """
+        self._check(request.since)
+        if self._number == request.since:
+            with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
+                await self._happened.wait()
+        missing = self._number - request.since
+        return wire.Happenings(
+            number=self._number, happenings=tuple(self._kept)[len(self._kept) - missing :] if missing else ()
+        )
+
+    def _check(self, since: int) -> None:
+        if since > self._number:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"{self._number} things have happened since this node was started, not {since}: connect again",
+            )
+        if since < self._number - len(self._kept):
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"only the last {KEPT} things that happened are kept: connect again"
+            )

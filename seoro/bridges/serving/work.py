@@ -1,0 +1,122 @@
+"""What a node works on: goals and watches, each a task that ends in an occurrence."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+
+import anyio
+from anyio.abc import TaskGroup
+
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.refusal import RequestRefused, check_id
+from seoro.bridges.wire import Occurrence, Outcome, Result
+
+MOST = 1000  # goals and watches at a time
+
+log = logging.getLogger(__name__)
+
+
+class Aborted(Exception):
+    """A goal cannot be reached; says why."""
+
+
+@dataclass
+class _Item:
+    """A goal or a watch: of which robot (none for a watch), what cancels it, and when it is over."""
+
+    robot: str | None
+    scope: anyio.CancelScope = field(default_factory=anyio.CancelScope)
+    over: anyio.Event = field(default_factory=anyio.Event)
+    reason: str = ""  # why it is ended from outside, if that is to be told as aborted
+
+
+class Work:
+    """Goals and watches by the ids that clients give them.
+
+    Args:
+        tasks: Where their tasks run.
+        happenings: Where their ends are told.
+    """
+
+    def __init__(self, tasks: TaskGroup, happenings: HappeningLog) -> None:
+        self._tasks = tasks
+        self._happenings = happenings
+        self._items: dict[str, _Item] = {}
+
+    def start(self, identifier: str, work: Callable[[], Awaitable[str]], *, robot: str | None = None) -> None:
+        """Start a goal of a robot, or a watch.
+
+        Args:
+            identifier: Its id.
+            work: Succeeds when it returns, with a sentence for people, and aborts by `Aborted`. When it is
+                cancelled, it leaves everything in order before it goes on with that.
+            robot: Whose goal it is; a robot has one at a time. None for a watch.
+
+        Raises:
+            RequestRefused: The id is in use, or the robot has a goal.
+        """
+        check_id(identifier)
+        if identifier in self._items:
+            raise RequestRefused(Result.INCORRECT_STATE, f"there is a goal or a watch '{identifier}' already")
+        if robot is not None and (active := self.goal_of(robot)) is not None:
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"the robot '{robot}' has a goal, '{active}': cancel it first"
+            )
+        if len(self._items) >= MOST:
+            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MOST} goals and watches already")
+        item = self._items[identifier] = _Item(robot)
+        self._tasks.start_soon(self._carry, identifier, item, work)
+
+    def goal_of(self, robot: str) -> str | None:
+        """The id of the goal that a robot has, if it has one."""
+        return next((name for name, item in self._items.items() if item.robot == robot), None)
+
+    async def cancel(self, identifier: str) -> None:
+        """Cancel a goal or a watch, and wait until it has left everything in order.
+
+        Raises:
+            RequestRefused: There is none of that id.
+        """
+        item = self._items.get(identifier)
+        if item is None:
+            raise RequestRefused(Result.NOT_FOUND, f"there is no goal or watch '{identifier}'")
+        item.scope.cancel()
+        await item.over.wait()
+
+    async def abort(self, reason: str, robot: str | None = None) -> None:
+        """End all goals of a robot, or of all, as aborted for a reason; waits until they are in order."""
+        ended = [item for item in self._items.values() if item.robot is not None and robot in (None, item.robot)]
+        for item in ended:
+            item.reason = reason
+            item.scope.cancel()
+        for item in ended:
+            await item.over.wait()
+
+    async def forget(self) -> None:
+        """End everything, and wait until it is in order."""
+        for item in list(self._items.values()):
+            item.scope.cancel()
+            await item.over.wait()
+
+    async def _carry(self, identifier: str, item: _Item, work: Callable[[], Awaitable[str]]) -> None:
+        outcome, message = Outcome.CANCELED, ""
+        try:
+            with item.scope:
+                message = await work()
+                outcome = Outcome.SUCCEEDED
+        except Aborted as aborted:
+            outcome, message = Outcome.ABORTED, str(aborted)
+        except Exception as error:
+            log.exception("fault in goal or watch %s", identifier)
+            outcome, message = Outcome.ABORTED, f"fault in the bridge: {type(error).__name__}: {error}"
+        finally:
+            del self._items[identifier]
+            if outcome is Outcome.CANCELED and item.reason:
+                outcome, message = Outcome.ABORTED, item.reason
+            self._happenings.tell(
+                occurrence=Occurrence(id=identifier, time=time.monotonic(), outcome=outcome, message=message)
+            )
+            item.over.set()

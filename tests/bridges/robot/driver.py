@@ -1,0 +1,23 @@
+"""A run that drives the robot on rails, for tests that let it die: `python driver.py ENDPOINT`."""
+
+from __future__ import annotations
+
+import sys
+
+import anyio
+
+from seoro.bridges.robot.connecting import connect_robots
+from seoro.runtime.contracts import Pose3D, Position3D
+
+
+async def main() -> None:
+    """Drive until the process is killed, and say when the robot moves."""
+    async with connect_robots(sys.argv[1], "a run that dies") as node:
+        await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=print)
+        sys.stdout.write("drives\n")
+        sys.stdout.flush()
+        await anyio.sleep_forever()
+
+
+if __name__ == "__main__":
+    anyio.run(main)

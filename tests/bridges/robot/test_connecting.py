@@ -1,0 +1,126 @@
+"""Robots behind a bridge as a backend, with a bridge in another process."""
+
+from __future__ import annotations
+
+import time
+
+import anyio
+import pytest
+
+from seoro.bridges.robot.connecting import connect_robots
+from seoro.errors import BackendRefused, InvalidUse
+from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
+from tests.bridges.robot.conftest import Rails
+
+pytestmark = pytest.mark.anyio
+
+
+class Ends:
+    """A reporter that can be waited for."""
+
+    def __init__(self) -> None:
+        self.report: Report | None = None
+        self._told = anyio.Event()
+
+    def __call__(self, report: Report) -> None:
+        self.report = report
+        self._told.set()
+
+    async def wait(self) -> Report:
+        with anyio.fail_after(5.0):
+            await self._told.wait()
+        assert self.report is not None
+        return self.report
+
+
+def at(x: float) -> Pose3D:
+    return Pose3D(Position3D(x=x))
+
+
+async def test_a_goal_is_reached_and_reported(rails: Rails) -> None:
+    end, near = Ends(), Ends()
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.watch_proximity("base_link", "map", Position3D(x=0.05), 0.01, near)
+        await node.navigate("line", [at(0.1)], stop_at_each=False, report=end)
+        assert (await near.wait()).status is GoalStatus.SUCCEEDED
+        assert await end.wait() == Report(GoalStatus.SUCCEEDED, "on rails")
+    assert [velocity for _, _, velocity in rails.commands()][:3] == [0.0, 0.5, 0.0]
+
+
+async def test_what_ends_badly_says_why(rails: Rails) -> None:
+    end = Ends()
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.navigate("line", [at(-1.0)], stop_at_each=False, report=end)
+        assert await end.wait() == Report(GoalStatus.ABORTED, "there are no rails behind 0 m")
+        with pytest.raises(BackendRefused, match="the rails end at 100 m"):
+            await node.navigate("line", [at(200.0)], stop_at_each=False, report=end)
+        with pytest.raises(BackendRefused, match="there is no robot 'train': there are line"):
+            await node.navigate("train", [at(1.0)], stop_at_each=False, report=end)
+        with pytest.raises(BackendRefused, match="cannot be asked for 'get_arm_state'"):
+            await node.arm_state("line")
+
+
+async def test_a_robot_has_one_goal_at_a_time_and_can_be_called_back(rails: Rails) -> None:
+    end = Ends()
+    async with connect_robots(rails.endpoint, "a test") as node:
+        goal = await node.navigate("line", [at(50.0)], stop_at_each=False, report=end)
+        with pytest.raises(BackendRefused, match="the robot 'line' has a goal"):
+            await node.drive("line", 0.1, 0.0, 1.0, end)
+        await node.cancel_goal(goal)
+        assert rails.commands()[-1][2] == 0.0
+        await node.drive("line", 0.1, 0.0, 0.05, end)
+        assert (await end.wait()).status is GoalStatus.SUCCEEDED
+
+
+async def test_robots_stand_still_after_a_run(rails: Rails) -> None:
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.navigate("line", [at(50.0)], stop_at_each=False, report=Ends())
+    assert rails.commands()[-1][2] == 0.0
+
+
+async def test_robots_are_held_by_one_run_at_a_time(rails: Rails) -> None:
+    async with connect_robots(rails.endpoint, "the first run"):
+        with pytest.raises(InvalidUse, match="held by the first run: wait for its end"):
+            async with connect_robots(rails.endpoint, "the second run"):
+                pass
+    async with connect_robots(rails.endpoint, "the second run") as node:
+        assert [robot.name for robot in node.robots] == ["line"]
+
+
+async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails: Rails) -> None:
+    end = Ends()
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.navigate("line", [at(50.0)], stop_at_each=False, report=end)
+        started = time.monotonic()
+        time.sleep(0.8)  # the event loop hangs, and with it every sign of life
+        stopped = rails.stopped_after(started)
+        assert stopped is not None
+        assert stopped < 0.5
+        report = await end.wait()
+        assert report.status is GoalStatus.ABORTED
+        assert "the robots were stopped, a test: no sign of life for 0.4 s" in report.message
+        again = Ends()
+        await node.drive("line", 0.1, 0.0, 0.05, again)
+        assert (await again.wait()).status is GoalStatus.SUCCEEDED
+
+
+async def test_the_end_of_the_bridge_is_told(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
+    lost: list[str] = []
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.start_run(lambda name, arguments: None, lost.append)
+        rails.process.kill()
+        with anyio.fail_after(8.0):
+            while not lost:
+                await anyio.sleep(0.05)
+    assert "bridge 'rails' has not answered for" in lost[0]
+
+
+async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.robot.connecting.FIND_TIMEOUT", 0.3)
+    with pytest.raises(InvalidUse, match="cannot connect to"):
+        async with connect_robots(f"{rails.endpoint}-that-is-not-there", "a test"):
+            pass
+    with pytest.raises(InvalidUse, match="there is no bridge 'road' at"):
+        async with connect_robots(rails.endpoint, "a test", "road"):
+            pass

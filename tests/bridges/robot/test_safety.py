@@ -1,0 +1,120 @@
+"""Robots stop within half a second of whatever becomes of the run that holds them."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.robot.connecting import connect_robots
+from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
+from tests.bridges.robot.conftest import Rails
+
+DEADLINE = 0.5  # [s]
+DRIVER = Path(__file__).with_name("driver.py")
+ROUTER = """
+import sys, time
+from seoro.bridges.session import Session
+session = Session(listen=sys.argv[1])
+print("ready", flush=True)
+time.sleep(3600)
+"""
+
+
+@contextmanager
+def process(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that has said that it is ready."""
+    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
+        try:
+            assert running.stdout is not None
+            running.stdout.readline()
+            yield running
+        finally:
+            running.kill()
+
+
+def await_motion(rails: Rails) -> None:
+    """Wait until the robot drives, a second at most."""
+    started = time.monotonic()
+    while not any(velocity for _, _, velocity in rails.commands()):
+        assert time.monotonic() < started + 1.0, "the robot does not drive"
+        time.sleep(0.02)
+
+
+def stopping_time(rails: Rails, moment: float) -> float:
+    """How long after a moment the robot was told to stop [s]; waits for it, a second at most."""
+    while (stopped := rails.stopped_after(moment)) is None:
+        assert time.monotonic() < moment + 1.0, "the robot still drives"
+        time.sleep(0.02)
+    return stopped
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_run_that_dies_or_hangs_stops_its_robots(rails: Rails, number: signal.Signals) -> None:
+    with process(str(DRIVER), rails.endpoint) as driver:
+        await_motion(rails)
+        moment = time.monotonic()
+        driver.send_signal(number)
+        assert stopping_time(rails, moment) < DEADLINE
+
+
+def test_a_run_that_hung_does_not_make_robots_go_on(rails: Rails) -> None:
+    with process(str(DRIVER), rails.endpoint) as driver:
+        await_motion(rails)
+        driver.send_signal(signal.SIGSTOP)
+        stopping_time(rails, time.monotonic())
+        driver.send_signal(signal.SIGCONT)
+        assert driver.stdout is not None
+        assert b"no sign of life" in driver.stdout.readline()
+        assert rails.commands()[-1][2] == 0.0
+
+
+def test_robots_stop_when_the_router_between_them_and_the_run_dies(
+    start_rails: Callable[..., Rails], tmp_path: Path
+) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/router"
+    with process("-c", ROUTER, endpoint) as router:
+        rails = start_rails("--connect", endpoint)
+        with process(str(DRIVER), endpoint):
+            await_motion(rails)
+            moment = time.monotonic()
+            router.kill()
+            assert stopping_time(rails, moment) < DEADLINE
+
+
+@pytest.mark.anyio
+async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_aborted(
+    start_rails: Callable[..., Rails], tmp_path: Path
+) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/router"
+    told: list[Report] = []
+    lost: list[str] = []
+    with process("-c", ROUTER, endpoint) as router:
+        rails = start_rails("--connect", endpoint)
+        async with connect_robots(endpoint, "a run") as node:
+            await node.start_run(lambda name, arguments: None, lost.append)
+            far = Pose3D(Position3D(x=90.0))
+            await node.navigate("line", [far], stop_at_each=False, report=told.append)
+            router.kill()
+            router.wait()
+            Path(f"{tmp_path}/router").unlink(missing_ok=True)
+            with process("-c", ROUTER, endpoint):
+                with anyio.fail_after(5.0):
+                    while not (told or lost):
+                        await anyio.sleep(0.02)
+                assert lost == []
+                assert told[0].status is GoalStatus.ABORTED
+                assert rails.commands()[-1][2] == 0.0
+                again: list[Report] = []
+                await node.drive("line", 0.1, 0.0, 0.05, again.append)
+                with anyio.fail_after(2.0):
+                    while not again:
+                        await anyio.sleep(0.02)
+                assert again[0].status is GoalStatus.SUCCEEDED
