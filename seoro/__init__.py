@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.embed import Run, Scenario, Simulator, load, run, start
+    from seoro.embed import Lab, Run, Scenario, Simulator, load, run, start
     from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
     from seoro.lang.plan.types import EnumValue
     from seoro.runtime.actions import action
@@ -34,6 +34,7 @@ __all__ = [
     "EnumValue",
     "InvalidScenario",
     "InvalidUse",
+    "Lab",
     "MethodContext",
     "ModifierContext",
     "Orientation3D",
@@ -60,7 +61,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "seoro.embed": ("Run", "Scenario", "Simulator", "load", "run", "start"),
+    "seoro.embed": ("Lab", "Run", "Scenario", "Simulator", "load", "run", "start"),
     "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
     "seoro.lang.plan.types": ("EnumValue",),
     "seoro.runtime.actions": ("action",),

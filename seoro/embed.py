@@ -17,7 +17,7 @@ import asyncio
 import math
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -38,7 +38,8 @@ from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
-from seoro.runtime.contracts import Clock, Observer
+from seoro.runtime.contracts import Backend, Clock, Observer
+from seoro.runtime.homes import Placement
 from seoro.runtime.outputs import OutputFile
 from seoro.runtime.reading import ReadClock, Readers, TraceReader
 from seoro.runtime.run import Execution, Settings
@@ -149,6 +150,22 @@ class Ros:
     domain: int = 0
     dialect: str | None = None
     interfaces: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A lab file: which simulator or robot serves which actor.
+
+    Args:
+        file: The file.
+        rate: Simulated seconds per second of its simulator; None for 1 beside robots, which move in real time, and
+            as fast as possible otherwise.
+        model_path: Folders in which models are looked up first.
+    """
+
+    file: Path
+    rate: float | None = None
+    model_path: Sequence[Path] = ()
 
 
 class Run:
@@ -267,6 +284,7 @@ class Options:
         clock: `real` if it is not given, `sim` if there is a simulator.
         simulator: To start or to connect to.
         ros: To reach.
+        lab: The simulator and the robots of the run, in the place of `simulator`.
         observers: Called with every record of the trace.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
@@ -280,6 +298,7 @@ class Options:
     clock: ClockName | None = None
     simulator: Simulator | None = None
     ros: Ros | None = None
+    lab: Lab | None = None
     observers: Sequence[Observer] = ()
     output_directory: Path | None = None
     keep_trace: bool = False
@@ -296,6 +315,7 @@ class OptionFields(TypedDict, total=False):
     clock: ClockName | None
     simulator: Simulator | None
     ros: Ros | None
+    lab: Lab | None
     observers: Sequence[Observer]
     output_directory: Path | None
     keep_trace: bool
@@ -352,19 +372,17 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     Raises:
         InvalidScenario, InvalidUse, BackendError: As `start`.
     """
-    clock = _check(options)
+    clock, rate = _check(options)
     overrides = _overrides(scenario, options)
     plan = lower(scenario.checked, options.name, overrides)
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
-    async with AsyncExitStack() as stack:
-        simulator = options.simulator
-        node = await stack.enter_async_context(_open(simulator, seed)) if simulator is not None else None
-        system = await stack.enter_async_context(_reach(options.ros)) if options.ros is not None else None
+    async with _backends(options, seed, plan.entry) as (node, backends, placements), _reached(options) as systems:
         settings = Settings(
             seed=seed,
-            clock=_clock(clock, node, options, readers),
-            backends=tuple(backend for backend in (node, system) if backend is not None),
+            clock=_clock(clock, node, rate, readers),
+            backends=(*backends, *systems),
+            placements=placements,
             observers=(readers, *options.observers),
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
@@ -405,6 +423,26 @@ def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:
 
 
 @asynccontextmanager
+async def _backends(
+    options: Options, seed: int, purpose: str
+) -> AsyncIterator[tuple[SimulatorNode | None, tuple[Backend, ...], Mapping[str, Placement]]]:
+    """The simulator of a run, all its backends, and where actors live for whom that is said."""
+    if options.lab is not None:
+        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
+        from seoro.lab.opening import open_lab  # noqa: PLC0415 - the same
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+        lab = read_lab(options.lab.file)
+        async with open_lab(lab, seed, ModelPath(options.lab.model_path), f"the scenario {purpose}") as opened:
+            yield opened.simulator, opened.backends, opened.placements
+    elif options.simulator is not None:
+        async with _open(options.simulator, seed) as node:
+            yield node, (node,), {}
+    else:
+        yield None, (), {}
+
+
+@asynccontextmanager
 async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]:
     # Zenoh and the message models are loaded for runs that have a simulator only.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
@@ -424,7 +462,11 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
 
 
 @asynccontextmanager
-async def _reach(ros: Ros) -> AsyncIterator[RosBackend]:
+async def _reached(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
+    """The ROS 2 system of a run, if it has one."""
+    if options.ros is None:
+        yield ()
+        return
     # What speaks with ROS 2 is an extra, and takes long to load.
     try:
         from seoro.bridges.ros2.backend import RosOptions, open_backend  # noqa: PLC0415
@@ -433,13 +475,17 @@ async def _reach(ros: Ros) -> AsyncIterator[RosBackend]:
             f"what reaches ROS 2 systems is not installed: there is no module '{error.name}'",
             help="pip install 'seoro[ros2]'",
         ) from error
+    ros = options.ros
     async with open_backend(RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)) as system:
-        yield system
+        yield (system,)
 
 
-def _check(options: Options) -> ClockName:
-    """Refuse options that cannot be, before anything is started; returns the clock of the run."""
-    simulator = options.simulator
+def _check(options: Options) -> tuple[ClockName, float]:
+    """Refuse options that cannot be, before anything is started.
+
+    Returns:
+        The clock of the run, and the rate of its simulator.
+    """
     if options.seed is not None and not 0 <= options.seed <= MAX_SEED:
         raise InvalidUse(f"a seed is a whole number from 0 to {MAX_SEED}, not {options.seed}")
     if not options.grace >= 0:
@@ -448,25 +494,57 @@ def _check(options: Options) -> ClockName:
         raise InvalidUse(f"there is no clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
     if options.ros is not None and options.clock == "virtual":
         raise InvalidUse("a ROS 2 system does not wait for the clock 'virtual'", help="leave out `--clock`")
-    if simulator is None:
-        if options.clock == "sim":
-            raise InvalidUse(
-                "the clock 'sim' is that of a simulator, and there is none", help="add `--sim mujoco`"
-            )
-        return options.clock or "real"
-    if options.clock not in (None, "sim"):
-        raise InvalidUse(f"the clock '{options.clock}' does not go with a simulator", help="leave out `--clock`")
+    if options.lab is not None:
+        return _check_lab(options, options.lab)
+    if options.simulator is not None:
+        return _check_simulator(options, options.simulator)
+    if options.clock == "sim":
+        raise InvalidUse("the clock 'sim' is that of a simulator, and there is none", help="add `--sim mujoco`")
+    return options.clock or "real", math.inf
+
+
+def _check_simulator(options: Options, simulator: Simulator) -> tuple[ClockName, float]:
+    _check_clock(options, "sim", "a simulator")
     if simulator.snapshot is not None and simulator.world is not None:
         raise InvalidUse("a snapshot has its own world", help="leave out the other world, or the snapshot")
     named = [each for each in (simulator.name, simulator.endpoint) if each is not None]
     if len(named) > 1 or not (named or simulator.snapshot):
         raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
-    if not simulator.rate > 0:
-        raise InvalidUse(f"the rate of a simulator is above 0, not {simulator.rate}")
-    return "sim"
+    _check_rate(simulator.rate)
+    return "sim", simulator.rate
 
 
-def _clock(name: ClockName, node: SimulatorNode | None, options: Options, readers: Readers) -> Clock:
-    if node is not None and options.simulator is not None:
-        return ReadClock(SimulatorClock(node, options.simulator.rate), readers)
+def _check_lab(options: Options, given: Lab) -> tuple[ClockName, float]:
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+
+    if options.simulator is not None:
+        raise InvalidUse("a lab has its own simulator", help="leave out the other simulator, or the lab")
+    lab = read_lab(given.file)
+    clock: ClockName = "real" if lab.simulator is None else "sim"
+    _check_clock(options, clock, "robots" if lab.simulator is None else "a simulator")
+    if not lab.bridges:
+        rate = math.inf if given.rate is None else given.rate
+        _check_rate(rate)
+        return clock, rate
+    if given.rate not in (None, 1.0):
+        raise InvalidUse(
+            f"robots move in real time, and the lab has some: the rate is 1, not {given.rate:g}",
+            help="leave out `--rate`",
+        )
+    return clock, 1.0
+
+
+def _check_clock(options: Options, clock: ClockName, beside: str) -> None:
+    if options.clock not in (None, clock):
+        raise InvalidUse(f"the clock '{options.clock}' does not go with {beside}", help="leave out `--clock`")
+
+
+def _check_rate(rate: float) -> None:
+    if not rate > 0:
+        raise InvalidUse(f"the rate of a simulator is above 0, not {rate}")
+
+
+def _clock(name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers) -> Clock:
+    if node is not None:
+        return ReadClock(SimulatorClock(node, rate), readers)
     return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()

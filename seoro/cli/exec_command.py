@@ -22,7 +22,7 @@ from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.film_arguments import add_film_arguments, film_of
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, unproved
-from seoro.cli.run_arguments import add_run_arguments, overrides_of, ros_of, simulator_of
+from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
 from seoro.embed import Options, Run, Scenario, check_file, load, prepare
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
@@ -36,6 +36,7 @@ EXAMPLES = """examples:
   seoro exec obstacle.osc --sim mujoco --rate max -o out/
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450 --seed 7
   seoro exec check_robot.osc --ros tcp/192.168.0.7:7447
+  seoro exec obstacle.osc --lab hall.yaml
 
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
@@ -175,6 +176,7 @@ class _Exec:
             clock=options.clock,
             simulator=simulator_of(options),
             ros=ros_of(options),
+            lab=lab_of(options),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
             keep_trace=False,
@@ -225,6 +227,7 @@ class _Exec:
     def _announce(self, run: Run) -> None:
         simulator = run.simulator
         where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
+        where += f", lab {self._options.lab}" if self._options.lab else ""
         self._progress.say(f"{self._options.file}: seed {run.seed}{where}\n")
 
     def _print_parameters(self, run: Run) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.cli.arguments import seed
-from seoro.embed import Ros, Simulator
+from seoro.embed import Lab, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -49,6 +49,9 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
     place.add_argument(
         "--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco or pybullet"
+    )
+    place.add_argument(
+        "--lab", type=Path, metavar="FILE", help="a lab file says which simulator or robot serves which actor"
     )
     place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
     parser.add_argument(
@@ -110,8 +113,22 @@ def ros_of(options: argparse.Namespace) -> Ros | None:
     return Ros(endpoint, int(domain), dialect, options.ros_interfaces)
 
 
+def lab_of(options: argparse.Namespace) -> Lab | None:
+    """The lab that the options name, if they do."""
+    if options.lab is None:
+        return None
+    given = [name for name in ("world", "from_snapshot") if getattr(options, name) is not None]
+    if given:
+        raise InvalidUse(
+            f"`--{given[0].replace('_', '-')}` does not go with `--lab`", help="the lab file names the world"
+        )
+    return Lab(options.lab, DEFAULT_RATE if options.rate is None else options.rate, options.model_path)
+
+
 def simulator_of(options: argparse.Namespace) -> Simulator | None:
     """The simulator that the options ask for, if they do."""
+    if options.lab is not None:
+        return None
     if options.sim is None and options.connect is None and options.from_snapshot is None:
         theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
         given = [name for name, value in theirs.items() if value is not None]

@@ -20,7 +20,7 @@ from seoro.cli.exits import Exit
 from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
-from seoro.cli.run_arguments import add_run_arguments, overrides_of, ros_of, simulator_of
+from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
 from seoro.embed import SEED_BITS, Options, Scenario, load, prepare
 from seoro.errors import InvalidUse
 from seoro.lang.frontend import lower
@@ -103,6 +103,7 @@ class _Sweep:
         options = self._options
         simulator_of(options)  # which says what does not go together, as do the next
         ros_of(options)
+        lab_of(options)
         film_of(options)
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
@@ -242,6 +243,10 @@ class _Sweep:
                 what, way = ("robot", "") if options.ros is not None else ("simulator", "`--sim`, or ")
                 raise InvalidUse(f"one {what} carries out one run at a time", help=f"use {way}`--jobs 1`")
             return 1
+        if options.lab is not None and _is_shared(options.lab):
+            if options.jobs not in (None, 1):
+                raise InvalidUse("the lab has what one run at a time can use", help="leave out `--jobs`")
+            return 1
         return int(options.jobs or os.cpu_count() or 1)
 
     def _arguments(self) -> Sequence[str]:
@@ -254,6 +259,7 @@ class _Sweep:
             "--sim": options.sim,
             "--connect": options.connect,
             "--ros": options.ros,
+            "--lab": options.lab,
             "--world": options.world,
             "--from-snapshot": options.from_snapshot,
             "--rate": options.rate,
@@ -270,6 +276,14 @@ class _Sweep:
             *(f"--model-path={path}" for path in options.model_path),
             *(f"--ros-interfaces={path}" for path in options.ros_interfaces),
         ]
+
+
+def _is_shared(lab: Path) -> bool:
+    """Whether what a lab consists of is there for all runs: robots, or a simulator that is running."""
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+    read = read_lab(lab)
+    return bool(read.bridges) or (read.simulator is not None and read.simulator[1].connect is not None)
 
 
 async def _stop_on_signals(stop: anyio.Event, scope: anyio.CancelScope) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import UnionType
 from typing import Any, TypeAlias, TypeVar
 
+from seoro.errors import InvalidUse
 from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Backend
 from seoro.runtime.values import Actor
@@ -22,19 +23,59 @@ class Home(Value):
     name: str
 
 
+class Placement(Value):
+    """A home that was chosen for an actor from outside.
+
+    Args:
+        home: The home.
+        kinds: The types of actors that it can stand for.
+        place: Where it was chosen, for messages.
+    """
+
+    home: Home
+    kinds: Sequence[str]
+    place: str
+
+
 class Homes:
     """All backends of a run, and the actors that were found to live in them.
 
     Args:
         backends: In the order in which they are asked.
+        placements: Homes that were chosen, by the name of the actor; backends are not asked for these.
     """
 
-    def __init__(self, backends: Sequence[Backend]) -> None:
+    def __init__(self, backends: Sequence[Backend], placements: Mapping[str, Placement]) -> None:
         self.backends = tuple(backends)
+        self._placements = dict(placements)
         self._homes: dict[str, Home] = {}
 
+    def check(self) -> None:
+        """Check, when all actors have settled, that there are all for whom a home was chosen.
+
+        Raises:
+            InvalidUse: There is none of that name.
+        """
+        for name, placement in self._placements.items():
+            if name not in self._homes:
+                raise InvalidUse(f"{placement.place}: the scenario has no actor '{name}'")
+
     def settle(self, actor: Actor) -> None:
-        """Find the home of an actor; one that lives nowhere is a name only."""
+        """Find the home of an actor; one that lives nowhere is a name only.
+
+        Raises:
+            InvalidUse: The home that was chosen cannot stand for the actor.
+        """
+        placement = self._placements.get(actor.name)
+        if placement is not None:
+            if actor.types[0] not in placement.kinds:
+                raise InvalidUse(
+                    f"{placement.place}: `{actor.name}` is of the type {actor.types[0]}, for which "
+                    f"'{placement.home.name}' of {placement.home.backend.name} cannot stand",
+                    help=f"it can stand for {', '.join(placement.kinds)}",
+                )
+            self._homes[actor.name] = placement.home
+            return
         for backend in self.backends:
             name = backend.home_of(actor.name, actor.types)
             if name is not None:

@@ -61,7 +61,10 @@ def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> Inval
     parts = get_args(contract) or (contract,)
     ways = []
     if any(part is not Ros2System for part in parts):
-        ways.append("start a simulator for the run with `--sim mujoco`, or connect to one with `--connect`")
+        ways.append(
+            "start a simulator for the run with `--sim mujoco`, connect to one with `--connect`, or say with "
+            "`--lab` where actors live"
+        )
     if Ros2System in parts:
         ways.append("reach a ROS 2 system with `--ros`, such as `--ros tcp/192.168.0.7:7447`")
     return InvalidUse(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways))
@@ -74,7 +77,7 @@ def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes:
     return InvalidUse(
         f"`{actor.name}` ({actor.type.name}) lives nowhere: no robot of {names} is left that can stand for it",
         invocation.span,
-        "choose a world with such a robot with `--world`",
+        "choose a world with such a robot with `--world`, or say in a lab file where it lives",
     )
 
 

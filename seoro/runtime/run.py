@@ -32,7 +32,7 @@ from seoro.runtime.contracts import Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
 from seoro.runtime.events import Events
-from seoro.runtime.homes import Homes
+from seoro.runtime.homes import Homes, Placement
 from seoro.runtime.instances import Instance, Invoked
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.method_context import MethodContext
@@ -55,6 +55,7 @@ class Settings(Value):
         seed: Of everything that is drawn.
         clock: The run's clock.
         backends: Where actors may live; opened, and closed after the run, by the caller.
+        placements: Where actors live for whom that was chosen from outside, by their names.
         observers: Who sees the trace.
         actions: The actions that Python functions carry out, by qualified name.
         modifiers: The modifiers that they carry out, likewise.
@@ -68,6 +69,7 @@ class Settings(Value):
     seed: int
     clock: Clock
     backends: Sequence[Backend] = ()
+    placements: Mapping[str, Placement] = field(default_factory=dict)
     observers: Sequence[Observer] = ()
     actions: Mapping[str, BoundAction] = field(default_factory=dict)
     modifiers: Mapping[str, BoundModifier] = field(default_factory=dict)
@@ -91,7 +93,7 @@ class Execution:
         self._done = anyio.Event()
         self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, self._broken, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
-        self._homes = Homes(settings.backends)
+        self._homes = Homes(settings.backends, settings.placements)
         self._actions = settings.actions
         self._run, run_of_coverage = (
             MethodContext(settings.seed, Path(plan.file), settings.output_directory) for _ in range(2)
@@ -151,6 +153,7 @@ class Execution:
         for value in entry.fields.values():
             if isinstance(value, Actor):
                 self._homes.settle(value)
+        self._homes.check()
         check_needs(self._plan, entry, self._actions, self._homes)
         return entry
 

@@ -55,6 +55,15 @@ class SimulatorNode(
         """What the node said of itself when its world was loaded."""
         return self._features
 
+    @property
+    def robots(self) -> Sequence[wire.RobotInfo]:
+        """The robots of its world."""
+        return self._features.robots
+
+    def reserve(self, robot: str) -> None:
+        """Let nobody live in a robot but those who were given it."""
+        self._taken.add(robot)
+
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
         """The robot of the same name, else the first free one that can stand for the actor's type.
 

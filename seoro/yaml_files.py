@@ -1,0 +1,90 @@
+"""YAML files that people write: read, and wrong with the line that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+MAX_TEXT = 1_000_000  # [bytes]
+
+
+class FileError(Exception):
+    """A file cannot be read, or is wrong."""
+
+
+def read_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        FileError: It cannot be read, or is too large.
+    """
+    try:
+        if path.stat().st_size > MAX_TEXT:
+            raise FileError(f"{path} is larger than {MAX_TEXT} bytes")
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"cannot read {path}: {error}") from error
+
+
+class Lines:
+    """Where in a YAML file something stands.
+
+    Args:
+        text: The text of the file, which is valid YAML.
+        source: What messages call the file.
+    """
+
+    def __init__(self, text: str, source: str) -> None:
+        self._root = yaml.compose(text, yaml.SafeLoader)
+        self._source = source
+
+    def at(self, place: Sequence[int | str]) -> str:
+        """The file and the line of a value, or of the nearest that it would belong to, as in `hall.yaml:7`."""
+        node, mark = self._root, None if self._root is None else self._root.start_mark
+        for part in place:
+            match node:
+                case yaml.MappingNode():
+                    found = [pair for pair in node.value if pair[0].value == str(part)]
+                    if not found:
+                        break
+                    key, node = found[-1]
+                    mark = key.start_mark
+                case yaml.SequenceNode() if isinstance(part, int) and part < len(node.value):
+                    node = node.value[part]
+                    mark = node.start_mark
+                case _:
+                    break
+        return f"{self._source}:{1 if mark is None else mark.line + 1}"
+
+    def before(self, message: str) -> str:
+        """A message that begins with a place, such as `robots.0.pose: `, with its file and line before it."""
+        place = message.partition(": ")[0].split(".")
+        return f"{self.at([int(part) if part.isdecimal() else part for part in place])}: {message}"
+
+
+def read_yaml(text: str, source: str) -> Any:
+    """The content of a YAML file.
+
+    Raises:
+        FileError: It is no YAML; the message has the file and the line.
+    """
+    try:
+        return yaml.safe_load(text)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        what = " ".join(part for part in (error.context, error.problem) if part)
+        raise FileError(f"{source}:{mark.line + 1 if mark else 1}: no valid YAML: {what}") from error
+    except yaml.YAMLError as error:
+        raise FileError(f"{source} is no valid YAML: {error}") from error
+
+
+def problems(error: ValidationError, lines: Lines) -> str:
+    """Everything that is wrong with what a file says, with the line and the place of each."""
+    return "; ".join(
+        f"{lines.at(item['loc'])}: {'.'.join(map(str, item['loc'])) or 'the file'}: {item['msg']}"
+        for item in error.errors()
+    )

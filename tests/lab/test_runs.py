@@ -1,0 +1,137 @@
+"""Runs with a lab: robots behind a bridge, alone and beside a simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import seoro
+from seoro.runtime.verdict import RunStatus, Verdict
+from tests.bridges.robot.conftest import Rails
+from tests.sim_nodes.engines import make_engine
+
+ALONE = """import osc.helpers
+import osc.robotics
+import osc.nav2
+import osc.ros
+
+scenario go:
+    timeout(10s)
+    leader: differential_drive_robot
+    do serial:
+        leader.init_nav2(pose_3d())
+        parallel:
+            leader.nav_to_pose(pose_3d(position: position_3d(x: 0.2m)))
+            leader.tf_close_to(0.01m, position_3d(x: 0.1m))
+"""
+
+
+def lab_of(folder: Path, text: str) -> seoro.Lab:
+    file = folder / "lab.yaml"
+    file.write_text(text)
+    return seoro.Lab(file)
+
+
+def run(folder: Path, text: str, lab: seoro.Lab, **options: object) -> Verdict:
+    file = folder / "go.osc"
+    file.write_text(text)
+    return seoro.run(seoro.load(file), lab=lab, **options)  # type: ignore[arg-type]
+
+
+def floor(rails: Rails, *robots: str) -> str:
+    return f"bridges:\n  floor: {{connect: {rails.endpoint}}}\nrobots:\n" + "".join(
+        f"  {actor}: {{in: floor, as: {robot}}}\n" for actor, robot in (each.split("=") for each in robots)
+    )
+
+
+def test_a_scenario_runs_on_a_robot_behind_a_bridge(rails: Rails, tmp_path: Path) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    assert run(tmp_path, ALONE, lab).status is RunStatus.PASSED
+    assert rails.commands()[-1][2] == 0.0
+
+
+def test_what_a_robot_cannot_do_fails_the_run_with_its_reason(rails: Rails, tmp_path: Path) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    verdict = run(tmp_path, ALONE.replace("x: 0.2m", "x: 200m"), lab)
+    assert verdict.status is RunStatus.FAILED
+    assert "the rails end at 100 m" in verdict.reason
+
+
+def test_a_robot_that_dies_with_its_bridge_ends_the_run_as_an_error(
+    rails: Rails, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
+
+    class Killer:
+        def record(self, record: dict[str, object]) -> None:
+            if "nav_to_pose" in str(record.get("name")):
+                rails.process.kill()
+
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    verdict = run(tmp_path, ALONE, lab, observers=(Killer(),))
+    assert verdict.status is RunStatus.ERROR
+    assert "rails" in verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("robots", "words"),
+    [
+        (("leader=train",), r"lab\.yaml:4: robots\.leader: there is no robot 'train' in floor"),
+        (("leader=line", "driver=other"), r"lab\.yaml:5: robots\.driver: there is no robot 'other'"),
+    ],
+)
+def test_robots_that_are_not_there_are_named(
+    rails: Rails, tmp_path: Path, robots: tuple[str, ...], words: str
+) -> None:
+    with pytest.raises(seoro.InvalidUse, match=words):
+        run(tmp_path, ALONE, lab_of(tmp_path, floor(rails, *robots)))
+
+
+def test_actors_and_robots_have_to_fit(start_rails: Callable[..., Rails], tmp_path: Path) -> None:
+    rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails", "line", "second")
+    with pytest.raises(seoro.InvalidUse, match=r"lab\.yaml:5: the scenario has no actor 'driver'"):
+        run(tmp_path, ALONE, lab_of(tmp_path, floor(rails, "leader=line", "driver=second")))
+    actor = ALONE.partition("    timeout")[0] + "    leader: osc_actor\n    do serial:\n        wait elapsed(0s)\n"
+    with pytest.raises(
+        seoro.InvalidUse, match=r"lab\.yaml:4: `leader` is of the type osc_actor, for which 'line' .* cannot stand"
+    ):
+        run(tmp_path, actor, lab_of(tmp_path, floor(rails, "leader=line")))
+    with pytest.raises(seoro.InvalidUse, match="lives nowhere"):
+        run(tmp_path, ALONE, lab_of(tmp_path, f"bridges:\n  floor: {{connect: {rails.endpoint}}}\n"))
+
+
+def test_options_that_do_not_go_with_a_lab_are_refused(rails: Rails, tmp_path: Path) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    with pytest.raises(seoro.InvalidUse, match="the clock 'virtual' does not go with robots"):
+        run(tmp_path, ALONE, lab, clock="virtual")
+    with pytest.raises(seoro.InvalidUse, match="the rate is 1, not 2"):
+        run(tmp_path, ALONE, seoro.Lab(lab.file, rate=2.0))
+    with pytest.raises(seoro.InvalidUse, match="a lab has its own simulator"):
+        run(tmp_path, ALONE, lab, simulator=seoro.Simulator(name="mujoco"))
+
+
+MIXED = """import osc.helpers
+import osc.robotics
+import osc.nav2
+import osc.ros
+
+scenario go:
+    timeout(20s)
+    leader: differential_drive_robot
+    follower: differential_drive_robot
+    do serial:
+        follower.init_nav2(pose_3d())
+        parallel:
+            leader.nav_to_pose(pose_3d(position: position_3d(x: 0.3m)))
+            follower.nav_to_pose(pose_3d(position: position_3d(x: 0.3m)))
+"""
+
+
+def test_a_robot_in_a_simulator_drives_beside_one_behind_a_bridge(rails: Rails, tmp_path: Path) -> None:
+    make_engine("mujoco")
+    text = f"simulators:\n  sim: {{simulator: mujoco, world: empty}}\n{floor(rails, 'leader=line')}"
+    verdict = run(tmp_path, MIXED, lab_of(tmp_path, f"{text}  follower: {{in: sim, as: turtlebot4}}\n"))
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert rails.commands()[-1][2] == 0.0
