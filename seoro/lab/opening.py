@@ -82,6 +82,6 @@ def _placements(lab: Lab, nodes: Mapping[str, SimulatorNode | RobotNode]) -> Map
                 help=f"robots of {robot.where}: {known}",
             )
         if isinstance(node, SimulatorNode):
-            node.reserve(robot.called)
+            node.reserve(found)
         placements[actor] = Placement(Home(node, robot.called), found.kinds, lab.place(actor))
     return placements

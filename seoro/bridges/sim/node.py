@@ -60,9 +60,9 @@ class SimulatorNode(
         """The robots of its world."""
         return self._features.robots
 
-    def reserve(self, robot: str) -> None:
+    def reserve(self, robot: wire.RobotInfo) -> None:
         """Let nobody live in a robot but those who were given it."""
-        self._taken.add(robot)
+        self._taken[robot.name] = robot.kinds[0]
 
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
         """The robot of the same name, else the first free one that can stand for the actor's type.
