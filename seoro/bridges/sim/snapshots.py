@@ -9,6 +9,7 @@ from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 
 SNAPSHOT_TIMEOUT = 120.0  # [s] of the machine's clock, for the smallest
+LONGEST = 86_400.0  # [s] that is waited beyond that
 SUFFIX = ".snapshot"
 MEDIA_TYPE = "application/vnd.seoro.snapshot"
 MAX_KEPT = 100
@@ -51,8 +52,10 @@ class SnapshotRequests(Requests):
         )
 
     async def _restore(self, request: wire.RestoreState) -> None:
-        # Some engines are brought to a state by all that led to it, which takes as long as that took.
-        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + request.snapshot.time)
+        # Some engines are brought to a state by all that led to it, which takes as long as that took. The time is
+        # what a file says, and may be no number.
+        led_to_it = min(max(0.0, request.snapshot.time), LONGEST)
+        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + led_to_it)
 
     def saved_snapshots(self) -> tuple[wire.Artifact, ...]:
         """What was saved, as files."""
