@@ -107,7 +107,7 @@ class Entities(Stateful):
         self._known(name)
         if name in self._told:
             return self._told[name]
-        tags = self.spawned[name].tags if name in self.spawned else self._world.tags.get(name, ())
+        tags = self.spawned[name].tags if name in self.spawned else self._world.entity_tags.get(name, ())
         return Info(self._category(name), self._description(name), tags)
 
     def tell(self, name: str, info: Info) -> None:

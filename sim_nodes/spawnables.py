@@ -6,20 +6,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
-from urllib.parse import unquote
 
-from seoro.bridges.models import ModelNotFound, ModelPath, files_in
+from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
 from sim_nodes.bounds import BoundingBox, bounding_box
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel
 from sim_nodes.refusal import RequestRefused, listed
+from sim_nodes.sources import FILE, files_of, folders_of
 from sim_nodes.worlds.loader import World
 
 MAX_FILES = 1000  # that are looked at for one list
 SUFFIXES = frozenset({".sdf", ".urdf", ".xml", ".mjcf"})
 PROP = "prop://"
-FILE = "file://"
 
 
 @dataclass(frozen=True)
@@ -53,19 +52,14 @@ def model_of(uri: str, models: ModelPath, world: World) -> BodyModel:
 
 
 def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> tuple[list[Found], str]:
-    """All models that can be simulated, and what was not looked at, in a sentence, if there is anything."""
-    folders = {source: Path(unquote(source.removeprefix(FILE))) for source in sources}
-    unknown = [source for source, folder in folders.items() if not (folder.is_absolute() and folder.is_dir())]
-    given = (
-        (f"{FILE}{path.resolve().as_posix()}", path)
-        for source, folder in folders.items()
-        if source not in unknown
-        for path in files_in(folder, SUFFIXES)
-    )
+    """All models that can be simulated, and what was not looked at, in sentences, if there is anything."""
+    folders, problems = folders_of(sources)
+    given = ((f"{FILE}{path.as_posix()}", path) for path in files_of(folders, SUFFIXES))
     files = chain(models.files(SUFFIXES), given)
     found = [*_props(world), *_simulable(dict(islice(files, MAX_FILES)))]
-    more = [f"after {MAX_FILES} files no more were looked at"] if next(files, None) is not None else []
-    return found, "; ".join([*(f"{source!r} is no folder here" for source in unknown), *more])
+    if next(files, None) is not None:
+        problems.append(f"after {MAX_FILES} files no more were looked at")
+    return found, "; ".join(problems)
 
 
 def _props(world: World) -> Iterator[Found]:

@@ -10,7 +10,7 @@ from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, chosen, has_tags
 from sim_nodes.verbs.handling import Handling
-from sim_nodes.worlds.loader import available_worlds
+from sim_nodes.worlds.listing import find_worlds
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
 
 
@@ -66,11 +66,21 @@ def _get_named_pose_bounds(simulator: Simulator, request: wire.PoseName) -> wire
 
 
 def _get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:
-    return wire.CurrentWorld(name=simulator.simulation.world.name, source=simulator.source)
+    world = simulator.simulation.world
+    return wire.CurrentWorld(
+        name=world.name, source=simulator.source, description=world.description, tags=world.tags
+    )
 
 
-def _get_available_worlds(_: Simulator, __: Empty) -> wire.AvailableWorlds:
-    return wire.AvailableWorlds(names=available_worlds())
+def _get_available_worlds(_: Simulator, request: wire.GetAvailableWorlds) -> wire.AvailableWorlds:
+    check_tags_filter(request.tags)
+    found, message = find_worlds(request.sources)
+    worlds = tuple(
+        wire.WorldInfo(source=world.source, description=world.description, tags=world.tags)
+        for world in found
+        if has_tags(world.tags, request.tags)
+    )
+    return wire.AvailableWorlds(names=tuple(world.source for world in worlds), worlds=worlds, message=message)
 
 
 def _get_simulation_state(simulator: Simulator, _: Empty) -> wire.CurrentState:

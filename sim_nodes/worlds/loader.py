@@ -39,7 +39,7 @@ class WorldError(Exception):
 class World:
     """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m].
 
-    `tags` are what its entities are found by, by their names.
+    `description` and `tags` are what its file says of it; `entity_tags` are those of entities, by their names.
     """
 
     name: str
@@ -49,7 +49,9 @@ class World:
     cameras: Mapping[str, View] = field(default_factory=dict)  # free ones, by name
     props: tuple[Prop, ...] = ()
     poses: tuple[NamedPose, ...] = ()
-    tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    entity_tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    description: str = ""
+    tags: tuple[str, ...] = ()
 
     @property
     def scene(self) -> Scene:
@@ -107,18 +109,27 @@ def parse_world(text: str, source: str, folder: Path = Path()) -> World:
     Raises:
         WorldError: The file is wrong; the message lists everything that is.
     """
-    try:
-        content = read_yaml(text, source)
-        lines = Lines(text, source)
-        file = WorldFile.model_validate(content)
-    except FileError as error:
-        raise WorldError(str(error)) from error
-    except ValidationError as error:
-        raise WorldError(problems(error, lines)) from error
+    file, lines = read_world_file(text, source)
     try:
         return _world(file, folder)
     except FileError as error:
         raise WorldError(lines.before(str(error))) from error
+
+
+def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
+    """What the text of a world file says, by itself, and where.
+
+    Raises:
+        WorldError: The text is wrong.
+    """
+    try:
+        content = read_yaml(text, source)
+        lines = Lines(text, source)
+        return WorldFile.model_validate(content), lines
+    except FileError as error:
+        raise WorldError(str(error)) from error
+    except ValidationError as error:
+        raise WorldError(problems(error, lines)) from error
 
 
 def _world(file: WorldFile, folder: Path) -> World:
@@ -133,10 +144,21 @@ def _world(file: WorldFile, folder: Path) -> World:
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
     poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
-    return World(file.name, extent, walls, _robots(file, folder), cameras, props, poses, _tags(file))
+    return World(
+        file.name,
+        extent,
+        walls,
+        _robots(file, folder),
+        cameras,
+        props,
+        poses,
+        _entity_tags(file),
+        file.description,
+        file.tags,
+    )
 
 
-def _tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
+def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
     """The tags of entities; walls of one name have those of all of them."""
     tags: dict[str, dict[str, None]] = {}
     entities: tuple[WallFile | RobotFile | PropFile | CameraFile, ...]

@@ -206,7 +206,8 @@ class WorldFile(_Part):
     """A world file."""
 
     name: Name
-    description: str = ""
+    description: Annotated[str, Field(max_length=MAX_DESCRIPTION)] = ""
+    tags: Tags = ()
     extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # lower x, y, upper x, y
     floor_plan: FloorPlanFile | str | None = None  # or the name of a file of the map server
     wall_height: Length = 0.5

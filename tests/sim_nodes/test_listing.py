@@ -100,7 +100,7 @@ def test_without_a_world_there_is_nothing_until_one_is_loaded(full: Client) -> N
 def test_the_world_and_the_state_are_told(full: Client) -> None:
     world = full.ask(wire.GET_CURRENT_WORLD, wire.Empty())
     assert (world.name, world.source) == ("maze", "maze")
-    assert full.ask(wire.GET_AVAILABLE_WORLDS, wire.Empty()).names == available_worlds()
+    assert full.ask(wire.GET_AVAILABLE_WORLDS, wire.GetAvailableWorlds()).names == available_worlds()
     full.advance(0.2)
     state = full.ask(wire.GET_SIMULATION_STATE, wire.Empty())
     assert (state.state, state.time) == (SimulationState.PAUSED, 0.2)

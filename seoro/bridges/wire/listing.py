@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges.wire.entities import EntityName
-from seoro.bridges.wire.filters import Bounds, EntityFilter
+from seoro.bridges.wire.filters import Bounds, EntityFilter, TagsFilter
 from seoro.bridges.wire.geometry import EntityState, Pose
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulationState
@@ -45,12 +45,34 @@ class CurrentWorld(Message):
 
     name: str
     source: str
+    description: str = ""
+    tags: tuple[str, ...] = ()
+
+
+class GetAvailableWorlds(Message):
+    """Which worlds there are that have some tags.
+
+    They come with the node, or lie in one of `sources`: folders on its machine, each by its path or as `file://PATH`.
+    """
+
+    tags: TagsFilter = TagsFilter()
+    sources: tuple[str, ...] = ()
+
+
+class WorldInfo(Message):
+    """A world that can be loaded by its `source`, a name or a path, and what its file says of it."""
+
+    source: str
+    description: str
+    tags: tuple[str, ...]
 
 
 class AvailableWorlds(Message):
-    """Names of the worlds that come with the node; others are loaded by the paths of their files."""
+    """Worlds, by names or paths; `message` names sources that are none, and says where the list ends early."""
 
     names: tuple[str, ...]
+    worlds: tuple[WorldInfo, ...] = ()
+    message: str = ""
 
 
 class CurrentState(Message):
@@ -78,6 +100,6 @@ GET_ENTITY_INFO = Verb("get_entity_info", EntityName, EntityInfo)
 SET_ENTITY_INFO = Verb("set_entity_info", SetEntityInfo, Empty)
 GET_ENTITY_BOUNDS = Verb("get_entity_bounds", EntityName, EntityBounds)
 GET_CURRENT_WORLD = Verb("get_current_world", Empty, CurrentWorld)
-GET_AVAILABLE_WORLDS = Verb("get_available_worlds", Empty, AvailableWorlds)
+GET_AVAILABLE_WORLDS = Verb("get_available_worlds", GetAvailableWorlds, AvailableWorlds)
 GET_SIMULATION_STATE = Verb("get_simulation_state", Empty, CurrentState)
 GET_TRANSFORMS = Verb("get_transforms", Empty, Transforms)
