@@ -1,4 +1,4 @@
-"""Loss of power of the joints and the gripper of an arm, which are held where they are then.
+"""The joints and the gripper of an arm, which are held where they are when they lose their power.
 
 So it is with industrial arms, whose brakes hold them, and with grippers that have a self-locking gear: what they
 have gripped stays gripped.
@@ -6,25 +6,27 @@ have gripped stays gripped.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
-from seoro.bridges.wire import Fault, PowerLoss
+from seoro.bridges.wire import PowerLoss, WheelSlip
+from sim_nodes.commands import Commanded
 from sim_nodes.faults.check import Check
-from sim_nodes.faults.devices import Drive, cannot_have
+from sim_nodes.faults.drives import Drive, Identity
+from sim_nodes.noise import Noise
 from sim_nodes.ticks import TICK
 
 STANDSTILL = 0.1  # [s]
 
 
 class Powered(Protocol):
-    """Something of an arm that moves, as far as its power is concerned. Joints are in rad, the gripper is in m."""
+    """What moves of an arm, as far as its power is concerned. Joints are in rad, the gripper is in m."""
 
     wanted: float  # speed with which the fastest part was to move in the last tick [rad/s, m/s]
 
     def power(self, on: bool) -> None:
-        """Cut off its power, or bring it back."""
+        """Cut off the power, or bring it back."""
 
     def moving(self) -> float:
         """Speed of the part that moves fastest [rad/s, m/s]."""
@@ -35,8 +37,8 @@ class Kind:
     """A kind of what moves.
 
     Args:
-        device: Its name among the devices.
-        parts: What moves, in words, and one of it.
+        identity: What it is called.
+        part: One part of it, in words.
         unit: Of its ways.
         standing: Speed up to which it stands still.
         behind: Way that it has to be behind what it was to move; with power, less is.
@@ -44,16 +46,16 @@ class Kind:
             which are behind when they touch what they are to grip.
     """
 
-    device: str
-    parts: tuple[str, str]
+    identity: Identity
+    part: str
     unit: str
     standing: float
     behind: float
     is_stopped_by_things: bool
 
 
-JOINTS = Kind("joints", ("the joints", "a joint"), "rad", 0.01, 0.03, is_stopped_by_things=False)
-GRIPPER = Kind("gripper", ("the fingers", "a finger"), "m", 2e-3, 5e-4, is_stopped_by_things=True)
+JOINTS = Kind(Identity("joints", "the joints", 0.5), "a joint", "rad", 0.01, 0.03, is_stopped_by_things=False)
+GRIPPER = Kind(Identity("gripper", "the fingers", 0.05), "a finger", "m", 2e-3, 5e-4, is_stopped_by_things=True)
 
 
 class StandstillCheck(Check):
@@ -85,10 +87,10 @@ class StandstillCheck(Check):
 
     def figures(self) -> str:
         """How far it has come, and how long it has stood still."""
-        unit, (_, one) = self._kind.unit, self._kind.parts
+        unit = self._kind.unit
         return (
-            f"{one} was to move by {self._wanted:.3f} {unit}, none moved by more than {self._moved:.3f} {unit}, "
-            f"and all have stood still for {self._ticks * TICK:.2f} s"
+            f"{self._kind.part} was to move by {self._wanted:.3f} {unit}, none moved by more than "
+            f"{self._moved:.3f} {unit}, and all have stood still for {self._ticks * TICK:.2f} s"
         )
 
 
@@ -98,60 +100,31 @@ class Actuators(Drive):
     Args:
         kind: Which of them.
         powered: They themselves.
+        motors: What they command.
+        noise: Gives the source of the random numbers of a purpose.
     """
 
-    STATE = ("_is_off", "_has_supply")
-
-    def __init__(self, kind: Kind, powered: Powered) -> None:
+    def __init__(
+        self, kind: Kind, powered: Powered, motors: Commanded[Any], noise: Callable[[str], Noise]
+    ) -> None:
+        super().__init__(kind.identity, motors, noise)
         self._kind = kind
         self._powered = powered
-        self._is_off = False
-        self._has_supply = True
 
-    @property
-    def kinds(self) -> Sequence[str]:
-        """See `Device`."""
-        return ("power_loss",) if self._is_off else ()
-
-    def check(self, fault: Fault) -> None:
-        """See `Device`."""
-        if not isinstance(fault, PowerLoss):
-            raise cannot_have(self._kind.device, fault, "only power_loss is possible")
-
-    def put(self, fault: Fault) -> None:
-        """See `Device`."""
-        self._is_off = True
-        self._apply()
-
-    def lift(self, kind: str) -> None:
-        """See `Device`."""
-        if self._is_off and kind == "power_loss":
-            self._is_off = False
-            self._apply()
-
-    def supply(self, on: bool) -> None:
+    def apply(self) -> None:
         """See `Drive`."""
-        self._has_supply = on
-        self._apply()
-
-    def _apply(self) -> None:
-        self._powered.power(self._has_supply and not self._is_off)
-
-    @property
-    def parts(self) -> str:
-        """See `Drive`."""
-        return self._kind.parts[0]
+        self._powered.power(self.has_power)
 
     @property
     def is_at_rest(self) -> bool:
         """See `Drive`."""
         return self._powered.moving() <= self._kind.standing
 
-    def begin(self, fault: Fault) -> Check:
-        """See `Device`."""
+    def begin_own(self, fault: WheelSlip | PowerLoss) -> Check:
+        """See `Drive`."""
         return StandstillCheck(self._kind)
 
-    def measure(self, check: Check, tick: int) -> None:
-        """See `Device`."""
+    def measure_own(self, check: Check) -> None:
+        """See `Drive`."""
         assert isinstance(check, StandstillCheck)
         check.observe(self._powered.wanted, self._powered.moving())

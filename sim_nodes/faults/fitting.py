@@ -34,7 +34,6 @@ from sim_nodes.views import Lens
 
 LONGEST_DELAY = 10.0  # [s]
 CAMERA_QUANTITIES = (Quantity.BRIGHTNESS,)
-FASTEST = 50.0  # [rad/s] by which what motors are told may be off
 LEAST_DEVIATION = 0.1  # [levels of brightness]; errors of less are rounded to nothing
 LEAST_OFFSET = 0.51  # the same
 
@@ -144,16 +143,16 @@ def check_slip(fault: WheelSlip) -> None:
         )
 
 
-def check_speeds(fault: SensorFault) -> None:
-    """Refuse faults that would have motors told speeds which no motor has.
+def check_most(fault: SensorFault, most: float) -> None:
+    """Refuse faults by which values would be off by more than can be.
 
     Raises:
-        RequestRefused: The message says which are possible.
+        RequestRefused: The message says how much can be.
     """
     match fault:
         case GaussianNoise(deviation=amounts) | Bias(offset=amounts):
-            if any(abs(amount) > FASTEST for amount in amounts.values()):
-                raise _refused(f"{fault.kind} of {_said(amounts)}: wheels are told up to {FASTEST:g} rad/s by it")
+            if any(abs(amount) > most for amount in amounts.values()):
+                raise _refused(f"{fault.kind} of {_said(amounts)} is too much: commands may be off by {most:g}")
         case _:
             return
 

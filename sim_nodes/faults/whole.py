@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from seoro.bridges.wire import Fault, PowerLoss
 from sim_nodes.faults.arrivals import SilenceCheck
 from sim_nodes.faults.check import Check
-from sim_nodes.faults.devices import Device, Drive, Source, cannot_have
+from sim_nodes.faults.devices import Device, Source, cannot_have
+from sim_nodes.faults.drives import Drive
 from sim_nodes.ticks import TICK
 
 STANDSTILL = 0.5  # [s]

@@ -15,6 +15,7 @@ from sim_nodes.manipulation.chain import inverse, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
 from sim_nodes.manipulation.motion import Course, Motion
 from sim_nodes.manipulation.planner import Circumstances, Load, Planner, check_count
+from sim_nodes.manipulation.servos import Servos
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.physics import Engine, JointStates, PlacedRobot
 from sim_nodes.refusal import RequestRefused, listed
@@ -54,7 +55,7 @@ class Arm(Stateful):
         is_loose: Says whether an entity can be carried.
     """
 
-    STATE = ("_motion", "gripper", "_planned", "_has_power", "wanted")
+    STATE = ("_motion", "gripper", "servos", "_planned")
 
     def __init__(
         self,
@@ -71,8 +72,7 @@ class Arm(Stateful):
         self.gripper = Gripper(placed.name, declaration.gripper, engine, is_loose)
         self.joints = (*self._chain.joints, *declaration.gripper.joints)
         self._motion = Motion(self._chain.joints)
-        self._has_power = True
-        self.wanted = 0.0  # speed of the joint that was to move fastest in the last tick [rad/s]
+        self.servos = Servos(placed.name, len(self._chain.joints), engine)
         self._planned: list[str] = []  # goals that end with the next tick, because nothing is to be moved
 
     # ------------------------------------------------------------ state
@@ -98,17 +98,6 @@ class Arm(Stateful):
     def states(self) -> JointStates:
         """Its joints, and the fingers."""
         return self._engine.joint_states(self._robot)
-
-    def power(self, on: bool) -> None:
-        """Cut off the power of the joints, whose brakes hold them then, or bring it back."""
-        if self._has_power and not on:
-            positions = self.states().positions[: len(self._chain.joints)]
-            self._engine.command_joints(self._robot, positions, np.zeros(len(positions)))
-        self._has_power = on
-
-    def moving(self) -> float:
-        """Speed of the joint that moves fastest [rad/s]."""
-        return float(np.abs(self.states().velocities[: len(self._chain.joints)]).max())
 
     def position_of(self, joint: str) -> float:
         """The position of a joint or finger by its name [rad, m].
@@ -222,7 +211,7 @@ class Arm(Stateful):
         for goal in self._planned:
             yield Ended(goal, Outcome.SUCCEEDED)
         self._planned = []
-        self.wanted = self.gripper.wanted = 0.0
+        self.servos.wanted = self.gripper.wanted = 0.0
         if self.is_idle:
             return
         states = self.states()
@@ -232,9 +221,7 @@ class Arm(Stateful):
     def _move(self, states: JointStates) -> Iterator[Ended]:
         moment, ended = self._motion.tick(states)
         if moment is not None:
-            self.wanted = float(np.abs(moment.velocities).max())
-            if self._has_power:
-                self._engine.command_joints(self._robot, *moment)
+            self.servos.pull(moment)
         if ended is not None:
             yield self._explained(ended)
 

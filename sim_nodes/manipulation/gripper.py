@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Outcome, Result
 from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.manipulation.fingers import Fingers, Pull
 from sim_nodes.physics import Engine, JointStates
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import GripperDeclaration
@@ -59,7 +60,7 @@ class Gripper(Stateful):
         "holds",
         "held",
         "wanted",
-        "_has_power",
+        "fingers",
         "_touches",
         "_start",
         "_target",
@@ -81,7 +82,7 @@ class Gripper(Stateful):
         self.wanted = (
             0.0  # speed at which the opening was to change in the last tick, with nothing in its way [m/s]
         )
-        self._has_power = True
+        self.fingers = Fingers(robot, engine, Pull(declaration.stroke, declaration.max_force))
         self._touches = False  # whether a finger touches something, as far as that was looked at
         # Openings [m]: where the last command began, where it leads, and where fingers are pulled to now.
         self._start = self._target = self._ramp = declaration.stroke
@@ -116,7 +117,7 @@ class Gripper(Stateful):
         self._target, self._force = goal.opening, goal.force
         self._ticks = self._still = 0
         if self._opens:
-            self._ramp, self.held = self._start, None if self._has_power else self.held
+            self._ramp, self.held = self._start, None if self.fingers.has_power else self.held
         else:  # what is pressed on already stays so
             self._ramp = min(self._start, self._ramp)
 
@@ -145,12 +146,15 @@ class Gripper(Stateful):
 
     def power(self, on: bool) -> None:
         """Cut off the power, without which fingers stay and press on what they hold, or bring it back."""
-        if self._has_power and not on and self.held is None:
-            self._pull(self.opening())
-        if on and not self._has_power and self.goal is not None:
-            self.held = None if self._opens else self.held
-            self._ramp = self._ramp if self.held else self.opening()
-        self._has_power = on
+        if on == self.fingers.has_power:
+            return
+        if on and self.goal is not None and self._opens:
+            self.held = None
+        self.fingers.has_power = True
+        if self.held is None:
+            self._ramp = self.opening()
+            self.fingers.stay(self._ramp, self._force)
+        self.fingers.has_power = on
 
     def moving(self) -> float:
         """Speed with which the opening changes [m/s]."""
@@ -221,11 +225,10 @@ class Gripper(Stateful):
         self._ramp = min(before + step, end) if end > before else max(before - step, end)
         if self._opens or not self._touches:
             self.wanted = abs(self._ramp - before) / TICK
-        if self._has_power:
-            self._pull(self._ramp)
+        self._pull(self._ramp)
 
     def _pull(self, opening: float) -> None:
-        self._engine.command_fingers(self._robot, opening / 2.0, self._force)
+        self.fingers.pull(opening, self._force)
 
     def _end(self, states: JointStates, goal: GripperGoal) -> Ended | None:
         self._ticks = self._ticks + 1 if self._ramp == self._end_of_ramp else 0
@@ -235,7 +238,7 @@ class Gripper(Stateful):
         if is_reached and self._still:
             return Ended(goal.id, Outcome.SUCCEEDED)
         if self._still >= STALL_TICKS and abs(self._ramp - opening) > STOPPED:
-            if self._opens or not self._has_power:
+            if self._opens or not self.fingers.has_power:
                 return Ended(
                     goal.id, Outcome.ABORTED, f"the fingers of {self._robot} were stopped at {opening:.3f} m"
                 )

@@ -11,7 +11,6 @@ from collections.abc import Container
 from dataclasses import replace
 
 from seoro.bridges.wire import Result
-from sim_nodes.faults.devices import Motors
 from sim_nodes.faults.motors import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
@@ -48,7 +47,6 @@ class MobileBase(Stateful):
 
     Attributes:
         wheels: Its wheels.
-        motors: Those of the wheels, which can have faults.
         sensors: The ways of its sensors' samples, by the sensors' names.
     """
 
@@ -64,7 +62,6 @@ class MobileBase(Stateful):
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
         self._lidar: Feed[Scan] = self.sensors["lidar"]
         self._odometry: Feed[Odometer] = self.sensors["odometry"]
-        self.motors = Motors(self.wheels, self.motion, lambda purpose: Noise(seed, f"{name}/motors/{purpose}"))
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
@@ -96,13 +93,12 @@ class MobileBase(Stateful):
 
     @property
     def is_idle(self) -> bool:
-        """Whether it neither drives nor localises itself, and neither sensors nor motors have anything to do."""
+        """Whether it neither drives nor localises itself, and nobody uses its sensors."""
         return (
             self.goal is None
             and self._steering.order is None
             and not self.localisation.running
             and not any(feed.faults or feed.in_use for feed in self.sensors.values())
-            and not self.motors.is_busy
         )
 
     def localised_pose(self) -> Pose2 | None:
@@ -140,12 +136,6 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
-        ended = self._act(tick)
-        self.motors.pass_tick(tick)
-        return ended
-
-    def _act(self, tick: int) -> Ended | None:
-        """Sense, and command the wheels; returns the goal that ended."""
         self.wheels.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
         for feed in self.sensors.values():

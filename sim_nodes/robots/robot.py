@@ -11,11 +11,13 @@ from sim_nodes.cameras import Cameras
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuators
 from sim_nodes.faults.board import FaultBoard
 from sim_nodes.faults.cameras import CameraDevice
-from sim_nodes.faults.devices import Device, Drive, SensorDevice, Source
+from sim_nodes.faults.devices import Device, SensorDevice, Source
+from sim_nodes.faults.drives import Drive, WheelMotors
 from sim_nodes.faults.whole import WholeRobot
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
@@ -52,6 +54,7 @@ class Robot(Stateful):
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, about.known, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, seed, about.is_loose) if arm is not None else None
+        self._drives = dict(self._made_drives(seed))
         self.faults = FaultBoard(self.name, self._devices(about.cameras))
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
@@ -59,14 +62,21 @@ class Robot(Stateful):
         sources: dict[str, Source] = {name: SensorDevice(name, feed) for name, feed in self.sensors.items()}
         carried = [camera.name for camera in self.declaration.cameras]
         sources |= {name: CameraDevice(name, cameras, f"{self.name}/{name}") for name in carried}
-        drives: dict[str, Drive] = {}
+        whole = {"robot": WholeRobot(sources, self._drives)} if sources else {}
+        return {**sources, **self._drives, **whole}
+
+    def _made_drives(self, seed: int) -> Iterator[tuple[str, Drive]]:
+        """What moves it, by names."""
+
+        def noise(device: str) -> Callable[[str], Noise]:
+            return lambda purpose: Noise(seed, f"{self.name}/{device}/{purpose}")
+
         if self._arm is not None:
-            drives["joints"] = Actuators(JOINTS, self._arm)
-            drives["gripper"] = Actuators(GRIPPER, self._arm.gripper)
+            servos, gripper = self._arm.servos, self._arm.gripper
+            yield "joints", Actuators(JOINTS, servos, servos, noise("joints"))
+            yield "gripper", Actuators(GRIPPER, gripper, gripper.fingers, noise("gripper"))
         if self._mobile is not None:
-            drives["motors"] = self._mobile.motors
-        whole = {"robot": WholeRobot(sources, drives)} if sources else {}
-        return {**sources, **drives, **whole}
+            yield "motors", WheelMotors(self._mobile.wheels, self._mobile.motion, noise("motors"))
 
     @property
     def drives(self) -> bool:
@@ -99,6 +109,8 @@ class Robot(Stateful):
     def is_idle(self) -> bool:
         """Whether no part of it has to do anything in every tick."""
         base, arm = self._mobile, self._arm
+        if any(drive.is_busy for drive in self._drives.values()):
+            return False
         return not self.faults.goals and (base is None or base.is_idle) and (arm is None or arm.is_idle)
 
     @property
@@ -133,6 +145,8 @@ class Robot(Stateful):
                 yield ended
         if self._arm is not None:
             yield from self._arm.tick(tick)
+        for drive in self._drives.values():
+            drive.pass_tick(tick)
         yield from self.faults.tick(tick)
 
     def cancel(self, goal: str) -> Iterator[Ended]:

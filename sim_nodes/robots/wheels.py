@@ -7,6 +7,10 @@ friction alone has not: how much a wheel slips by that hangs on what it has to p
 
 from __future__ import annotations
 
+import numpy as np
+
+from seoro.bridges.wire import Quantity
+from sim_nodes.geometry import Array
 from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -30,6 +34,8 @@ class Wheels(Stateful):
         turning: Speeds at which they have turned on the floor of late [rad/s].
     """
 
+    quantity = Quantity.ANGULAR_RATE
+
     STATE = ("command", "told", "turning", "_tick", "_on_floor", "_slip", "_lost", "_has_power", "_is_direct")
 
     def __init__(self, robot: str, engine: Engine) -> None:
@@ -48,17 +54,26 @@ class Wheels(Stateful):
         """Command speeds [rad/s]."""
         self.command = (left, right)
         if self._is_direct:
-            self.tell(left, right)
+            self.tell(self.command)
+
+    def numbers(self, command: PerWheel) -> Array:
+        """See `Commanded`."""
+        return np.array(command)
+
+    def with_numbers(self, command: PerWheel, numbers: Array) -> PerWheel:
+        """See `Commanded`."""
+        left, right = numbers.tolist()
+        return left, right
 
     def direct(self, on: bool) -> None:
-        """Let motors be told at once what is commanded, or only by those who call `tell`."""
+        """See `Commanded`."""
         self._is_direct = on
         if on:
-            self.tell(*self.command)
+            self.tell(self.command)
 
-    def tell(self, left: float, right: float) -> None:
-        """Tell the motors speeds [rad/s]."""
-        self.told = (left, right)
+    def tell(self, command: PerWheel) -> None:
+        """See `Commanded`."""
+        self.told = left, right = command
         slip_left, slip_right = self._slip
         self._engine.command_wheels(self._robot, (1.0 - slip_left) * left, (1.0 - slip_right) * right)
 
@@ -66,7 +81,7 @@ class Wheels(Stateful):
         """Let the wheels slip by shares of what they turn."""
         if self._slip != (left, right):
             self._slip = (left, right)
-            self.tell(*self.told)
+            self.tell(self.told)
 
     def power(self, on: bool) -> None:
         """Cut off the power of the motors, or bring it back."""

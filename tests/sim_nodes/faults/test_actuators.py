@@ -6,12 +6,24 @@ import numpy as np
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Freeze, Outcome, PowerLoss
+from seoro.bridges.wire import (
+    Bias,
+    Delay,
+    Freeze,
+    GaussianNoise,
+    MessageLoss,
+    Outcome,
+    PowerLoss,
+    Quantity,
+    WheelSlip,
+)
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.manipulation.arm import Arm
 from sim_nodes.manipulation.gripper import Gripper
+from sim_nodes.manipulation.servos import Servos
 from sim_nodes.refusal import RequestRefused
+from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, Cell, down
+from tests.sim_nodes.test_snapshots import restore, save
 
 
 def inject(cell: Cell, fault: wire.Fault, limit: float = 5.0, device: str = "joints") -> None:
@@ -61,7 +73,7 @@ def test_that_an_arm_has_no_power_shows_when_it_is_to_move() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_arm_that_goes_on_with_power_is_found_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Arm, "power", lambda self, on: None)
+    monkeypatch.setattr(Servos, "power", lambda self, on: None)
     cell = Cell(engine)
     inject(cell, PowerLoss(), limit=4.0)
     cell.start_joints(tuple(np.add(positions(cell), [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
@@ -145,7 +157,93 @@ def test_an_arm_as_a_whole_loses_the_power_of_all_that_it_has() -> None:
     cell.grip(0.02)
 
 
-@pytest.mark.parametrize("device", ["joints", "gripper"])
-def test_arms_can_only_lose_their_power(device: str) -> None:
-    with pytest.raises(RequestRefused, match=f"{device} cannot have freeze: only power_loss is possible"):
-        inject(Cell(), Freeze(), device=device)
+WAYS: tuple[tuple[str, wire.Fault], ...] = (
+    ("joints", GaussianNoise(deviation={Quantity.ANGLE: 0.002})),
+    ("joints", Bias(offset={Quantity.ANGLE: 0.02})),
+    ("joints", MessageLoss(probability=0.3)),
+    ("joints", Freeze()),
+    ("joints", Delay(time=0.04)),
+    ("gripper", GaussianNoise(deviation={Quantity.LENGTH: 0.001})),
+    ("gripper", Bias(offset={Quantity.LENGTH: 0.005})),
+    ("gripper", MessageLoss(probability=0.3)),
+    ("gripper", Freeze()),
+    ("gripper", Delay(time=0.1)),
+)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_commands_are_spoiled_on_their_way_to_the_motors(engine: str) -> None:
+    cell = Cell(engine)
+    turn = 0.5
+    for device, fault in WAYS:
+        turn = -turn
+        target = np.add(positions(cell), [turn, 0.0, 0.0, 0.0, 0.0, 0.0])
+        cell.start_joints(tuple(target.tolist()), max_velocity_scaling_factor=0.3)
+        cell.start_gripper(0.0 if cell.state.opening > 0.05 else 0.085, max_velocity_scaling_factor=0.2)
+        inject(cell, fault, device=device)
+        found = cell.end("fault")
+        assert found.outcome is Outcome.SUCCEEDED, found.message
+        assert f"{fault.kind} of ur10e/{device} takes effect" in found.message
+        cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+        cell.ask(wire.STOP_ROBOT, wire.StopRobot(robot=ARM))
+        cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=150))
+
+
+def test_joints_and_fingers_go_where_they_are_told_to_go() -> None:
+    cell = Cell()
+    before = positions(cell)
+    inject(cell, Bias(offset={Quantity.ANGLE: 0.03}))
+    cell.end("fault")
+    inject(cell, Bias(offset={Quantity.LENGTH: -0.02}), device="gripper")
+    cell.end("fault")
+    cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    np.testing.assert_allclose(np.subtract(positions(cell), before), 0.03, atol=3e-3)
+    assert cell.state.opening == pytest.approx(0.065, abs=2e-3)
+    cell.ask(wire.CLEAR_FAULTS, wire.ClearFaults(robot=ARM))
+    cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
+    np.testing.assert_allclose(positions(cell), before, atol=3e-3)
+    assert cell.state.opening == pytest.approx(0.085, abs=2e-3)
+
+
+def test_frozen_joints_stop_the_motion_and_stay() -> None:
+    cell = Cell()
+    cell.start_joints(tuple(np.add(positions(cell), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
+    cell.advance(0.6)
+    inject(cell, Freeze())
+    ended = both_end(cell)
+    assert (ended["fault"].outcome, ended["move"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
+    assert "was stopped on its way" in ended["move"].message
+    stands = positions(cell)
+    cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=500))
+    np.testing.assert_allclose(positions(cell), stands, atol=0.02)
+
+
+def test_faults_of_arms_are_in_snapshots() -> None:
+    cell = Cell()
+    cell.start_joints(tuple(np.add(positions(cell), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
+    cell.start_gripper(0.0)
+    cell.advance(0.2)
+    inject(cell, Delay(time=0.06), limit=20.0)
+    request = wire.InjectFault(id="slow", robot=ARM, device="gripper", fault=Delay(time=3.0), limit=20.0)
+    cell.ask(wire.INJECT_FAULT, request)
+    cell.advance(0.31)
+    fork = Cell(seed=4)
+    restore(fork, save(cell))
+    assert differences(cell.simulator.simulation, fork.simulator.simulation) == []
+
+
+@pytest.mark.parametrize(
+    ("device", "fault", "words"),
+    [
+        (
+            "joints",
+            Bias(offset={Quantity.ANGLE: 0.6}),
+            "bias of angle 0.6 is too much: commands may be off by 0.5",
+        ),
+        ("joints", Bias(offset={Quantity.LENGTH: 0.1}), "joints cannot have bias of length: it can be of angle"),
+        ("gripper", WheelSlip(left=0.5, right=0.5), "gripper cannot have wheel_slip: there are no wheels"),
+    ],
+)
+def test_faults_that_make_no_sense_are_refused(device: str, fault: wire.Fault, words: str) -> None:
+    with pytest.raises(RequestRefused, match=words):
+        inject(Cell(), fault, device=device)

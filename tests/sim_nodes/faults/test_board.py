@@ -22,7 +22,7 @@ from seoro.bridges.wire import (
     WheelSlip,
 )
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.faults.devices import Motors
+from sim_nodes.faults.drives import Drive
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.feed import Feed
 from tests.sim_nodes.client import ROBOT, Client
@@ -251,7 +251,7 @@ def test_commands_are_spoiled_on_their_way_to_the_motors(fault: Fault, engine: s
 @pytest.mark.parametrize("fault", MOTOR_FAULTS, ids=str)
 def test_motors_that_get_their_commands_have_no_fault(fault: Fault, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Feed, "put", lambda self, fault: None)
-    monkeypatch.setattr(Motors, "is_busy", True)
+    monkeypatch.setattr(Drive, "is_busy", True)
     client = driven()
     inject(client, fault, "motors", limit=2.0)
     assert client.run_until("fault")[0].outcome is Outcome.ABORTED
@@ -319,10 +319,10 @@ def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str, maze:
         ),
         (BeamLoss(share=0.5), "odometry", "odometry cannot have beam_loss: it has no beams"),
         (WheelSlip(left=0.5, right=0.5), "lidar", "lidar cannot have wheel_slip: it has no wheels"),
-        (BeamLoss(share=0.5), "motors", "motors cannot have beam_loss: they have no beams"),
-        (DeadPixels(share=0.5), "motors", "motors cannot have dead_pixels: they have no pixels"),
+        (BeamLoss(share=0.5), "motors", "motors cannot have beam_loss: there are no beams"),
+        (DeadPixels(share=0.5), "motors", "motors cannot have dead_pixels: there are no pixels"),
         (Bias(offset={Quantity.LENGTH: 0.5}), "motors", "bias of length: it can be of angular_rate"),
-        (noise_of_motors(60.0), "motors", "angular_rate 60: wheels are told up to 50 rad/s by it"),
+        (noise_of_motors(60.0), "motors", "angular_rate 60 is too much: commands may be off by 50"),
         (Freeze(), "robot", "robot cannot have freeze: it can have power_loss"),
     ],
 )

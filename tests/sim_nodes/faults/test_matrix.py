@@ -33,6 +33,8 @@ QUANTITIES = {
     "front": Quantity.BRIGHTNESS,
     "wrist": Quantity.BRIGHTNESS,
     "motors": Quantity.ANGULAR_RATE,
+    "joints": Quantity.ANGLE,
+    "gripper": Quantity.LENGTH,
 }
 ARRIVALS = {"message_loss", "freeze", "delay", "power_loss"}
 VALUES = {"gaussian_noise", "bias"}
@@ -46,8 +48,8 @@ POSSIBLE = {
     "front": ARRIVALS | VALUES | PIXELS,
     "wrist": ARRIVALS | VALUES | PIXELS,
     "motors": ARRIVALS | VALUES | {"wheel_slip"},
-    "joints": {"power_loss"},
-    "gripper": {"power_loss"},
+    "joints": ARRIVALS | VALUES,
+    "gripper": ARRIVALS | VALUES,
     "robot": {"power_loss"},
 }
 
@@ -56,8 +58,8 @@ def faults(device: str) -> tuple[Fault, ...]:
     """A fault of each kind, of what the device measures if it measures anything."""
     quantity = QUANTITIES.get(device, Quantity.LENGTH)
     return (
-        GaussianNoise(deviation={quantity: 0.1}),
-        Bias(offset={quantity: 0.1}),
+        GaussianNoise(deviation={quantity: 0.05}),
+        Bias(offset={quantity: 0.05}),
         BeamLoss(share=0.5),
         DeadSector(start=0.0, end=1.0),
         DeadBeams(beams=(0, 1)),
