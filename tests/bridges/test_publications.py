@@ -1,5 +1,6 @@
 """Publishing and subscribing over real sessions."""
 
+import asyncio
 import os
 import signal
 import subprocess
@@ -143,3 +144,26 @@ async def test_publishing_does_not_stand_still_with_the_hub(tmp_path: Path) -> N
             assert max(taken) < 0.5
         finally:
             hub.kill()
+
+
+async def test_what_is_declared_by_someone_who_is_cancelled_is_undeclared(tmp_path: Path) -> None:
+    """The thread that declares it goes on all the same."""
+    async with connected(tmp_path) as (one, other), other.token_changes("@test/**") as changes:
+        for number in range(20):
+            task = asyncio.create_task(_hold_token(one, f"@test/{number}"))
+            for _ in range(number % 5):
+                await asyncio.sleep(0)
+            task.cancel()
+            await asyncio.wait([task])
+            assert task.cancelled()
+        async with one.token("@test/end"):
+            alive: dict[str, bool] = {}
+            with anyio.fail_after(5):
+                while not alive.get("@test/end"):
+                    alive.update([await changes.take()])
+    assert [key for key, there in alive.items() if there] == ["@test/end"]
+
+
+async def _hold_token(session: AsyncSession, key: str) -> None:
+    async with session.token(key):
+        await asyncio.sleep(3600)

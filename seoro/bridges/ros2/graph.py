@@ -7,7 +7,7 @@ itself. Waiting for something to appear or to go is waiting for tokens; nothing 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TypeVar
@@ -28,6 +28,12 @@ MOST_TOKENS = 100_000  # of one system
 _TOPIC = (Kind.PUBLISHER, Kind.SUBSCRIPTION)
 _ACTION_PART = "/_action/"
 _SEND_GOAL = "_SendGoal"
+_ACTION_SERVICES = {
+    "send_goal": "{}_SendGoal",
+    "get_result": "{}_GetResult",
+    "cancel_goal": "action_msgs/srv/CancelGoal",
+}
+_ACTION_TOPICS = {"feedback": "{}_FeedbackMessage", "status": "action_msgs/msg/GoalStatusArray"}
 
 
 class RosGraph:
@@ -49,16 +55,16 @@ class RosGraph:
         return tuple(sorted({node.full_name for node in self._nodes.values()}))
 
     def publishers(self, topic: str) -> tuple[Endpoint, ...]:
-        """The publishers of a topic."""
-        return self._of(Kind.PUBLISHER, topic)
+        """The publishers of a topic; also one that an action consists of, where that is announced as a whole."""
+        return self._of(Kind.PUBLISHER, topic) or self._of_action(topic, _ACTION_TOPICS, Kind.PUBLISHER)
 
     def subscriptions(self, topic: str) -> tuple[Endpoint, ...]:
         """The subscriptions of a topic."""
         return self._of(Kind.SUBSCRIPTION, topic)
 
     def servers(self, service: str) -> tuple[Endpoint, ...]:
-        """Those that serve a service."""
-        return self._of(Kind.SERVER, service)
+        """Those that serve a service; also one that an action consists of, where that is announced as a whole."""
+        return self._of(Kind.SERVER, service) or self._of_action(service, _ACTION_SERVICES, Kind.SERVER)
 
     def clients(self, service: str) -> tuple[Endpoint, ...]:
         """The clients of a service."""
@@ -168,6 +174,16 @@ class RosGraph:
 
     def _of(self, kind: Kind, name: str) -> tuple[Endpoint, ...]:
         return tuple(self._endpoints.get((kind, name), {}).values())
+
+    def _of_action(self, name: str, parts: Mapping[str, str], kind: Kind) -> tuple[Endpoint, ...]:
+        """What follows from the servers of an action that are announced, for one of its services or topics."""
+        action, _, part = name.partition(_ACTION_PART)
+        if part not in parts:
+            return ()
+        servers = self._of(Kind.ACTION_SERVER, action)
+        return tuple(
+            replace(server, kind=kind, name=name, type=parts[part].format(server.type)) for server in servers
+        )
 
     def _named(self, kinds: tuple[Kind, ...], hidden: bool) -> dict[str, tuple[str, ...]]:
         names = {name for kind, name in self._endpoints if kind in kinds and (hidden or not is_hidden(name))}

@@ -167,7 +167,7 @@ class RosNode:
         history = asked.depth if asked.is_transient_local else 0
         if bound is None:
             bound = ALL if asked.history is History.KEEP_ALL else Bound(asked.depth)
-        key = system.dialect.key(topic, type_name, None)
+        key = system.dialect.every_key(topic, type_name)
         subscription = Subscription(topic, type_name, bound, system.dialect, system.types)
         take_in, recover = subscription.take_in, asked.is_reliable
         # The token comes first: publishers of large messages look for it before they choose the key.

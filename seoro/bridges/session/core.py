@@ -26,6 +26,7 @@ import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
+from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.mailbox import Bound, Mailbox
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -303,23 +304,17 @@ class AsyncSession:
         def changed(token: str, alive: bool) -> None:
             changes.put((token, alive), len(token))
 
-        undeclare = await anyio.to_thread.run_sync(self._session.watch_tokens, key, changed)
-        try:
-            yield changes
-        finally:
-            changes.close()
-            with anyio.CancelScope(shield=True):
-                await anyio.to_thread.run_sync(undeclare)
+        async with declared(partial(self._session.watch_tokens, key, changed), _undeclare):
+            try:
+                yield changes
+            finally:
+                changes.close()
 
     @asynccontextmanager
     async def token(self, key: str) -> AsyncIterator[None]:
         """Be visible as alive under a key for as long as the block lasts."""
-        undeclare = await anyio.to_thread.run_sync(self._session.declare_token, key)
-        try:
+        async with declared(partial(self._session.declare_token, key), _undeclare):
             yield
-        finally:
-            with anyio.CancelScope(shield=True):
-                await anyio.to_thread.run_sync(undeclare)
 
     async def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
         """Who is alive under a key expression; waits for the hub's answer, `timeout` [s] at most."""
@@ -340,15 +335,13 @@ class AsyncSession:
             if not requests.put(request, len(request.payload)):
                 request.refuse(busy)
 
-        undeclare = await anyio.to_thread.run_sync(self._session.answer, key, take)
-        try:
-            yield requests
-        finally:
-            requests.close()
-            with anyio.CancelScope(shield=True):
-                await anyio.to_thread.run_sync(undeclare)
-            while (request := requests.take_now()) is not None:
-                request.refuse(busy)
+        async with declared(partial(self._session.answer, key, take), _undeclare):
+            try:
+                yield requests
+            finally:
+                requests.close()
+                while (request := requests.take_now()) is not None:
+                    request.refuse(busy)
 
 
 @asynccontextmanager
@@ -357,19 +350,14 @@ async def open_session(
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
     make = partial(Session, listen=listen, connect=connect, patient=patient)
-    opening = asyncio.ensure_future(anyio.to_thread.run_sync(make))
-    try:
-        opened = await asyncio.shield(opening)
-    except asyncio.CancelledError:
-        # The thread opens it all the same, and nobody would close it.
-        with anyio.CancelScope(shield=True), suppress(SessionError):
-            await anyio.to_thread.run_sync((await opening).close)
-        raise
-    try:
+    async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)
-    finally:
-        with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(opened.close)
+
+
+def _undeclare(undeclare: Callable[[], None]) -> None:
+    """Take back what was declared; a session that is closed has done so already."""
+    with suppress(zenoh.ZError):
+        undeclare()
 
 
 def _bytes(content: zenoh.ZBytes | None) -> bytes:

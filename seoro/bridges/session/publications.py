@@ -12,18 +12,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import anyio
-import anyio.to_thread
 import zenoh
 import zenoh.ext
 from zenoh.handlers import Callback
 
 from seoro.bridges.session.core import AsyncSession, Session, SessionError
+from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.mailbox import LATEST, Mailbox
 
 HEARTBEAT = 0.5  # [s] after a sample at the latest, subscribers that recover are told how many there were
@@ -73,12 +72,9 @@ class Publisher:
             matches.put(status.matching, 1)
 
         callback = Callback(take, indirect=False)
-        listener = await anyio.to_thread.run_sync(self._publisher.declare_matching_listener, callback)
-        try:
+        async with declared(partial(self._publisher.declare_matching_listener, callback), _undeclare):
             while not (self._publisher.matching_status.matching or await matches.take()):
                 pass
-        finally:
-            await _undeclare(listener)
 
 
 @asynccontextmanager
@@ -95,11 +91,8 @@ async def publishing(
         recover: Whether subscribers can find out what they have missed, and get it as long as it is kept.
     """
     declare = partial(_declare_publisher, session.blocking, key, reliable=reliable, keep=keep, recover=recover)
-    publisher = await anyio.to_thread.run_sync(declare)
-    try:
+    async with declared(declare, _undeclare) as publisher:
         yield Publisher(publisher, key)
-    finally:
-        await _undeclare(publisher)
 
 
 @asynccontextmanager
@@ -122,11 +115,8 @@ async def subscribing(
         take(Sample(str(sample.key_expr), sample.payload.to_bytes(), beside, time.time_ns()))
 
     declare = partial(_declare_subscriber, session.blocking, key, receive, history=history, recover=recover)
-    subscriber = await anyio.to_thread.run_sync(declare)
-    try:
+    async with declared(declare, _undeclare):
         yield
-    finally:
-        await _undeclare(subscriber)
 
 
 def _declare_publisher(session: Session, key: str, *, reliable: bool, keep: int, recover: bool) -> Any:
@@ -165,14 +155,7 @@ def _declare_subscriber(
         raise SessionError(f"cannot subscribe to {key}: {error}") from error
 
 
-async def _undeclare(declared: Any) -> None:
+def _undeclare(what: Any) -> None:
     """Take back what was declared; a session that is closed has done so already."""
-
-    def undeclare() -> None:
-        try:
-            declared.undeclare()
-        except zenoh.ZError:
-            return
-
-    with anyio.CancelScope(shield=True):
-        await anyio.to_thread.run_sync(undeclare)
+    with suppress(zenoh.ZError):
+        what.undeclare()

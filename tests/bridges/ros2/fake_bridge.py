@@ -106,7 +106,7 @@ class FakeBridge:
 
     def close(self) -> None:
         """The bridge ends."""
-        self._zenoh.close()
+        self._zenoh.close()  # type: ignore[no-untyped-call]
 
 
 def _string(text: str) -> bytes:

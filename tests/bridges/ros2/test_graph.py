@@ -96,6 +96,23 @@ async def test_what_there_is_has_names_and_types(router: str) -> None:
             graph.topic_type("/mixed")
 
 
+async def test_what_actions_consist_of_is_known_where_bridges_announce_them(router: str) -> None:
+    token = "@/bb/@ros2_lv/AS/bot1§spin/nav2_msgs§action§Spin"
+    async with (
+        tokens(router, token),
+        open_session(connect=router) as session,
+        open_graph(session, Ros2Dds()) as graph,
+    ):
+        assert graph.actions() == {"/bot1/spin": ("nav2_msgs/action/Spin",)}
+        part = "/bot1/spin/_action"
+        assert graph.service_type(f"{part}/send_goal") == "nav2_msgs/action/Spin_SendGoal"
+        assert graph.service_type(f"{part}/get_result") == "nav2_msgs/action/Spin_GetResult"
+        assert graph.service_type(f"{part}/cancel_goal") == "action_msgs/srv/CancelGoal"
+        assert graph.topic_type(f"{part}/feedback") == "nav2_msgs/action/Spin_FeedbackMessage"
+        assert graph.topic_type(f"{part}/status") == "action_msgs/msg/GoalStatusArray"
+        assert graph.servers(f"{part}/other") == graph.servers("/bot1/spin") == ()
+
+
 async def test_what_comes_and_goes_is_told(router: str) -> None:
     async with open_session(connect=router) as session, open_graph(session, RmwZenoh()) as graph:
         assert graph.nodes() == ()

@@ -38,8 +38,12 @@ class Dialect(Protocol):
         Args:
             name: Full name.
             type_name: Of the topic's messages, or of the service.
-            type_hash: None for a key expression of all definitions of that type.
+            type_hash: Of the definition of the type; None in systems that have no hashes.
         """
+        ...
+
+    def every_key(self, name: str, type_name: str) -> str:
+        """The key expression of a topic or service, however its type is defined."""
         ...
 
     def type_hash(self, key: str) -> str | None:

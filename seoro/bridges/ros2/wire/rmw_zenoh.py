@@ -106,13 +106,17 @@ class RmwZenoh:
         )
 
     def key(self, name: str, type_name: str, type_hash: str | None) -> str:
-        """The key of a topic or service; of all definitions of its type if there is no hash."""
-        return f"{self.domain}/{name.strip('/')}/{dds_type(type_name)}/{type_hash or '*'}"
+        """The key of a topic or service."""
+        return f"{self.domain}/{name.strip('/')}/{dds_type(type_name)}/{type_hash or NO_HASH}"
+
+    def every_key(self, name: str, type_name: str) -> str:
+        """The key expression of a topic or service, however its type is defined."""
+        return self.key(name, type_name, "*")
 
     def type_hash(self, key: str) -> str | None:
         """The hash at the end of a key, unless the sender computes none."""
         last = key.rpartition("/")[2]
-        return None if last in {NO_HASH, "*"} else last
+        return None if last == NO_HASH else last
 
     def gid(self, token: str) -> bytes:
         """The 128 bits of XXH3 of the token, the lower half first."""

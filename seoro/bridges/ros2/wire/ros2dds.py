@@ -74,6 +74,10 @@ class Ros2Dds:
         """The key of a topic or service, which tells nothing of types."""
         return name.strip("/")
 
+    def every_key(self, name: str, type_name: str) -> str:
+        """The same key."""
+        return self.key(name, type_name, None)
+
     def type_hash(self, key: str) -> str | None:
         """None: keys tell nothing of types."""
         return None

@@ -17,6 +17,7 @@ DIALECT = Ros2Dds()
 
 def test_keys_are_names() -> None:
     assert DIALECT.key("/bot1/cmd_vel", "geometry_msgs/msg/Twist", None) == "bot1/cmd_vel"
+    assert DIALECT.every_key("/bot1/cmd_vel", "geometry_msgs/msg/Twist") == "bot1/cmd_vel"
     assert DIALECT.type_hash("bot1/cmd_vel") is None
 
 
