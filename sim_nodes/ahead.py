@@ -37,7 +37,8 @@ def go_ahead(simulation: Simulation, horizon: float) -> Ahead | None:
         The way back; None if nothing was simulated.
     """
     engine = simulation.engine
-    if horizon <= simulation.time or simulation.draws or not isinstance(engine, Rewinds):
+    shown = simulation.draws or simulation.streams.are_open  # which cannot be taken back
+    if horizon <= simulation.time or shown or not isinstance(engine, Rewinds):
         return None
     deadline = monotonic() + LONGEST
     # What is saved is in use, and goes on changing.

@@ -45,6 +45,7 @@ from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
+from sim_nodes.streams import Streams
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import Watch
 from sim_nodes.worlds.loader import World
@@ -94,6 +95,7 @@ class Simulation(Stateful):
         self._map = build_map(world.extent, world.walls, world.outlines)
         self._tick_steps = round(TICK * engine.steps_per_second)
         self.films = Films(engine, world, lambda: self.entities)
+        self.streams = Streams()
         self._start_over()
 
     def _start_over(self) -> None:
@@ -118,6 +120,7 @@ class Simulation(Stateful):
         self.trails = Trails()
         self.frames = Frames(self.engine, self.robots, self.entities)
         self._measuring = dict(self._measurings())
+        self.streams.use(self.robots)
 
     def _measurings(self) -> Iterator[tuple[str, Measuring]]:
         """Those of all robots that drive."""
@@ -195,7 +198,8 @@ class Simulation(Stateful):
 
     def _pass(self, until: float) -> None:
         """Make the steps to a time that has not come, or to the next tick in which something is due, if before."""
-        watched = bool(self._watches) or bool(self.camera_faults.goals) or self.draws
+        shown = self.draws or self.streams.are_open
+        watched = bool(self._watches) or bool(self.camera_faults.goals) or shown
         idle = not watched and all(robot.is_idle for robot in self.robots.values())
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
@@ -242,6 +246,12 @@ class Simulation(Stateful):
         if self._watches:
             self._check_watches()
         self.films.tick()
+        self.streams.tick(self)
+
+    def tell(self, streams: Streams) -> None:
+        """Publish by these streams, which may have been another simulation's."""
+        self.streams = streams
+        streams.use(self.robots)
 
     def _note_places(self, tick: int) -> None:
         """Note for the picture where tools of arms are, and what was spawned."""

@@ -36,6 +36,7 @@ from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
 from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
+from sim_nodes.streams import Streams
 from sim_nodes.succession import check_successor, succeeded
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
@@ -60,6 +61,9 @@ class Simulator:
 
     Raises:
         RequestRefused: The world cannot be loaded, or the snapshot does not fit.
+
+    Attributes:
+        streams: What is published while time passes.
     """
 
     def __init__(
@@ -69,16 +73,17 @@ class Simulator:
         self.models = models
         self._pace = Pace(1.0)
         self._ahead: Ahead | None = None
+        self.streams = Streams()
         self._origin: str | World  # of the world that is loaded where none is named
         self._source = ""  # of the one that is loaded
         self._simulation: Simulation | None
         if isinstance(beginning, Snapshot):
             contents = snapshots.check(beginning, engine, _version())
             self._origin, self._state = contents.world, SimulationState.PAUSED
-            self._simulation = snapshots.resumed(contents, engine, seed)
+            self._go_on(snapshots.resumed(contents, engine, seed))
         else:
             self._origin, self._source, self._state = beginning, beginning, SimulationState.STOPPED
-            self._simulation = Simulation(engine, _read(beginning), seed or 0)
+            self._go_on(Simulation(engine, _read(beginning), seed or 0))
 
     @property
     def simulation(self) -> Simulation:
@@ -90,6 +95,11 @@ class Simulator:
         if self._simulation is None:
             raise RequestRefused(WorldResult.NO_WORLD_LOADED, "no world is loaded: load one first")
         return self._simulation
+
+    def _go_on(self, simulation: Simulation) -> None:
+        """Go on with a simulation, and tell of it by the streams that there are."""
+        simulation.tell(self.streams)
+        self._simulation = simulation
 
     def unload(self) -> None:
         """Be without a world, until one is loaded."""
@@ -111,7 +121,7 @@ class Simulator:
         self._check_offered(loaded)
         before = self._simulation
         try:
-            self._simulation = Simulation(self._engine, loaded, seed)
+            self._go_on(Simulation(self._engine, loaded, seed))
         except RequestRefused:
             if before is not None:
                 self._state = SimulationState.STOPPED
@@ -141,12 +151,12 @@ class Simulator:
         """Put another simulation into the engine, or, when that is refused, what was there."""
         present, before = self.simulation, self._contents()
         try:
-            self._simulation = make()
+            self._go_on(make())
         except RequestRefused:
             if before is None:
-                self._simulation = succeeded(present, present.world)
+                self._go_on(succeeded(present, present.world))
             else:
-                self._simulation = snapshots.restored(before, present, Purpose.CONTINUE, None)
+                self._go_on(snapshots.restored(before, present, Purpose.CONTINUE, None))
             raise
 
     def _check_offered(self, world: World) -> None:

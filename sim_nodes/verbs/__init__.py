@@ -26,6 +26,7 @@ from sim_nodes.verbs import (
     sensors,
     snapshots,
     spawnables,
+    streams,
     whole,
 )
 from sim_nodes.verbs.handling import Handler
@@ -42,6 +43,7 @@ PARTS = (
     localisation,
     sensors,
     snapshots,
+    streams,
     listing,
     spawnables,
     artifacts,

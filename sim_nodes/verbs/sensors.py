@@ -6,15 +6,10 @@ import math
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
-from sim_nodes.messages import flat_pose
 from sim_nodes.refusal import RequestRefused
-from sim_nodes.sensors.bumper import Bumper, Bumps
-from sim_nodes.sensors.imu import Inertial
-from sim_nodes.sensors.lidar import Scan
-from sim_nodes.sensors.odometry import Odometer
-from sim_nodes.sensors.sensor import Sample
+from sim_nodes.samples import sample_message
+from sim_nodes.sensors.bumper import Bumper
 from sim_nodes.sensors.watches import BumperWatch, RangeWatch, RateWatch, SampleWatch
-from sim_nodes.simulation import Simulation
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK
 from sim_nodes.verbs.checks import check_finite, check_id, check_length
@@ -32,37 +27,7 @@ def _get_sensor_sample(simulator: Simulator, request: wire.SensorName) -> wire.S
         raise RequestRefused(
             Result.INCORRECT_STATE, f"no sample of {request.robot}/{request.sensor} has arrived yet: let time pass"
         )
-    return _sample(simulation, feed.latest)
-
-
-def _sample(simulation: Simulation, sample: Sample[object]) -> wire.SensorSample:
-    time = simulation.time_of_tick(sample.tick)
-    match sample.data:
-        case Scan(ranges=ranges, angles=angles):
-            scan = wire.LaserScan(ranges=tuple(ranges.tolist()), bearings=tuple(angles.tolist()))
-            return wire.SensorSample(time=time, lidar=scan)
-        case Odometer(pose=pose, travelled=travelled, velocity=velocity):
-            odometry = wire.OdometrySample(
-                pose=flat_pose(pose), travelled=travelled, linear=velocity.linear, angular=velocity.angular
-            )
-            return wire.SensorSample(time=time, odometry=odometry)
-        case Inertial(acceleration=acceleration, angular_rate=rate):
-            imu = wire.ImuSample(
-                acceleration=_vector(*acceleration.tolist()), angular_rate=_vector(*rate.tolist())
-            )
-            return wire.SensorSample(time=time, imu=imu)
-        case Bumps(bumps=bumps):
-            told = (
-                wire.Bump(zone=bump.zone, entity=bump.entity, since=simulation.time_of_tick(bump.since))
-                for bump in bumps
-            )
-            return wire.SensorSample(time=time, bumper=wire.BumperSample(bumps=tuple(told)))
-        case _:
-            raise AssertionError(f"there is no message for {type(sample.data).__name__}")
-
-
-def _vector(x: float, y: float, z: float) -> wire.Vector3:
-    return wire.Vector3(x=x, y=y, z=z)
+    return sample_message(feed.latest, simulation.time_of_tick)
 
 
 def _watch_sensor(simulator: Simulator, request: wire.WatchSensor) -> Empty:

@@ -43,6 +43,7 @@ from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.spawnables import *
+from seoro.bridges.wire.streams import *
 
 # What simulators serve; bridges to robots serve what robots can, and `BRIDGE_VERBS` besides.
 VERBS: tuple[Verb[Any, Any], ...] = tuple(

@@ -21,6 +21,11 @@ def node_command(namespace: str, node: str, verb: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/node/{_chunk(node)}/cmd/{verb if verb == '*' else _chunk(verb)}"
 
 
+def node_stream(namespace: str, node: str, stream: str) -> str:
+    """Key on which a node publishes a stream that it was asked for."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/node/{_chunk(node)}/st/{_chunk(stream)}"
+
+
 def node_token(namespace: str, node: str, boot: str) -> str:
     """Liveliness token of a node; `boot` tells one start of it from the next."""
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/{_chunk(node)}/{_chunk(boot)}"

@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire import ResetScope, SensorName, SimulationState
+from sim_nodes.node import keep_pace
+from sim_nodes.refusal import RequestRefused
+from tests.sim_nodes.client import ROBOT, Client, pose
+
+pytestmark = pytest.mark.engine("mujoco")
+
+LIDAR, ODOMETRY, IMU = (SensorName(robot=ROBOT, sensor=name) for name in ("lidar", "odometry", "imu"))
+
+
+@dataclass
+class Tray:
+    """Keeps what is published."""
+
+    told: list[wire.Streamed] = field(default_factory=list)
+    is_taken: bool = True
+    is_closed: bool = False
+
+    def put(self, payload: bytes) -> None:
+        self.told.append(wire.decode(wire.Streamed, payload))
+
+    def close(self) -> None:
+        self.is_closed = True
+
+    @property
+    def samples(self) -> list[wire.StreamedSample]:
+        return [sample for told in self.told for sample in told.samples]
+
+    def of(self, sensor: str) -> list[wire.SensorSample]:
+        return [each.sample for each in self.samples if each.sensor == sensor]
+
+
+def streaming(client: Client, name: str = "view", **wanted: object) -> Tray:
+    """The tray of a stream."""
+    tray = Tray()
+    client.simulator.streams.connect(lambda _: tray)
+    client.ask(wire.OPEN_STREAM, wire.OpenStream.model_validate({"id": name, **wanted}))
+    return tray
+
+
+def test_samples_are_published_in_the_tick_in_which_they_arrive(empty: Client) -> None:
+    tray = streaming(empty, sensors=(LIDAR, ODOMETRY))
+    empty.advance(0.21)
+    assert [told.time for told in tray.told] == pytest.approx([0.02 * tick for tick in range(1, 11)])
+    assert [told.number for told in tray.told] == list(range(1, 11))
+    assert [sample.time for sample in tray.of("lidar")] == pytest.approx([0.1, 0.2])
+    assert len(tray.of("odometry")) == 10
+    scan = tray.of("lidar")[0].lidar
+    assert scan is not None
+    assert len(scan.ranges) == 360
+    assert not any(told.poses or told.joints for told in tray.told)
+
+
+@pytest.mark.parametrize("steps", [False, True])
+def test_time_passes_in_the_same_way_for_streams_whoever_lets_it(empty: Client, steps: bool) -> None:
+    tray = streaming(empty, sensors=(IMU,), joints=(ROBOT,))
+    if steps:
+        empty.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
+    else:
+        empty.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=SimulationState.PLAYING))
+        for clock in range(40):
+            keep_pace(empty.simulator, 0.01 * clock)
+    times = [sample.time for sample in tray.of("imu")]
+    assert times[:10] == pytest.approx([0.02 * tick for tick in range(1, 11)])
+    joints = tray.told[-1].joints[0].joints
+    assert joints.names == ("left_wheel_joint", "right_wheel_joint")
+    assert joints.positions == pytest.approx((0.0, 0.0), abs=1e-3)
+
+
+def test_where_a_robot_believes_to_be_is_published_once_it_does(maze: Client) -> None:
+    tray = streaming(maze, poses=(ROBOT,))
+    maze.advance(0.2)
+    assert not any(told.poses for told in tray.told)
+    maze.localise(pose(0.1, 0.0, 0.2))
+    maze.advance(0.4)
+    [last] = [told.poses for told in tray.told if told.poses][-1]
+    estimate = maze.estimate
+    assert (last.base.position.x, last.base.position.y) == pytest.approx((estimate.x, estimate.y))
+    assert 0.0 < last.deviation < 0.3
+
+
+def test_joints_of_an_arm_are_published(empty: Client) -> None:
+    cell = Client("arm_cell")
+    tray = streaming(cell, joints=("ur10e",))
+    cell.advance(0.1)
+    joints = tray.told[-1].joints[0].joints
+    assert joints == cell.ask(wire.GET_JOINT_STATES, wire.RobotName(robot="ur10e"))
+
+
+def test_streams_change_nothing_of_what_is_simulated() -> None:
+    ends = []
+    for wanted in (False, True):
+        client = Client("maze", 5)
+        if wanted:
+            streaming(client, sensors=(LIDAR, IMU, ODOMETRY), poses=(ROBOT,), joints=(ROBOT,))
+        client.localise()
+        client.navigate(pose(1.5, -1.5))
+        occurrence, _ = client.run_until("goal")
+        ends.append((occurrence, client.truth, client.estimate))
+    assert ends[0] == ends[1]
+
+
+def test_streams_outlast_resets_and_worlds(maze: Client) -> None:
+    tray = streaming(maze, sensors=(LIDAR,))
+    for scope in (ResetScope.STATE, ResetScope.DEFAULT):
+        maze.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=scope))
+        tray.told.clear()
+        maze.advance(maze.simulator.time + 0.11)
+        assert len(tray.of("lidar")) == 1
+    maze.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
+    tray.told.clear()
+    maze.advance(0.11)
+    assert (len(tray.told), tray.samples) == (5, [])
+    maze.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
+    maze.advance(0.11)
+    assert len(tray.of("lidar")) == 1
+    maze.ask(wire.CLOSE_STREAM, wire.StreamName(id="view"))
+    assert tray.is_closed
+    tray.told.clear()
+    maze.advance(0.3)
+    assert tray.told == []
+
+
+def test_a_stream_ends_with_those_who_took_it(empty: Client) -> None:
+    tray = streaming(empty)
+    tray.is_taken = False  # the subscription is on its way
+    empty.advance(1.2)
+    assert not tray.is_closed
+    tray.is_taken = True
+    empty.advance(2.5)
+    tray.is_taken = False
+    empty.advance(4.1)
+    assert tray.is_closed
+    assert tray.told[-1].time <= 4.0
+
+
+def test_nothing_is_simulated_ahead_of_what_is_published(empty: Client) -> None:
+    tray = streaming(empty)
+    assert empty.ask(wire.ADVANCE, wire.Advance(until=0.1, horizon=4.0)).time == pytest.approx(0.1)
+    assert tray.told[-1].time == pytest.approx(0.1)
+    assert empty.simulator.time == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "words"),
+    [
+        ({"sensors": (SensorName(robot="r2", sensor="lidar"),)}, "no robot 'r2'"),
+        ({"sensors": (SensorName(robot=ROBOT, sensor="radar"),)}, "no sensor 'radar': it has bumper"),
+        ({"poses": ("r2",)}, "no robot 'r2'"),
+        ({"joints": ("r2",)}, "no robot 'r2'"),
+        ({"id": "view"}, "there is a stream 'view' already"),
+    ],
+)
+def test_what_cannot_be_published_is_refused(empty: Client, wanted: dict[str, object], words: str) -> None:
+    streaming(empty)
+    with pytest.raises(RequestRefused, match=words):
+        empty.ask(wire.OPEN_STREAM, wire.OpenStream.model_validate({"id": "other", **wanted}))
+
+
+def test_only_nodes_publish(empty: Client) -> None:
+    with pytest.raises(RequestRefused, match="publishes nothing"):
+        empty.ask(wire.OPEN_STREAM, wire.OpenStream(id="view"))
+    with pytest.raises(RequestRefused, match="no stream 'view': open are none"):
+        empty.ask(wire.CLOSE_STREAM, wire.StreamName(id="view"))
+
+
+def test_there_is_an_end_of_streams(empty: Client) -> None:
+    for number in range(16):
+        streaming(empty, f"view{number}")
+    with pytest.raises(RequestRefused, match="16 streams already"):
+        streaming(empty, "one_more")
