@@ -28,6 +28,7 @@ class Ahead:
     time: float  # [s]
     engine: Any
     state: State
+    number: int  # of what had happened last
 
 
 def go_ahead(simulation: Simulation, horizon: float) -> Ahead | None:
@@ -37,12 +38,13 @@ def go_ahead(simulation: Simulation, horizon: float) -> Ahead | None:
         The way back; None if nothing was simulated.
     """
     engine = simulation.engine
-    shown = simulation.draws or simulation.streams.are_open  # which cannot be taken back
+    # What was shown or told cannot be taken back.
+    shown = simulation.draws or simulation.streams.are_open or simulation.log.is_followed
     if horizon <= simulation.time or shown or not isinstance(engine, Rewinds):
         return None
     deadline = monotonic() + LONGEST
     # What is saved is in use, and goes on changing.
-    ahead = Ahead(simulation.time, engine.checkpoint(), copied(simulation.save()))
+    ahead = Ahead(simulation.time, engine.checkpoint(), copied(simulation.save()), simulation.log.number)
     try:
         while simulation.time < horizon and not simulation.has_to_tell and monotonic() < deadline:
             simulation.advance(min(simulation.time + SLICE, horizon))
@@ -57,4 +59,5 @@ def come_back(simulation: Simulation, ahead: Ahead, time: float) -> None:
     assert isinstance(simulation.engine, Rewinds)
     simulation.engine.rewind(ahead.engine)
     simulation.restore(ahead.state)
+    simulation.log.rewind(ahead.number)
     simulation.run(time)

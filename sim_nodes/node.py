@@ -17,13 +17,15 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import FrameType
 
-from seoro.bridges.session import Request, Session
-from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_token
+from seoro.bridges.session import Publisher, Request, Session, declare_publisher
+from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_stream, node_token
 from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
+from sim_nodes.waiting import WaitingRequests
 
 # Zenoh's threads and the main one take turns; with the default of 5 ms a wake-up can cost as much.
 SWITCH_INTERVAL = 5e-4  # [s]
@@ -61,22 +63,34 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
             code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later"
         )
         inbox = session.serve(node_command(settings.namespace, settings.node, "*"), encode(busy))
+        simulator.streams.connect(partial(_declare_stream, session, settings))
         session.declare_token(node_token(settings.namespace, settings.node, secrets.token_hex(8)))
         ready(simulator)
+        waiting = WaitingRequests(simulator.log)
         while True:
-            _turn(simulator, inbox)
+            _turn(simulator, inbox, waiting)
     finally:
         session.close()
 
 
-def _turn(simulator: Simulator, inbox: queue.SimpleQueue[Request]) -> None:
-    """Keep pace while playing, and answer the next request."""
-    delay = keep_pace(simulator, time.monotonic())
+def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Publisher:
+    return declare_publisher(session, node_stream(settings.namespace, settings.node, name))
+
+
+def _turn(simulator: Simulator, inbox: queue.SimpleQueue[Request], waiting: WaitingRequests) -> None:
+    """Keep pace while playing, and answer those who have waited and the next request."""
+    clock = time.monotonic()
+    delay = keep_pace(simulator, clock)
+    for request in waiting.due(clock):
+        answer(simulator, request)
+    limits = [limit for limit in (delay, waiting.within(clock)) if limit is not None]
+    timeout = min(limits, default=None)
     try:
-        request = inbox.get(block=delay != 0.0, timeout=delay)
+        request = inbox.get(block=timeout != 0.0, timeout=timeout)
     except queue.Empty:
         return
-    answer(simulator, request)
+    if not waiting.put_aside(request, time.monotonic()):
+        answer(simulator, request)
 
 
 def keep_pace(simulator: Simulator, clock: float) -> float | None:

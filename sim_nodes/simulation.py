@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -33,6 +32,7 @@ from sim_nodes.films import Films
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.happenings import Happened, Log, Pending, What
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.measurements import Measuring
 from sim_nodes.messages import feedback_message
@@ -52,15 +52,6 @@ from sim_nodes.worlds.loader import World
 
 TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
 MAX_WATCHES = 1000
-
-
-@dataclass(frozen=True)
-class Happened:
-    """What happened up to a time, in order."""
-
-    occurrences: tuple[Occurrence, ...]
-    contacts: tuple[Contact, ...]
-    feedback: tuple[NavigationFeedback, ...]
 
 
 class Simulation(Stateful):
@@ -83,10 +74,10 @@ class Simulation(Stateful):
         "records",
         "trails",
         "_measuring",
-        "_occurrences",
-        "_contacts",
-        "_feedback",
+        "_pending",
     )
+
+    DERIVED = ("streams", "log")  # the simulator's
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -96,6 +87,7 @@ class Simulation(Stateful):
         self._tick_steps = round(TICK * engine.steps_per_second)
         self.films = Films(engine, world, lambda: self.entities)
         self.streams = Streams()
+        self.log = Log()
         self._start_over()
 
     def _start_over(self) -> None:
@@ -106,9 +98,7 @@ class Simulation(Stateful):
         self._touched = Contacts(self.engine.steps_per_second)
         self.entities = Entities(self.engine, self.world, self.seed)
         self._make_robots()
-        self._occurrences: list[Occurrence] = []
-        self._contacts: list[Contact] = []
-        self._feedback: list[NavigationFeedback] = []
+        self._pending = Pending()
 
     def _make_robots(self) -> None:
         placed = self.world.robots
@@ -178,7 +168,7 @@ class Simulation(Stateful):
     @property
     def has_to_tell(self) -> bool:
         """Whether something has happened that was not collected yet."""
-        return bool(self._occurrences or self._contacts or self._feedback)
+        return bool(self._pending)
 
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
@@ -224,9 +214,11 @@ class Simulation(Stateful):
 
     def collect(self) -> Happened:
         """What has happened since this was last asked."""
-        happened = Happened(tuple(self._occurrences), tuple(self._contacts), tuple(self._feedback))
-        self._occurrences, self._contacts, self._feedback = [], [], []
-        return happened
+        return self._pending.take()
+
+    def _happen(self, what: What) -> None:
+        self._pending.add(what)
+        self.log.add(what)
 
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)
@@ -241,16 +233,16 @@ class Simulation(Stateful):
                 base = robot.mobile
                 self._measuring[robot.name].passed(pose, base.localised_pose(), base.deviation(), tick)
                 if (feedback := base.feedback_due()) is not None:
-                    self._feedback.append(feedback_message(robot.name, self.time, feedback))
+                    self._happen(feedback_message(robot.name, self.time, feedback))
         self._note_places(tick)
         if self._watches:
             self._check_watches()
         self.films.tick()
         self.streams.tick(self)
 
-    def tell(self, streams: Streams) -> None:
-        """Publish by these streams, which may have been another simulation's."""
-        self.streams = streams
+    def tell(self, streams: Streams, log: Log) -> None:
+        """Tell by these, which another simulation may have told by."""
+        self.streams, self.log = streams, log
         streams.use(self.robots)
 
     def _note_places(self, tick: int) -> None:
@@ -264,7 +256,7 @@ class Simulation(Stateful):
 
     def _note_contacts(self) -> None:
         for first, second in self._touched.note(self.engine.touching(), self._steps):
-            self._contacts.append(Contact(time=self.time, first=first, second=second))
+            self._happen(Contact(time=self.time, first=first, second=second))
             for robot in self._measuring.keys() & {first, second}:
                 self._measuring[robot].touched()
 
@@ -369,9 +361,7 @@ class Simulation(Stateful):
                 continue
             if isinstance(who, Robot) and who.name in self._measuring:
                 self._measuring[who.name].ended(end.id, end.outcome)
-            self._occurrences.append(
-                Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message)
-            )
+            self._happen(Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message))
 
     def measurements(self) -> Measurements:
         """What was measured of the robots that drive, since they were put there."""
@@ -412,7 +402,7 @@ class Simulation(Stateful):
         for identifier, watch in [(name, watch) for name, watch in self._watches.items() if watch.holds(self)]:
             del self._watches[identifier]
             outcome, message = watch.result(self)
-            self._occurrences.append(Occurrence(id=identifier, time=self.time, outcome=outcome, message=message))
+            self._happen(Occurrence(id=identifier, time=self.time, outcome=outcome, message=message))
 
     # ------------------------------------------------------------ reset
 
@@ -448,7 +438,7 @@ class Simulation(Stateful):
         self._epoch = self._steps
         self._disown_all_but(())
         self._watches = {}
-        self._occurrences, self._contacts, self._feedback = [], [], []
+        self._pending = Pending()
         self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
         self.trails = Trails()
         self._measuring = dict(self._measurings())
@@ -459,7 +449,7 @@ class Simulation(Stateful):
         self.films = before.films
         self.films.go_on_in(self.world, lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
-        self._occurrences, self._contacts = before._occurrences, before._contacts
+        self._pending = before._pending.without_feedback()
         active = before._active()
         kept = self._active().keys() & active.keys()
         self._disown_all_but(kept)

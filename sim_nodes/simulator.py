@@ -30,6 +30,7 @@ from seoro.bridges.wire import (
 )
 from sim_nodes import snapshots
 from sim_nodes.ahead import Ahead, come_back, go_ahead
+from sim_nodes.happenings import Log
 from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
@@ -64,6 +65,7 @@ class Simulator:
 
     Attributes:
         streams: What is published while time passes.
+        log: What has happened.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class Simulator:
         self._pace = Pace(1.0)
         self._ahead: Ahead | None = None
         self.streams = Streams()
+        self.log = Log()
         self._origin: str | World  # of the world that is loaded where none is named
         self._source = ""  # of the one that is loaded
         self._simulation: Simulation | None
@@ -98,7 +101,7 @@ class Simulator:
 
     def _go_on(self, simulation: Simulation) -> None:
         """Go on with a simulation, and tell of it by the streams that there are."""
-        simulation.tell(self.streams)
+        simulation.tell(self.streams, self.log)
         self._simulation = simulation
 
     def unload(self) -> None:
@@ -288,7 +291,13 @@ class Simulator:
         simulation = self.simulation
         self._hold_still("step_simulation")
         simulation.step(steps)
+        self._let_go()
         return simulation.time
+
+    def _let_go(self) -> None:
+        """Hold nothing for the next grant of what has happened while none was given, if somebody follows it."""
+        if self.log.is_followed:
+            self.simulation.collect()
 
     def _hold_still(self, verb: str) -> None:
         if self._state is SimulationState.PLAYING:
@@ -343,6 +352,7 @@ class Simulator:
         if self._state is not SimulationState.PLAYING:
             return None
         self.simulation.run(self._pace.until(clock, self.simulation.time))
+        self._let_go()
         return self._pace.wait(clock, self.simulation.time)
 
 

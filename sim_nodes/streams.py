@@ -95,21 +95,23 @@ class _Stream:
     @property
     def is_over(self) -> bool:
         """Whether those who took it have gone."""
-        is_taken = self.outlet.is_taken
-        self.was_taken |= is_taken
-        return self.was_taken and not is_taken
+        return self.was_taken and not self.outlet.is_taken
 
     def publish(self, simulation: Told) -> None:
         self.number += 1
+        if self.outlet.is_taken:
+            self.was_taken = True
+            self.outlet.put(wire.encode(self._told(simulation)))
+
+    def _told(self, simulation: Told) -> wire.Streamed:
         robots, tick = simulation.robots, simulation.tick
-        told = wire.Streamed(
+        return wire.Streamed(
             number=self.number,
             time=simulation.time_of_tick(tick),
             samples=tuple(self._samples(simulation)),
             poses=tuple(self._poses(robots)) if tick % POSE_TICKS == 0 else (),
             joints=tuple(_joints(robots[name]) for name in self.wanted.joints if name in robots),
         )
-        self.outlet.put(wire.encode(told))
 
     def _samples(self, simulation: Told) -> Iterator[wire.StreamedSample]:
         robots = simulation.robots

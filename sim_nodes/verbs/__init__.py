@@ -16,6 +16,7 @@ from sim_nodes.verbs import (
     arms,
     artifacts,
     cameras,
+    description,
     driving,
     entities,
     faults,
@@ -45,6 +46,7 @@ PARTS = (
     snapshots,
     streams,
     listing,
+    description,
     spawnables,
     artifacts,
 )

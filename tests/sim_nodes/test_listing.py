@@ -117,3 +117,14 @@ def test_transforms_are_those_of_all_frames_with_the_truth(full: Client) -> None
     full.localise(pose(0.1, 0.0))
     believed = transforms()["base_link"]
     assert believed is not None and believed.position.x == pytest.approx(0.1)
+
+
+def test_robots_are_described_for_those_who_show_them(maze: Client) -> None:
+    described = maze.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=ROBOT))
+    assert described.lidar is not None
+    assert (described.base_link, described.lidar.link, described.arm) == ("base_link", "rplidar_link", None)
+    assert set(described.sensors) == {"lidar", "odometry", "imu", "bumper"}
+    assert described.urdf.count("<joint") == 4
+    cell = Client("arm_cell").ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot="ur10e"))
+    assert cell.arm is not None
+    assert (len(cell.arm.joints), cell.max_speed, cell.lidar) == (6, 0.0, None)

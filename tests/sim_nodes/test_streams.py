@@ -101,7 +101,7 @@ def test_streams_change_nothing_of_what_is_simulated() -> None:
         if wanted:
             streaming(client, sensors=(LIDAR, IMU, ODOMETRY), poses=(ROBOT,), joints=(ROBOT,))
         client.localise()
-        client.navigate(pose(1.5, -1.5))
+        client.navigate(pose(0.4, 0.0))
         occurrence, _ = client.run_until("goal")
         ends.append((occurrence, client.truth, client.estimate))
     assert ends[0] == ends[1]

@@ -17,7 +17,7 @@ from seoro.bridges.session.core import (
     open_session,
 )
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.publications import Publisher, Sample, publishing, subscribing
+from seoro.bridges.session.publications import Publisher, Sample, declare_publisher, publishing, subscribing
 
 __all__ = [
     "AsyncSession",
@@ -32,6 +32,7 @@ __all__ = [
     "Sample",
     "Session",
     "SessionError",
+    "declare_publisher",
     "open_session",
     "publishing",
     "subscribing",

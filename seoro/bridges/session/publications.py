@@ -62,6 +62,16 @@ class Publisher:
         except zenoh.ZError as error:
             raise SessionError(f"cannot publish on {self._key}: {error}") from error
 
+    @property
+    def is_taken(self) -> bool:
+        """Whether somebody subscribes."""
+        return bool(self._publisher.matching_status.matching)
+
+    def close(self) -> None:
+        """Publish nothing any more; a session that is closed has seen to that."""
+        with suppress(zenoh.ZError):
+            self._publisher.undeclare()
+
     async def wait_for_subscriber(self) -> None:
         """Wait until what is put arrives somewhere; a publisher that keeps samples need not, and does not."""
         if isinstance(self._publisher, zenoh.ext.AdvancedPublisher):
@@ -75,6 +85,11 @@ class Publisher:
         async with declared(partial(self._publisher.declare_matching_listener, callback), _undeclare):
             while not (self._publisher.matching_status.matching or await matches.take()):
                 pass
+
+
+def declare_publisher(session: Session, key: str) -> Publisher:
+    """Be a publisher on a key until it is closed, for those who have no event loop; nothing is kept."""
+    return Publisher(_declare_publisher(session, key, reliable=True, keep=0, recover=False), key)
 
 
 @asynccontextmanager

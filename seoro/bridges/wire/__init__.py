@@ -19,6 +19,7 @@ from typing import Any
 from seoro.bridges.wire.arms import *
 from seoro.bridges.wire.artifacts import *
 from seoro.bridges.wire.cameras import *
+from seoro.bridges.wire.description import *
 from seoro.bridges.wire.driving import *
 from seoro.bridges.wire.entities import *
 from seoro.bridges.wire.faults import *

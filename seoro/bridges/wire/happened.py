@@ -8,7 +8,7 @@ can get lost on the way, and what happened while a connection was broken is told
 from __future__ import annotations
 
 from seoro.bridges.wire.feedback import NavigationFeedback
-from seoro.bridges.wire.message import Message
+from seoro.bridges.wire.message import Message, Verb
 from seoro.bridges.wire.passing import Contact, Occurrence
 
 LONGEST_WAIT = 10.0  # [s] that a client may wait for an answer
@@ -39,3 +39,6 @@ class Happenings(Message):
 
     number: int
     happenings: tuple[Happening, ...] = ()
+
+
+AWAIT_HAPPENINGS = Verb("await_happenings", AwaitHappenings, Happenings)

@@ -1,0 +1,103 @@
+"""What nodes tell unasked, over Zenoh: streams, and happenings that are waited for."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.session import Bound, Mailbox, Refused, Sample, open_session, subscribing
+from seoro.bridges.wire import AwaitHappenings, SensorName, SimulationState, decode
+from sim_nodes.happenings import KEPT, Log
+from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.test_node import running
+
+pytestmark = pytest.mark.engine("mujoco")
+
+
+async def test_a_playing_node_publishes_samples_and_tells_what_happens(tmp_path: Path) -> None:
+    async with (
+        running(tmp_path) as node,
+        open_session(connect=f"unixsock-stream/{tmp_path}/hub") as viewer,
+    ):
+        told: Mailbox[wire.Streamed] = Mailbox(Bound(1000))
+
+        def take(sample: Sample) -> None:
+            told.put(decode(wire.Streamed, sample.payload), 1)
+
+        request = wire.OpenStream(id="view", sensors=(SensorName(robot=ROBOT, sensor="lidar"),))
+        async with subscribing(viewer, wire.node_stream("default", "sim", "view"), take):
+            await node.ask(wire.OPEN_STREAM, request)
+            await node.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=0.3))
+            waiting = asyncio.create_task(node.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings(wait=5.0)))
+            await node.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=SimulationState.PLAYING))
+            [happening] = (await asyncio.wait_for(waiting, 5.0)).happenings
+            assert happening.occurrence is not None
+            assert (happening.number, happening.occurrence.id) == (1, "go")
+            assert happening.occurrence.time == pytest.approx(0.3)
+            first = [await told.take() for _ in range(15)]
+            assert [each.number for each in first] == list(range(1, 16))
+            assert sum(len(each.samples) for each in first) == 3
+        # Nobody subscribes any more, which ends the stream, so that its name can be had again.
+        await node.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=SimulationState.PAUSED))
+        for _ in range(100):
+            await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=300))
+            with suppress(Refused):
+                await node.ask(wire.OPEN_STREAM, request)
+                return
+        raise AssertionError("the stream has not ended")
+
+
+async def test_those_who_wait_hold_up_nobody_and_are_answered_in_time(tmp_path: Path) -> None:
+    async with running(tmp_path) as node:
+        loop = asyncio.get_running_loop()
+        begin = loop.time()
+        waiting = asyncio.create_task(node.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings(wait=0.2)))
+        await node.ask(wire.ADVANCE, wire.Advance(until=0.1))
+        assert not waiting.done()
+        assert await waiting == wire.Happenings(number=0)
+        assert 0.15 < loop.time() - begin < 5.0
+        for asked in (AwaitHappenings(since=3, wait=0.1), AwaitHappenings(wait=60.0)):
+            with pytest.raises(Refused):
+                await node.ask(wire.AWAIT_HAPPENINGS, asked)
+
+
+def test_grants_tell_the_same_to_those_who_grant(empty: Client) -> None:
+    assert empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings()).number == 0
+    empty.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=0.3))
+    [occurrence] = empty.advance(1.0).occurrences
+    told = empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings())
+    assert [each.occurrence for each in told.happenings] == [occurrence]
+    assert empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings(since=told.number)).happenings == ()
+
+
+def test_what_was_told_while_playing_is_not_held_for_grants(empty: Client) -> None:
+    empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings())
+    empty.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=0.3))
+    empty.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
+    assert empty.advance(1.0).occurrences == ()
+    assert len(empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings()).happenings) == 1
+
+
+def test_what_was_simulated_ahead_and_taken_back_has_not_happened() -> None:
+    client = Client("maze", 3)
+    client.localise()
+    client.navigate(pose(0.5, 0.0))
+    advanced = client.ask(wire.ADVANCE, wire.Advance(until=0.02, horizon=4.0))
+    assert advanced.time > 0.1
+    before = client.simulator.log.number
+    client.ask(wire.REWIND, wire.Rewind(time=0.02))
+    assert client.simulator.log.number == before - len(advanced.occurrences + advanced.contacts) == 0
+
+
+def test_a_log_forgets_what_is_long_ago() -> None:
+    log = Log()
+    for number in range(KEPT + 10):
+        log.add(wire.Contact(time=float(number), first="a", second="b"))
+    assert len(log.since(10).happenings) == KEPT
+    assert [each.number for each in log.since(KEPT + 8).happenings] == [KEPT + 9, KEPT + 10]
+    with pytest.raises(Exception, match="nothing to be told after number 9"):
+        log.since(9)
