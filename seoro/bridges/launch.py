@@ -95,7 +95,7 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
     """
     try:
         async with open_session(connect=endpoint) as session:
-            node_name = await _find_node(session, endpoint)
+            node_name = await find_node(session, endpoint)
             address = NodeAddress(session, NAMESPACE, node_name)
             node = await _open(address, options)
             async with background() as group:
@@ -260,7 +260,12 @@ async def _await_start(address: NodeAddress, process: Process, errors: _LastLine
     raise BackendError(f"the simulator node '{address.node}' did not start within {START_TIMEOUT:g} s")
 
 
-async def _find_node(session: AsyncSession, endpoint: str) -> str:
+async def find_node(session: AsyncSession, endpoint: str) -> str:
+    """The name of the simulator node that is reached by a session that is connected to an endpoint.
+
+    Raises:
+        InvalidUse: There is none.
+    """
     with anyio.move_on_after(FIND_TIMEOUT):
         async with session.tokens(wire.node_tokens(NAMESPACE)) as tokens:
             async for token, alive in tokens:

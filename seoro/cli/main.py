@@ -26,6 +26,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "explain": "say what the code of a message means, with examples",
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
     "sim": "start a simulator node, for runs that connect to it",
+    "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
 }
 
 

@@ -1,0 +1,157 @@
+"""The simulator node that is exposed: asked, and followed in what happens and in what is published."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from itertools import count
+
+import anyio
+
+from seoro.background import background
+from seoro.bridges import wire
+from seoro.bridges.session import Bound, Mailbox, Sample, subscribing
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.errors import BackendError
+
+WAIT = 5.0  # [s] for what happens, until the node is asked again
+PROMPTLY = 20.0  # [s] until an answer has to be there; a node may be in the midst of many steps
+WAITING = Bound(500)  # what was published and not passed on yet: 10 s of it
+
+Told = Callable[[wire.NavigationFeedback], None]
+
+
+class ExposedNode:
+    """A simulator node.
+
+    Args:
+        address: How it is reached.
+
+    Attributes:
+        world_changed: Set when another world was loaded, or none is any more.
+        world_exposed: Set while the robots of the world are exposed.
+    """
+
+    def __init__(self, address: NodeAddress) -> None:
+        self.address = address
+        self._client = secrets.token_hex(4)
+        self._numbers = count(1)
+        self._ends: dict[str, asyncio.Future[wire.Occurrence]] = {}
+        self._ways: dict[str, Told] = {}
+        self.world_changed = asyncio.Event()
+        self.world_exposed = asyncio.Event()
+
+    async def ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = PROMPTLY) -> wire.A:
+        """Ask it to carry out a verb.
+
+        Raises:
+            BackendRefused: It said no.
+            BackendLost: It is gone, or does not answer.
+        """
+        return await ask(self.address, verb, request, timeout)
+
+    async def pursue(
+        self, verb: wire.Verb[wire.Q, wire.Empty], request: Callable[[str], wire.Q]
+    ) -> wire.Occurrence:
+        """Ask for what has a goal, and wait for its end; when this is cancelled, so is the goal.
+
+        Args:
+            verb: What is asked for.
+            request: Makes the request from the id of the goal.
+
+        Raises:
+            BackendRefused: The node said no.
+        """
+        goal = f"ros-{self._client}-{next(self._numbers)}"
+        end: asyncio.Future[wire.Occurrence] = asyncio.get_running_loop().create_future()
+        self._ends[goal] = end
+        try:
+            await self.ask(verb, request(goal))
+            return await end
+        except asyncio.CancelledError:
+            with anyio.CancelScope(shield=True):
+                await self._cancel(goal)
+            raise
+        finally:
+            del self._ends[goal]
+
+    async def _cancel(self, goal: str) -> None:
+        with suppress(BackendError):  # it has ended by itself, or with the node
+            await self.ask(wire.CANCEL_GOAL, wire.CancelGoal(id=goal))
+
+    async def change_world(self) -> None:
+        """Have the robots of another world exposed, in the place of those before; waits until they are."""
+        self.give_up("another world was loaded")
+        self.world_exposed.clear()
+        self.world_changed.set()
+        await self.world_exposed.wait()
+
+    def give_up(self, reason: str) -> None:
+        """End all goals as aborted: the simulator has forgotten them."""
+        for goal, end in self._ends.items():
+            if not end.done():
+                lost = wire.Occurrence(id=goal, time=0.0, outcome=wire.Outcome.ABORTED, message=reason)
+                end.set_result(lost)
+
+    @asynccontextmanager
+    async def on_its_way(self, robot: str, told: Told) -> AsyncIterator[None]:
+        """Be told how far a robot is on its way, for as long as the block lasts."""
+        self._ways[robot] = told
+        try:
+            yield
+        finally:
+            del self._ways[robot]
+
+    async def follow(self) -> None:
+        """Tell of ends and ways to goals, for ever.
+
+        Raises:
+            BackendLost: The node is gone.
+        """
+        number = (await self.ask(wire.AWAIT_HAPPENINGS, wire.AwaitHappenings())).number
+        while True:
+            asked = wire.AwaitHappenings(since=number, wait=WAIT)
+            happened = await self.ask(wire.AWAIT_HAPPENINGS, asked, WAIT + PROMPTLY)
+            number = happened.number
+            for each in happened.happenings:
+                self._tell(each)
+
+    def _tell(self, happening: wire.Happening) -> None:
+        occurrence, feedback = happening.occurrence, happening.feedback
+        if occurrence is not None and occurrence.id in self._ends and not self._ends[occurrence.id].done():
+            self._ends[occurrence.id].set_result(occurrence)
+        if feedback is not None and feedback.robot in self._ways:
+            self._ways[feedback.robot](feedback)
+
+    @asynccontextmanager
+    async def streaming(self, wanted: wire.OpenStream) -> AsyncIterator[Mailbox[wire.Streamed]]:
+        """Have it publish, for as long as the block lasts. The name of the stream is made here."""
+        name = f"ros-{self._client}-{next(self._numbers)}"
+        told: Mailbox[wire.Streamed] = Mailbox(WAITING)
+        key = wire.node_stream(self.address.namespace, self.address.node, name)
+
+        def take(sample: Sample) -> None:
+            told.put(wire.decode(wire.Streamed, sample.payload), len(sample.payload))
+
+        async with subscribing(self.address.session, key, take):
+            await self.ask(wire.OPEN_STREAM, wanted.model_copy(update={"id": name}))
+            try:
+                yield told
+            finally:
+                with anyio.CancelScope(shield=True), suppress(BackendError):
+                    await self.ask(wire.CLOSE_STREAM, wire.StreamName(id=name))
+
+
+@asynccontextmanager
+async def following(address: NodeAddress) -> AsyncIterator[ExposedNode]:
+    """Follow a simulator node for as long as the block lasts.
+
+    Raises:
+        BackendLost: The node is gone.
+    """
+    node = ExposedNode(address)
+    async with background() as tasks:
+        tasks.start_soon(node.follow)
+        yield node

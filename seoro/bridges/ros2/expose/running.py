@@ -1,0 +1,147 @@
+"""Exposing a simulator node: from its endpoint and that of a ROS 2 system to both, until one of them is gone."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
+
+from seoro.background import background
+from seoro.bridges import wire
+from seoro.bridges.launch import NAMESPACE, find_node
+from seoro.bridges.ros2.expose import messages
+from seoro.bridges.ros2.expose.node import ExposedNode, following
+from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot
+from seoro.bridges.ros2.expose.simulation import serving_simulation
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosSystem, open_system
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.session import Mailbox, SessionError, open_session
+from seoro.bridges.sim.requests import NodeAddress
+from seoro.errors import InvalidUse
+
+NODE = "seoro_simulator"
+HELP = (
+    "start a simulator with `seoro sim mujoco`, and a router with `ros2 run rmw_zenoh_cpp rmw_zenohd`, or be the "
+    "router with `--ros-listen`"
+)
+
+
+@dataclass(frozen=True)
+class ExposeSettings:
+    """What is exposed where.
+
+    Attributes:
+        simulator: Zenoh endpoint of the simulator node.
+        router: Zenoh endpoint of the router of the ROS 2 system; None to be the router.
+        listen: Endpoint to be the router on, if there is none to connect to.
+        domain: ROS_DOMAIN_ID.
+        root: The robot that has its topics without a namespace, as if it were alone; empty for none.
+        stamped: Whether commands of velocity are `TwistStamped`.
+    """
+
+    simulator: str
+    router: str | None = None
+    listen: str | None = None
+    domain: int = 0
+    root: str = ""
+    stamped: bool = False
+
+
+async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatures], None]) -> None:
+    """Expose a simulator node, for ever.
+
+    Args:
+        settings: What, and where.
+        ready: Called when all is announced.
+
+    Raises:
+        InvalidUse: There is no simulator node or no router, or no robot of the name that was given.
+        BackendLost: The simulator node is gone.
+    """
+    try:
+        async with (
+            open_session(connect=settings.simulator) as near,
+            open_session(connect=settings.router, listen=settings.listen) as far,
+            open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
+        ):
+            address = NodeAddress(near, NAMESPACE, await find_node(near, settings.simulator))
+            async with following(address) as node:
+                await _expose(node, system, settings, ready)
+    except SessionError as error:
+        raise InvalidUse(str(error), help=HELP) from error
+    except ExceptionGroup as group:
+        raise _first(group) from None
+
+
+def _first(error: Exception) -> Exception:
+    return _first(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
+
+
+async def _expose(
+    node: ExposedNode, system: RosSystem, settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatures], None]
+) -> None:
+    async with (
+        system.node(NODE) as ros,
+        ros.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock,
+        serving_simulation(ros, node),
+    ):
+        while True:
+            node.world_changed.clear()
+            features = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+            async with _world(node, system, settings, features, clock):
+                node.world_exposed.set()
+                ready(features)
+                await node.world_changed.wait()
+
+
+@asynccontextmanager
+async def _world(
+    node: ExposedNode,
+    system: RosSystem,
+    settings: ExposeSettings,
+    features: wire.SimulatorFeatures,
+    clock: Publication,
+) -> AsyncIterator[None]:
+    """Expose the robots of the world that is loaded, for as long as the block lasts."""
+    names = [robot.name for robot in features.robots]
+    if settings.root and settings.root not in names:
+        known = ", ".join(names) or "none"
+        raise InvalidUse(f"there is no robot '{settings.root}'", help=f"robots of {features.world}: {known}")
+    async with AsyncExitStack() as stack:
+        robots: dict[str, RobotTopics] = {}
+        wanted = wire.OpenStream(id="")
+        for name in names:
+            description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
+            robot = ExposedRobot(name, description, settings.stamped)
+            namespace = "/" if name == settings.root else f"/{name}"
+            ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
+            robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
+            wanted = _joined(wanted, robot.wanted)
+        if features.state is not wire.SimulationState.NO_WORLD:
+            told = await stack.enter_async_context(node.streaming(wanted))
+            tasks = await stack.enter_async_context(background())
+            tasks.start_soon(_pass_on, told, clock, robots)
+        yield
+
+
+def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
+    return wire.OpenStream(
+        id="",
+        sensors=one.sensors + other.sensors,
+        poses=one.poses + other.poses,
+        joints=one.joints + other.joints,
+    )
+
+
+async def _pass_on(stream: Mailbox[wire.Streamed], clock: Publication, robots: Mapping[str, RobotTopics]) -> None:
+    """Publish what the simulator node publishes."""
+    async for told in stream:
+        clock.publish(messages.clock(told.time))
+        for each in told.samples:
+            robots[each.robot].publish_sample(each.sample)
+        for pose in told.poses:
+            robots[pose.robot].publish_pose(pose, told.time)
+        for joints in told.joints:
+            robots[joints.robot].publish_joints(joints.joints, told.time)

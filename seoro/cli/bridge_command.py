@@ -1,0 +1,98 @@
+"""`seoro bridge`: stand between seoro and systems of others."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from typing import TYPE_CHECKING
+
+from seoro.cli.exits import Exit
+from seoro.errors import InvalidUse
+
+if TYPE_CHECKING:
+    from seoro.bridges.wire import SimulatorFeatures
+
+SIMULATOR = "tcp/127.0.0.1:7450"
+ROUTER = "tcp/127.0.0.1:7447"
+MAX_DOMAIN = 232
+
+EXAMPLES = """examples:
+  seoro sim mujoco --world maze --rate 1
+  seoro bridge ros2 --expose      (in another terminal: the simulator is a ROS 2 system then)
+
+It ends on Ctrl-C."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("kind", choices=["ros2"], help="what is on the other side")
+    parser.add_argument(
+        "--expose", action="store_true", help="show a simulator as a ROS 2 system: its robots, and the simulator"
+    )
+    parser.add_argument(
+        "--simulator",
+        metavar="ENDPOINT",
+        default=SIMULATOR,
+        help="with --expose: Zenoh endpoint of the simulator node (default: %(default)s)",
+    )
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
+        "--ros",
+        metavar="ENDPOINT",
+        help=f"Zenoh endpoint of the router that the nodes of ROS 2 use (default: {ROUTER})",
+    )
+    place.add_argument(
+        "--ros-listen", metavar="ENDPOINT", help="be that router, on this endpoint, where there is no other"
+    )
+    parser.add_argument(
+        "--domain", metavar="N", type=_domain, default=0, help="ROS_DOMAIN_ID (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--root",
+        metavar="ROBOT",
+        default="",
+        help="with --expose: the robot that has its topics without a namespace, as if it were alone",
+    )
+    parser.add_argument(
+        "--stamped-cmd-vel",
+        action="store_true",
+        help="with --expose: robots take velocities as TwistStamped, not as Twist",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    import anyio  # noqa: PLC0415 - for this command only
+
+    from seoro.bridges.ros2.expose.running import ExposeSettings, expose  # noqa: PLC0415 - Zenoh
+
+    if not options.expose:
+        raise InvalidUse("it is not said what to do", help="`--expose` shows a simulator as a ROS 2 system")
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s: %(message)s")
+    router = None if options.ros_listen else options.ros or ROUTER
+    settings = ExposeSettings(
+        options.simulator, router, options.ros_listen, options.domain, options.root, options.stamped_cmd_vel
+    )
+
+    def announce(features: SimulatorFeatures) -> None:
+        robots = ", ".join(robot.name for robot in features.robots) or "no robots"
+        where = f"at {router}" if router else f"on {options.ros_listen}"
+        print(
+            f"{features.engine} with {features.world or 'no world'} ({robots}) is a ROS 2 system {where}",
+            flush=True,
+        )
+
+    anyio.run(expose, settings, announce)
+    return Exit.PASSED
+
+
+def _domain(text: str) -> int:
+    """A ROS_DOMAIN_ID.
+
+    Raises:
+        ArgumentTypeError: It is none.
+    """
+    if not text.isdecimal() or int(text) > MAX_DOMAIN:
+        raise argparse.ArgumentTypeError(f"a ROS_DOMAIN_ID is a whole number from 0 to {MAX_DOMAIN}, not {text!r}")
+    return int(text)

@@ -1,0 +1,86 @@
+"""A simulator node that is exposed at a router, and a system of ROS 2 that sees it there."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import anyio
+
+from seoro.background import background
+from seoro.bridges import wire
+from seoro.bridges.launch import NAMESPACE
+from seoro.bridges.ros2.expose.running import ExposeSettings, expose
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.topics import Subscription
+from seoro.bridges.ros2.wire import Qos, RmwZenoh
+from seoro.bridges.session import AsyncSession, open_session
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.wire import SimulationState
+from tests.sim_nodes.client import A, Q
+
+STARTED_WITHIN = 30.0  # [s]
+KEEPING = Qos(depth=1000)
+
+
+@dataclass(frozen=True)
+class Exposed:
+    """Both sides of what is exposed.
+
+    Attributes:
+        ros: A node of another participant.
+    """
+
+    ros: RosNode
+    _session: AsyncSession
+
+    async def ask(self, verb: wire.Verb[Q, A], request: Q) -> A:
+        """Ask the simulator node, past what is exposed."""
+        return await ask(NodeAddress(self._session, NAMESPACE, "sim"), verb, request)
+
+
+@asynccontextmanager
+async def exposed(
+    simulator: str,
+    router: str,
+    types: TypeStore,
+    world: str = "empty",
+    rate: float | None = None,
+    **settings: Any,
+) -> AsyncIterator[Exposed]:
+    """A simulator node that is exposed at a router, at the beginning of a world.
+
+    Args:
+        simulator: Endpoint of the node.
+        router: Endpoint of the router.
+        types: Definitions of types.
+        world: Name of the world.
+        rate: How fast it plays; None if it does not.
+        settings: Of what exposes it, besides the endpoints.
+    """
+    async with open_session(connect=simulator) as session:
+        address = NodeAddress(session, NAMESPACE, "sim")
+        await ask(address, wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=3))
+        async with background() as tasks:
+            ready = anyio.Event()
+            wanted = replace(ExposeSettings(simulator, router), **settings)
+            tasks.start_soon(expose, wanted, lambda _: ready.set())
+            with anyio.fail_after(STARTED_WITHIN):
+                await ready.wait()
+            async with (
+                connect(router, types=types, dialect=RmwZenoh()) as system,
+                system.node("viewer") as ros,
+            ):
+                if rate is not None:
+                    playing = wire.SetSimulationState(state=SimulationState.PLAYING, rate=rate)
+                    await ask(address, wire.SET_SIMULATION_STATE, playing)
+                yield Exposed(ros, session)
+
+
+async def first(subscription: Subscription, count: int = 1, within: float = 10.0) -> list[Any]:
+    """The next messages of a subscription."""
+    with anyio.fail_after(within):
+        return [await subscription.message() for _ in range(count)]

@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import Any
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.ros2.expose.simulation import FEATURES, SimulationServices
+from seoro.bridges.ros2.geometry import seconds
+from seoro.bridges.ros2.interfaces import TypeStore
+from tests.bridges.ros2.expose.exposed import Exposed, exposed, first
+from tests.sim_nodes.client import BOX
+
+pytestmark = pytest.mark.engine("mujoco")
+
+OK, UNSUPPORTED, NOT_FOUND, FAILED = 1, 0, 2, 4
+STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD = range(5)
+
+
+class Services:
+    """Calls what simulators serve."""
+
+    def __init__(self, node: Exposed, stack: AsyncExitStack) -> None:
+        self.node = node
+        self._stack = stack
+
+    async def __call__(self, name: str, request: Mapping[str, Any] | None = None) -> Any:
+        kind = "".join(word.capitalize() for word in name.split("_"))
+        client = await self._stack.enter_async_context(
+            self.node.ros.calling(f"/{name}", f"simulation_interfaces/srv/{kind}")
+        )
+        await client.wait_for_server(5.0)
+        return await client.call(request or {}, 20.0)
+
+
+@asynccontextmanager
+async def simulating(simulator: str, router: str, types: TypeStore, world: str) -> AsyncIterator[Services]:
+    async with (
+        exposed(simulator, router, types, world) as node,
+        AsyncExitStack() as stack,
+    ):
+        yield Services(node, stack)
+
+
+def at(x: float, y: float, z: float = 0.1, frame: str = "map") -> dict[str, Any]:
+    return {
+        "header": {"frame_id": frame},
+        "pose": {"position": {"x": x, "y": y, "z": z}, "orientation": {"w": 1.0}},
+    }
+
+
+def spawning(name: str, pose: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"name": name, "entity_resource": {"resource_string": BOX}, "initial_pose": pose, **more}
+
+
+async def test_entities_are_spawned_found_moved_and_deleted(simulator: str, router: str, types: TypeStore) -> None:
+    async with simulating(simulator, router, types, "maze") as call:
+        features = (await call("get_simulator_features")).features
+        assert {0, 1, 9, 10, 11, 20, 25, 31, 33, 40, 50} <= set(features.features.tolist())
+        assert "sdf" in features.spawn_formats
+        spawned = await call("spawn_entity", spawning("box", at(1.0, 0.5)))
+        assert (spawned.result.result, spawned.entity_name) == (OK, "box")
+        again = await call("spawn_entity", spawning("box", at(1.0, 0.5)))
+        assert (again.result.result, again.entity_name) == (101, "")
+        assert "box" in again.result.error_message
+        renamed = await call("spawn_entity", spawning("box", at(1.0, -0.5), allow_renaming=True))
+        assert renamed.entity_name not in ("", "box")
+        for wrong, code in (
+            (spawning("b", at(0.0, 0.0, frame="odom")), 109),
+            (spawning("b", {"pose": {"orientation": {"w": 0.0}}}), 109),
+            (spawning("b", at(1.0, 1.0), entity_namespace="/b"), 105),
+            ({"name": "b", "entity_resource": {"uri": "nothing.sdf"}, "initial_pose": at(1.0, 1.0)}, 104),
+        ):
+            assert (await call("spawn_entity", wrong)).result.result == code
+        many = await call(
+            "spawn_entities", {"spawn_requests": [spawning("c", at(0.5, 1.5)), spawning("box", at(0, 0))]}
+        )
+        assert (many.result.result, [each.result.result for each in many.results]) == (150, [OK, 101])
+        found = await call("get_entities", {"filters": {"filter": "b.*|c"}})
+        assert list(found.entities) == sorted(["box", "c", renamed.entity_name])
+        box = {"type": 1, "points": [{"x": 2.0, "y": 1.0, "z": 1.0}, {"x": 0.8, "y": 0.0, "z": 0.0}]}
+        assert list((await call("get_entities", {"filters": {"bounds": box}})).entities) == ["box"]
+        sphere = await call("get_entities", {"filters": {"bounds": {"type": 3}}})
+        assert sphere.result.result == UNSUPPORTED
+        state = {"pose": at(1.2, 0.4)["pose"]}
+        moved = await call("set_entity_state", {"entity": "box", "state": state, "set_pose": True})
+        assert moved.result.result == OK
+        got = (await call("get_entity_state", {"entity": "box"})).state
+        assert (got.pose.position.x, got.pose.position.y) == pytest.approx((1.2, 0.4))
+        assert got.header.frame_id == "map"
+        states = await call("get_entities_states", {"filters": {"filter": "box"}})
+        assert states.states[0].pose.position.x == pytest.approx(1.2)
+        bounds = (await call("get_entity_bounds", {"entity": "box"})).bounds
+        assert bounds.type == 1
+        assert bounds.points[0].z > bounds.points[1].z
+        info = {"category": {"category": 4}, "description": "a box", "tags": ["red"]}
+        assert (await call("set_entity_info", {"entity": "box", "info": info})).result.result == OK
+        told = (await call("get_entity_info", {"entity": "box"})).info
+        assert (told.category.category, told.description, list(told.tags)) == (4, "a box", ["red"])
+        assert (await call("delete_entity", {"entity": "box"})).result.result == OK
+        gone = await call("get_entity_state", {"entity": "box"})
+        assert gone.result.result == NOT_FOUND
+        assert "box" in gone.result.error_message
+
+
+async def test_time_passes_and_worlds_change_as_they_are_told(
+    simulator: str, router: str, types: TypeStore
+) -> None:
+    async with (
+        simulating(simulator, router, types, "empty") as call,
+        call.node.ros.subscribing("/clock", "rosgraph_msgs/msg/Clock") as clock,
+    ):
+        assert (await call("get_simulation_state")).state.state == STOPPED
+        assert (await call("step_simulation", {"steps": 25})).result.result == OK
+        assert [seconds(each.clock) for each in await first(clock, 5)] == pytest.approx(
+            [0.02, 0.04, 0.06, 0.08, 0.1]
+        )
+        assert (await call("step_simulation", {"steps": 0})).result.result == FAILED
+        for wanted, result in (
+            (PLAYING, OK),
+            (PLAYING, 101),
+            (PAUSED, OK),
+            (QUITTING, UNSUPPORTED),
+            (9, UNSUPPORTED),
+        ):
+            answer = await call("set_simulation_state", {"state": {"state": wanted}})
+            assert (wanted, answer.result.result) == (wanted, result)
+        assert (await call("get_simulation_state")).state.state == PAUSED
+        assert (await call("reset_simulation", {"scope": 0})).result.result == OK
+        assert (await call("reset_simulation", {"scope": 64})).result.result == FAILED
+        names = [world.name for world in (await call("get_available_worlds")).worlds]
+        assert "maze" in names
+        missing = await call("load_world", {"world_resource": {"uri": "moon"}})
+        assert missing.result.result == 102
+        loaded = await call("load_world", {"world_resource": {"uri": "arm_cell"}})
+        assert (loaded.result.result, loaded.world.name) == (OK, "arm_cell")
+        joints = call.node.ros.subscribing("/ur10e/joint_states", "sensor_msgs/msg/JointState")
+        async with joints as arm:
+            await call.node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+            assert not call.node.ros.graph.publishers("/turtlebot4/scan")
+            await call("step_simulation", {"steps": 10})
+            assert len((await first(arm))[0].name) == 8
+        assert (await call("get_current_world")).world.world_resource.uri == "arm_cell"
+        assert (await call("unload_world")).result.result == OK
+        assert (await call("get_simulation_state")).state.state == NO_WORLD
+        assert (await call("get_current_world")).result.result == 101
+        assert (await call("unload_world")).result.result == 101
+
+
+def test_all_services_of_simulators_that_there_are_are_served(types: TypeStore) -> None:
+    services = {name for name in types.names() if name.startswith("simulation_interfaces/srv/")}
+    served = {kind for kind, _ in SimulationServices(None).all().values()}  # type: ignore[arg-type]
+    assert {f"simulation_interfaces/srv/{kind}" for kind in served} == services
+    assert FEATURES.keys() <= {verb.name for verb in wire.VERBS}

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.ros2.expose.robot import LATCHED
+from seoro.bridges.ros2.geometry import seconds
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.topics import Subscription
+from tests.bridges.ros2.expose.exposed import KEEPING, Exposed, exposed, first
+
+pytestmark = pytest.mark.engine("mujoco")
+
+POSED = "geometry_msgs/msg/PoseWithCovarianceStamped"
+
+
+async def transforms(subscription: Subscription, count: int) -> dict[tuple[str, str], Any]:
+    """The last transforms of so many messages, by parent and child."""
+    return {
+        (each.header.frame_id, each.child_frame_id): each.transform
+        for message in await first(subscription, count)
+        for each in message.transforms
+    }
+
+
+async def step(node: Exposed, steps: int) -> None:
+    await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
+
+
+async def test_a_robot_publishes_what_it_senses(simulator: str, router: str, types: TypeStore) -> None:
+    async with (
+        exposed(simulator, router, types, "maze") as node,
+        node.ros.subscribing("/turtlebot4/scan", "sensor_msgs/msg/LaserScan") as scans,
+        node.ros.subscribing("/turtlebot4/odom", "nav_msgs/msg/Odometry", KEEPING) as odometry,
+        node.ros.subscribing("/turtlebot4/imu", "sensor_msgs/msg/Imu") as imus,
+        node.ros.subscribing("/turtlebot4/joint_states", "sensor_msgs/msg/JointState") as joints,
+        node.ros.subscribing("/turtlebot4/tf", "tf2_msgs/msg/TFMessage", KEEPING) as tf,
+        node.ros.subscribing("/turtlebot4/tf_static", "tf2_msgs/msg/TFMessage", LATCHED) as tf_static,
+        node.ros.subscribing("/turtlebot4/robot_description", "std_msgs/msg/String", LATCHED) as urdf,
+        node.ros.subscribing("/clock", "rosgraph_msgs/msg/Clock", KEEPING) as clock,
+    ):
+        await step(node, 100)  # of 4 ms
+        [scan] = await first(scans)
+        assert scan.header.frame_id == "rplidar_link"
+        assert seconds(scan.header.stamp) == pytest.approx(0.1)
+        assert (scan.angle_min, scan.angle_increment) == pytest.approx((-math.pi, math.tau / 360))
+        truth = await node.ask(wire.GET_SENSOR_SAMPLE, wire.SensorName(robot="turtlebot4", sensor="lidar"))
+        assert truth.lidar is not None
+        await first(scans, 2)
+        [last] = await first(scans)
+        np.testing.assert_allclose(last.ranges, np.array(truth.lidar.ranges, dtype=np.float32))
+        stamps = [seconds(message.header.stamp) for message in await first(odometry, 20)]
+        assert stamps == pytest.approx([0.02 * tick for tick in range(1, 21)])
+        assert [seconds(each.clock) for each in await first(clock, 20)] == pytest.approx(stamps)
+        [imu] = await first(imus)
+        assert imu.linear_acceleration.z == pytest.approx(9.81, abs=0.3)
+        assert imu.orientation_covariance[0] == -1.0
+        [joint] = await first(joints)
+        assert list(joint.name) == ["left_wheel_joint", "right_wheel_joint"]
+        moving = await transforms(tf, 40)
+        assert set(moving) == {("odom", "base_link"), ("base_link", "left_wheel"), ("base_link", "right_wheel")}
+        fixed = await transforms(tf_static, 1)
+        assert fixed["base_link", "rplidar_link"].translation.z == pytest.approx(0.193)
+        assert (await first(urdf))[0].data.startswith("<?xml")
+
+
+async def test_a_robot_is_driven_and_told_where_it_is(simulator: str, router: str, types: TypeStore) -> None:
+    async with (
+        exposed(simulator, router, types, rate=4.0) as node,
+        node.ros.publishing("/turtlebot4/cmd_vel", "geometry_msgs/msg/Twist") as commands,
+        node.ros.publishing("/turtlebot4/initialpose", POSED) as places,
+        node.ros.subscribing("/turtlebot4/odom", "nav_msgs/msg/Odometry") as odometry,
+        node.ros.subscribing("/turtlebot4/amcl_pose", POSED) as poses,
+    ):
+        place = {
+            "header": {"frame_id": "map"},
+            "pose": {"pose": {"position": {"x": 0.5}, "orientation": {"z": 1.0, "w": 0.0}}},
+        }
+        places.publish(place)
+        [believed] = await first(poses)
+        assert believed.pose.pose.position.x == pytest.approx(0.5, abs=0.1)
+        assert abs(believed.pose.pose.orientation.z) > 0.95
+        assert 0.0 < believed.pose.covariance[0] < 0.1
+        travelled = 0.0
+        while travelled < 0.05:
+            commands.publish({"linear": {"x": 99.0}})
+            [at] = await first(odometry)
+            assert at.twist.twist.linear.x < 0.35
+            travelled = at.pose.pose.position.x
+
+
+async def test_bad_commands_are_said_and_change_nothing(
+    simulator: str, router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with (
+        exposed(simulator, router, types, rate=math.inf, root="turtlebot4") as node,
+        node.ros.publishing("/cmd_vel", "geometry_msgs/msg/Twist") as commands,
+        node.ros.publishing("/initialpose", POSED) as places,
+        node.ros.subscribing("/odom", "nav_msgs/msg/Odometry") as odometry,
+    ):
+        while "/initialpose: the initial pose is in the frame 'odom': give it in 'map'" not in caplog.text:
+            places.publish({"header": {"frame_id": "odom"}})
+            [at] = await first(odometry)
+        while "/cmd_vel: a velocity has a part that is no number" not in caplog.text:
+            commands.publish({"linear": {"x": math.nan}})
+            [at] = await first(odometry)
+        while "no such message" not in caplog.text:
+            commands.send(b"\x00\x01\x00\x00nonsense")
+            [at] = await first(odometry)
+        assert at.pose.pose.position.x == pytest.approx(0.0, abs=1e-3)
+        assert caplog.text.count("no number") == 1

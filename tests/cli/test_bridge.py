@@ -1,0 +1,69 @@
+"""`seoro bridge`: what it refuses, and how it says what it shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.bridges.ros2.expose import running
+from seoro.bridges.wire import SimulationState, SimulatorFeatures
+from seoro.cli.main import main
+
+FEATURES = SimulatorFeatures(
+    engine="mujoco",
+    engine_version="3",
+    version="0",
+    features=(),
+    spawn_formats=(),
+    world="",
+    available_worlds=(),
+    robots=(),
+    time=0.0,
+    step=0.004,
+    state=SimulationState.NO_WORLD,
+)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["ros2"], "it is not said what to do"),
+        (["ros1", "--expose"], "invalid choice: 'ros1'"),
+        (["ros2", "--expose", "--domain", "300"], "a ROS_DOMAIN_ID is a whole number from 0 to 232, not '300'"),
+        (["ros2", "--expose", "--ros", "a", "--ros-listen", "b"], "not allowed with"),
+    ],
+)
+def test_wrong_command_lines_are_refused(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status = main(["bridge", *arguments])
+    except SystemExit as ended:
+        status = int(ended.code or 0)
+    assert status == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_simulator_that_is_not_there_is_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nowhere = f"unixsock-stream/{tmp_path}/nowhere"
+    assert main(["bridge", "ros2", "--expose", "--simulator", nowhere, "--ros", nowhere]) == 2
+    error = capsys.readouterr().err
+    assert f"cannot connect to {nowhere}" in error
+    assert "seoro sim mujoco" in error
+
+
+def test_it_says_what_is_shown_and_where(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given: list[running.ExposeSettings] = []
+
+    async def expose(settings: running.ExposeSettings, ready: Any) -> None:
+        given.append(settings)
+        ready(FEATURES)
+
+    monkeypatch.setattr(running, "expose", expose)
+    assert main(["bridge", "ros2", "--expose", "--ros-listen", "tcp/127.0.0.1:7447", "--domain", "3"]) == 0
+    assert capsys.readouterr().out == "mujoco with no world (no robots) is a ROS 2 system on tcp/127.0.0.1:7447\n"
+    assert (given[0].router, given[0].domain) == (None, 3)
