@@ -12,6 +12,8 @@ from seoro.bridges import wire
 from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.wire import HOLD_DEADLINE, Result
 
+ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
+
 log = logging.getLogger(__name__)
 
 Stop = Callable[[str], Awaitable[None]]
@@ -89,13 +91,19 @@ class Hold:
     async def watch_deadline(self) -> None:
         """Stop the robots when a sign of life is overdue; runs as long as the node."""
         while True:
-            left = self._last + HOLD_DEADLINE - time.monotonic()
             if not self._alive:
                 await self._changed.wait()
-            elif left <= 0.0:
-                await self._lapse(f"no sign of life for {HOLD_DEADLINE:g} s")
+            elif self._left > 0.0:
+                await anyio.sleep(self._left)
             else:
-                await anyio.sleep(left)
+                await anyio.sleep(ARRIVED)
+                if self._alive and self._left <= 0.0:
+                    await self._lapse(f"no sign of life for {HOLD_DEADLINE:g} s")
+
+    @property
+    def _left(self) -> float:
+        """How long there may be no sign of life [s]."""
+        return self._last + HOLD_DEADLINE - time.monotonic()
 
     async def watch_tokens(self, tokens: AsyncIterator[tuple[str, bool]], namespace: str) -> None:
         """Stop the robots when the holder's token is gone, which is as soon as its process has died."""

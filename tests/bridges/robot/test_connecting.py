@@ -98,7 +98,7 @@ async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails
         assert stopped < 0.5
         report = await end.wait()
         assert report.status is GoalStatus.ABORTED
-        assert "the robots were stopped, a test: no sign of life for 0.4 s" in report.message
+        assert "the robots were stopped, a test: no sign of life for 0.3 s" in report.message
         again = Ends()
         await node.drive("line", 0.1, 0.0, 0.05, again)
         assert (await again.wait()).status is GoalStatus.SUCCEEDED
