@@ -27,6 +27,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
     "sim": "start a simulator node, for runs that connect to it",
     "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
+    "ros": "look at a ROS 2 system, and talk to it",
 }
 
 

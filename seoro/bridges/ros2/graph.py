@@ -54,6 +54,10 @@ class RosGraph:
         """The full names of all nodes, sorted; none behind a bridge, which tells of none."""
         return tuple(sorted({node.full_name for node in self._nodes.values()}))
 
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """All publishers, subscriptions, servers and clients."""
+        return tuple(each for named in self._endpoints.values() for each in named.values())
+
     def publishers(self, topic: str) -> tuple[Endpoint, ...]:
         """The publishers of a topic; also one that an action consists of, where that is announced as a whole."""
         return self._of(Kind.PUBLISHER, topic) or self._of_action(topic, _ACTION_TOPICS, Kind.PUBLISHER)

@@ -38,7 +38,7 @@ async def following_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncI
     """
     topic, type_name = f"{other}/transition_event", "lifecycle_msgs/msg/TransitionEvent"
     async with node.subscribing(topic, type_name, EVENTS) as events:
-        first = await _state(node, other)
+        first = await lifecycle_state(node, other)
 
         async def states() -> AsyncIterator[str]:
             last = first
@@ -57,8 +57,13 @@ async def following_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncI
         yield states()
 
 
-async def _state(node: RosNode, other: str) -> str:
-    """In which state it is now; maybe one of those on the way."""
+async def lifecycle_state(node: RosNode, other: str) -> str:
+    """In which state another node is now; maybe one of those on the way.
+
+    Raises:
+        NodeRefused: There is no such node with a life cycle.
+        CallFailed: It does not say.
+    """
     async with node.calling(f"{other}/get_state", "lifecycle_msgs/srv/GetState") as client:
         try:
             await client.wait_for_server(ANSWER_WITHIN)

@@ -7,11 +7,13 @@ for the kind of a parameter first: a whole number is then given as a double wher
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, Final
 
 from seoro.bridges.ros2.clients.errors import NodeRefused
+from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.errors import NoServiceServer
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
@@ -133,3 +135,36 @@ async def _ask(node: RosNode, other: str, service: str, kind: str, request: Mapp
             nodes = ", ".join(node.graph.nodes()) or "none"
             raise NodeRefused(f"there is no node {other} that has parameters; nodes are {nodes}") from None
         return await client.call(request, ANSWER_WITHIN)
+
+
+async def list_parameters(node: RosNode, other: str) -> list[str]:
+    """The names of all parameters of another node, sorted.
+
+    Raises:
+        NodeRefused: There is no such node that has parameters.
+        CallFailed: It does not respond.
+    """
+    response = await _ask(node, other, "list_parameters", "ListParameters", {})
+    return sorted(map(str, response.result.names))
+
+
+async def get_parameters(node: RosNode, other: str, names: Sequence[str]) -> dict[str, Any]:
+    """The values of parameters of another node; None for those that are declared and not set.
+
+    Raises:
+        NodeRefused: There is no such node that has parameters, or it has not all of them.
+        CallFailed: It does not respond.
+    """
+    response = await _ask(node, other, "get_parameters", "GetParameters", {"names": list(names)})
+    if len(response.values) != len(names):
+        known = await list_parameters(node, other)
+        unknown = next((name for name in names if name not in known), names[0])
+        near = ", ".join(get_close_matches(unknown, known, n=3)) or ", ".join(known) or "none"
+        raise NodeRefused(f"{other} has no parameter `{unknown}`; there is {near}")
+    return {name: _value(value) for name, value in zip(names, response.values, strict=True)}
+
+
+def _value(message: Any) -> Any:
+    """What a `rcl_interfaces/msg/ParameterValue` says."""
+    member = _MEMBERS.get(int(message.type))
+    return None if member is None else Members(message)[member]

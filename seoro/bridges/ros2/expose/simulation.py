@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import Any
 
@@ -222,7 +222,7 @@ class SimulationServices:
         name = request.world_resource.uri.removeprefix("file://")
         features = await self._ask(wire.LOAD_WORLD, wire.LoadWorld(world=name))
         await self._node.change_world()
-        return {"result": done(), "world": _world(features.world, request.world_resource.uri)}
+        return {"result": done(), "world": _described(features.world, request.world_resource.uri)}
 
     async def _unload_world(self, _: Any) -> Fields:
         await self._ask(wire.UNLOAD_WORLD, Empty())
@@ -231,16 +231,20 @@ class SimulationServices:
 
     async def _world(self, _: Any) -> Fields:
         world = await self._ask(wire.GET_CURRENT_WORLD, Empty())
-        return {"result": done(), "world": _world(world.name, world.source)}
+        return {"result": done(), "world": _described(world.name, world.source, world.description, world.tags)}
 
-    async def _worlds(self, _: Any) -> Fields:
-        names = (await self._ask(wire.GET_AVAILABLE_WORLDS, Empty())).names
-        return {"result": done(), "worlds": [_world(name, name) for name in names]}
+    async def _worlds(self, request: Any) -> Fields:
+        tags = entities.tags_filter(request.filter)
+        wanted = wire.GetAvailableWorlds(tags=tags, sources=tuple(request.additional_sources))
+        found = await self._ask(wire.GET_AVAILABLE_WORLDS, wanted)
+        result = done() if not found.message else {**done(), "error_message": found.message}
+        worlds = [_described(each.source, each.source, each.description, each.tags) for each in found.worlds]
+        return {"result": result, "worlds": worlds}
 
 
-def _world(name: str, uri: str) -> Fields:
+def _described(name: str, uri: str, description: str = "", tags: Sequence[str] = ()) -> Fields:
     """A `simulation_interfaces/WorldResource`."""
-    return {"name": name, "world_resource": {"uri": uri}}
+    return {"name": name, "world_resource": {"uri": uri}, "description": description, "tags": list(tags)}
 
 
 @asynccontextmanager

@@ -1,0 +1,122 @@
+"""`seoro ros graph`: what there is in a system, or what one node has."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable
+from typing import Any, Final
+
+from seoro.bridges.ros2.clients.lifecycle import lifecycle_state
+from seoro.bridges.ros2.graph import RosGraph
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.wire import Endpoint, Kind
+from seoro.cli.exits import Exit
+from seoro.cli.ros.reaching import of_others, reached
+from seoro.cli.ros.values import as_json, counted, table
+from seoro.errors import InvalidUse
+from seoro.lang.diagnostics import near
+
+HAS: Final = {
+    Kind.PUBLISHER: "publishes",
+    Kind.SUBSCRIPTION: "subscribes",
+    Kind.SERVER: "serves",
+    Kind.CLIENT: "calls",
+}
+
+
+async def show(options: argparse.Namespace) -> int:
+    """Print what there is."""
+    async with reached(options) as node:
+        what = _system(node, hidden=options.all) if options.node is None else await _node(node, options.node)
+        if options.json:
+            print(as_json(what))
+        elif options.node is None:
+            _print_system(node, what)
+        else:
+            _print_node(what)
+        for name, types in _quarrels(node.graph).items():
+            print(f"warning: not all agree on the type of {name}: {', '.join(types)}", file=sys.stderr)
+    return Exit.PASSED
+
+
+def _system(node: RosNode, *, hidden: bool) -> dict[str, Any]:
+    graph = node.graph
+    own = node.node.full_name
+    return {
+        "dialect": graph.dialect.name,
+        "nodes": [name for name in graph.nodes() if name != own],
+        "topics": [
+            {
+                "name": name,
+                "types": list(types),
+                "publishers": len(of_others(node, graph.publishers(name))),
+                "subscriptions": len(of_others(node, graph.subscriptions(name))),
+            }
+            for name, types in graph.topics(hidden=hidden).items()
+        ],
+        "services": [
+            {"name": name, "types": list(types)} for name, types in graph.services(hidden=hidden).items()
+        ],
+        "actions": [{"name": name, "types": list(types)} for name, types in graph.actions().items()],
+    }
+
+
+def _quarrels(graph: RosGraph) -> dict[str, tuple[str, ...]]:
+    """Topics and services that are of several types, which never meet."""
+    named = {**graph.topics(hidden=True), **graph.services(hidden=True)}
+    return {name: types for name, types in named.items() if len(types) > 1}
+
+
+def _print_system(node: RosNode, what: dict[str, Any]) -> None:
+    print(f"a system that speaks {what['dialect']}")
+    if what["nodes"] or node.graph.dialect.name == "rmw_zenoh":
+        _print_part("nodes", [[name] for name in what["nodes"]])
+    topics = [
+        [
+            each["name"],
+            ", ".join(each["types"]),
+            counted(each["publishers"], "publisher"),
+            counted(each["subscriptions"], "subscription"),
+        ]
+        for each in what["topics"]
+    ]
+    _print_part("topics", topics)
+    for part in ("services", "actions"):
+        _print_part(part, [[each["name"], ", ".join(each["types"])] for each in what[part]])
+
+
+def _print_part(name: str, rows: list[list[str]]) -> None:
+    print(f"{name} ({len(rows)})")
+    if rows:
+        print(table(rows))
+
+
+async def _node(node: RosNode, name: str) -> dict[str, Any]:
+    full = name if name.startswith("/") else f"/{name}"
+    known = node.graph.nodes()
+    if full not in known:
+        raise InvalidUse(
+            f"there is no node {full}", help=near(full, known) or f"nodes are {', '.join(known) or 'none'}"
+        )
+    endpoints = [each for each in node.graph.endpoints() if each.node is not None and each.node.full_name == full]
+    found: dict[str, Any] = {"name": full}
+    served = {each.name for each in endpoints if each.kind is Kind.SERVER}
+    if f"{full}/get_state" in served:
+        found["lifecycle_state"] = await lifecycle_state(node, full)
+    for kind, verb in HAS.items():
+        found[verb] = _named(each for each in endpoints if each.kind is kind)
+    return found
+
+
+def _named(endpoints: Iterable[Endpoint]) -> list[dict[str, str]]:
+    pairs = sorted({(each.name, each.type) for each in endpoints})
+    return [{"name": name, "type": kind} for name, kind in pairs]
+
+
+def _print_node(what: dict[str, Any]) -> None:
+    print(what["name"])
+    if "lifecycle_state" in what:
+        print(f"lifecycle state: {what['lifecycle_state']}")
+    for verb in HAS.values():
+        _print_part(verb, [[each["name"], each["type"]] for each in what[verb]])

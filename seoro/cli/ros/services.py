@@ -1,0 +1,35 @@
+"""`seoro ros service`: services of a system, and calling them."""
+
+from __future__ import annotations
+
+import argparse
+
+from seoro.cli.exits import Exit
+from seoro.cli.ros.reaching import only_type, reached
+from seoro.cli.ros.values import as_json, as_yaml, read_value, table
+
+
+async def list_services(options: argparse.Namespace) -> int:
+    """Print the services with their types."""
+    async with reached(options) as node:
+        services = node.graph.services(hidden=options.all)
+    if options.json:
+        print(as_json({name: list(types) for name, types in services.items()}))
+    elif services:
+        print(table([[name, ", ".join(types)] for name, types in services.items()], indent=""))
+    return Exit.PASSED
+
+
+async def call(options: argparse.Namespace) -> int:
+    """Call a service, and print its response."""
+    request = read_value(options.value)
+    async with reached(options) as node:
+        service = node.resolve(options.name)
+        known = node.graph.services(hidden=True)
+        type_name = only_type("service", service, options.type, known.get(service, ()), known)
+        async with node.calling(service, type_name) as client:
+            await client.wait_for_server(options.timeout)
+            response = await client.call(request, options.timeout)
+        value = node.system.types.plain(f"{client.type}_Response", response)
+    print(as_json(value) if options.json else as_yaml(value, full=options.full))
+    return Exit.PASSED

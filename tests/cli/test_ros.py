@@ -1,0 +1,235 @@
+"""`seoro ros` against a robot in another process."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+pytest.importorskip("xxhash", reason="the extra ros2 is not installed")
+
+SCAN = "sensor_msgs/msg/LaserScan"
+
+
+@dataclass(frozen=True)
+class Robot:
+    endpoint: str
+    process: subprocess.Popen[str]
+
+    def said(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().strip()
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[Robot]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    script = Path(__file__).with_name("ros_robot.py")
+    with subprocess.Popen([sys.executable, script, endpoint], stdout=subprocess.PIPE, text=True) as process:
+        robot = Robot(endpoint, process)
+        assert robot.said() == "ready"
+        yield robot
+        process.kill()
+
+
+Ros = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def ros(robot: Robot, capsys: pytest.CaptureFixture[str]) -> Ros:
+    def call(*arguments: str) -> tuple[int, str, str]:
+        status = main(["ros", *arguments, "--ros", robot.endpoint])
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return call
+
+
+def test_the_graph_shows_what_there_is(ros: Ros) -> None:
+    status, out, _ = ros("graph")
+    assert status == 0
+    lines = [line.split() for line in out.splitlines()]
+    assert ["/robot"] in lines
+    assert ["/scan", SCAN, "1", "publisher", "no", "subscription"] in lines
+    assert ["/cmd_vel", "geometry_msgs/msg/Twist", "no", "publisher", "1", "subscription"] in lines
+    assert ["/enable", "std_srvs/srv/SetBool"] in lines
+    assert ["/fibonacci", "example_interfaces/action/Fibonacci"] in lines
+    assert "_action" not in out
+
+
+def test_the_graph_is_json_on_request(ros: Ros) -> None:
+    _, out, _ = ros("graph", "--json", "--all")
+    graph = json.loads(out)
+    assert graph["nodes"] == ["/robot"]
+    assert {"name": "/scan", "types": [SCAN], "publishers": 1, "subscriptions": 0} in graph["topics"]
+    assert any("_action" in service["name"] for service in graph["services"])
+
+
+def test_a_node_shows_what_it_has(ros: Ros) -> None:
+    _, out, _ = ros("graph", "--node", "robot")
+    assert out.startswith("/robot\npublishes (2)\n")
+    assert "subscribes (1)\n  /cmd_vel  geometry_msgs/msg/Twist\n" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message", "hint"),
+    [
+        (("graph", "--node", "robt"), "there is no node /robt", "did you mean `/robot`?"),
+        (("topic", "echo", "/scna"), "there is no topic /scna", "did you mean `/scan`?"),
+        (("topic", "info", "/scna"), "there is no topic /scna", "did you mean `/scan`?"),
+        (("topic", "echo", "/scan", "--member", "range"), "there is no 'range' of 'range'", "ranges"),
+        (
+            ("topic", "pub", "/cmd_vel", "0.5"),
+            "a message is a mapping of its members, not '0.5'",
+            "write it as YAML",
+        ),
+        (("topic", "pub", "/cmd_vel", "{lin: 1}"), "`lin`", "did you mean `linear`?"),
+        (("topic", "pub", "/cmd_vel", "{linear: {x: fast}}"), "`linear.x`: expected a number", ""),
+        (("service", "call", "/enabled"), "there is no service /enabled", "did you mean `/enable`?"),
+        (("action", "send", "/fibonaci"), "there is no action /fibonaci", "did you mean `/fibonacci`?"),
+    ],
+)
+def test_what_is_wrong_is_said_with_what_would_be_right(
+    ros: Ros, arguments: tuple[str, ...], message: str, hint: str
+) -> None:
+    status, _, err = ros(*arguments)
+    assert status == 2
+    assert message in err
+    assert hint in err
+
+
+def test_topics_are_echoed_as_yaml_and_cut_off(ros: Ros) -> None:
+    status, out, _ = ros("topic", "echo", "/scan", "--count", "2")
+    assert status == 0
+    assert out.count("---\n") == 2
+    assert "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: lidar\n" in out
+    assert "1.5, '... 360 in all']" in out
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        (("--member", "ranges.3"), "1.5\n"),
+        (("--member", "header.frame_id"), "lidar\n"),
+        (("--member", "header.stamp", "--json"), '{"sec": 0, "nanosec": 0}\n'),
+    ],
+)
+def test_members_are_echoed(ros: Ros, more: tuple[str, ...], expected: str) -> None:
+    assert ros("topic", "echo", "scan", "-n", "1", *more) == (0, expected, "")
+
+
+def test_full_messages_are_not_cut_off(ros: Ros) -> None:
+    _, out, _ = ros("topic", "echo", "/scan", "-n", "1", "--full")
+    assert out.count("1.5") == 360
+
+
+def test_rates_are_measured(ros: Ros) -> None:
+    status, out, _ = ros("topic", "hz", "/chatter", "-n", "20")
+    assert status == 0
+    assert 5.0 < float(out.split()[0]) < 100.0
+    assert out.rstrip().endswith("of 20")
+
+
+def test_info_tells_quality_of_service_and_definitions(ros: Ros) -> None:
+    _, out, _ = ros("topic", "info", "/scan")
+    assert out.splitlines()[0] == "1 publisher"
+    assert "/robot" in out
+    assert "best_effort, volatile, keeps last 5  defined as here" in out
+
+
+def test_messages_are_published(ros: Ros, robot: Robot) -> None:
+    status, out, _ = ros("topic", "pub", "/cmd_vel", "{linear: {x: 0.25}}", "-n", "2", "--rate", "50")
+    assert (status, out) == (0, "published 2 messages on /cmd_vel\n")
+    assert [robot.said(), robot.said()] == ["0.25", "0.25"]
+
+
+def test_nothing_is_published_to_nobody(ros: Ros) -> None:
+    status, out, err = ros("topic", "pub", "/nobody", "{}", "--type", "std_msgs/msg/String", "--wait", "0.1")
+    assert (status, out) == (3, "")
+    assert "nobody has subscribed to /nobody for 0.1 s" in err
+    status, out, _ = ros("topic", "pub", "/nobody", "{}", "--type", "std_msgs/msg/String", "--wait", "0")
+    assert (status, out) == (0, "published 1 message on /nobody\n")
+
+
+def test_services_are_listed_and_called(ros: Ros) -> None:
+    _, out, _ = ros("service", "list")
+    assert ["/enable", "std_srvs/srv/SetBool"] in [line.split() for line in out.splitlines()]
+    assert ros("service", "call", "/enable", "{data: true}") == (0, "success: true\nmessage: 'on'\n", "")
+    assert ros("service", "call", "/enable", "--json") == (0, '{"success": false, "message": "off"}\n', "")
+
+
+def test_goals_are_sent(ros: Ros) -> None:
+    assert ros("action", "list") == (0, "/fibonacci  example_interfaces/action/Fibonacci\n", "")
+    status, out, _ = ros("action", "send", "/fibonacci", "{order: 5}")
+    assert (status, out.splitlines()) == (
+        0,
+        ["/fibonacci has accepted the goal", "succeeded", "  sequence: [0, 1, 1, 2, 3]"],
+    )
+    status, out, _ = ros("action", "send", "/fibonacci", "{order: 500}")
+    assert (status, out) == (1, "the server of /fibonacci rejects the goal\n")
+
+
+def test_parameters_are_shown_and_set(ros: Ros) -> None:
+    _, out, _ = ros("param", "get", "robot")
+    assert out == "max_particles: 2000\nrobot_model: differential\nweights: [0.5, 0.25]\n"
+    assert ros("param", "get", "/robot", "robot_model") == (0, "differential\n", "")
+    assert ros("param", "set", "robot", "max_particles", "3000") == (0, "max_particles of /robot is 3000\n", "")
+    assert ros("param", "set", "robot", "max_particles", "2000")[0] == 0
+
+
+def test_what_a_node_refuses_is_told(ros: Ros) -> None:
+    status, _, err = ros("param", "set", "robot", "max_particles", "-1")
+    assert status != 0
+    assert "it has to be positive" in err
+    status, _, err = ros("param", "get", "robot", "max_particle")
+    assert status != 0
+    assert "/robot has no parameter `max_particle`; there is max_particles" in err
+    status, _, err = ros("param", "get", "nobody")
+    assert status != 0
+    assert "there is no node /nobody that has parameters" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("topic", "echo", "/scan", "-n", "0"), "expected a whole number from 1, not '0'"),
+        (("topic", "pub", "/a", "{}", "--rate", "nan"), "expected a number from 0, not 'nan'"),
+        (("graph", "--domain", "300"), "a domain is a whole number from 0 to 232, not '300'"),
+        (("topic", "echo", "/scan", "--once"), "`seoro ros topic echo` has no option `--once`"),
+        (("graph", "--dialect", "dds"), "invalid choice: 'dds'"),
+    ],
+)
+def test_wrong_command_lines_are_refused(
+    arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["ros", *arguments])
+    assert ended.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_wrong_domain_of_the_environment_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "many")
+    assert main(["ros", "graph"]) == 2
+    assert "the environment variable ROS_DOMAIN_ID is wrong" in capsys.readouterr().err
+
+
+def test_a_system_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    assert main(["ros", "graph", "--ros", endpoint]) in (2, 3)
+    assert f"cannot connect to {endpoint}" in capsys.readouterr().err
