@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,7 @@ class Levels:
         return Expected(float(counts @ means), max(0.0, float(counts @ variances)))
 
 
+@lru_cache(maxsize=16)
 def _probabilities(deviation: float, offset: float) -> Array:
     middle = LEVELS + offset
     if deviation == 0.0:

@@ -1,8 +1,8 @@
 """Faults of sensors, cameras and motors, and what is measured of them.
 
-A device is a sensor or a camera of a robot (`lidar`, `odometry`, ...), its `motors`, or `robot`, which is all of
-them. Free cameras are devices of no robot, whose name is empty then. A device has at most one fault of each kind;
-another of the kind takes its place.
+A device is a sensor or a camera of a robot (`lidar`, `odometry`, ...), its `motors`, `joints` or `gripper`, or
+`robot`, which is all of them. Free cameras are devices of no robot, whose name is empty then. A device has at most
+one fault of each kind; another of the kind takes its place.
 """
 
 from __future__ import annotations
@@ -79,20 +79,20 @@ class DeadArea(Message):
 
 
 class MessageLoss(Message):
-    """Each sample, or picture that is asked for, is lost with a probability."""
+    """Each sample or command, or picture that is asked for, is lost with a probability."""
 
     kind: Literal["message_loss"] = "message_loss"
     probability: float
 
 
 class Freeze(Message):
-    """Samples or pictures go on to come, and all have the values of the first."""
+    """Samples, commands or pictures go on to come, and all have the values of the first."""
 
     kind: Literal["freeze"] = "freeze"
 
 
 class Delay(Message):
-    """Samples come later by a time [s]; pictures are as old as that."""
+    """Samples and commands come later by a time [s]; pictures are as old as that."""
 
     kind: Literal["delay"] = "delay"
     time: float

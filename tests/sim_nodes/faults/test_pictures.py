@@ -28,7 +28,7 @@ from sim_nodes.sensors.pixels import with_errors
 from sim_nodes.views import Lens, Picture
 
 LENS = Lens(width=48, height=32)
-PATIENCE = 600  # ticks; a fault that takes effect is found in fewer
+PATIENCE = 200  # ticks; a fault that takes effect is found in fewer
 LEFT_HALF = DeadArea(left=0.0, top=0.0, right=0.5, bottom=1.0)
 
 
