@@ -89,15 +89,3 @@ PRESETS: Mapping[str, Qos] = MappingProxyType(
         "system_default_transient_local": Qos(durability=Durability.TRANSIENT_LOCAL, depth=42),
     }
 )
-
-
-def never_meet(offered: Qos, requested: Qos) -> str | None:
-    """Why DDS does not let a publisher and a subscription meet, or None if it does.
-
-    With rmw_zenoh all of them meet; behind the bridge for DDS robots they have to be compatible.
-    """
-    if requested.is_reliable and not offered.is_reliable:
-        return "the subscription asks for reliable delivery, the publisher offers best effort"
-    if requested.is_transient_local and not offered.is_transient_local:
-        return "the subscription asks for what was published before, the publisher keeps nothing (volatile)"
-    return None

@@ -2,18 +2,9 @@
 
 import pytest
 
-from seoro.bridges.ros2.wire import PRESETS, Durability, Qos, Reliability
-from seoro.bridges.ros2.wire.qos import never_meet
+from seoro.bridges.ros2.wire import PRESETS, Qos, Reliability
 
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL)
 SENSOR = PRESETS["sensor_data"]
-
-
-def test_publishers_have_to_offer_what_subscriptions_ask_for() -> None:
-    assert never_meet(Qos(), SENSOR) is None
-    assert never_meet(LATCHED, Qos()) is None
-    assert "best effort" in (never_meet(SENSOR, Qos()) or "")
-    assert "volatile" in (never_meet(Qos(), LATCHED) or "")
 
 
 def test_presets_are_those_of_ros_2() -> None:
