@@ -30,7 +30,7 @@ class FakeBridge:
         settings = {
             "mode": "router",
             "listen": {"endpoints": [endpoint]},
-            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
             "timestamping": {"enabled": True},
         }
         self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))

@@ -241,7 +241,7 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
             tracemalloc.stop()
             received: list[Received] = []
             while True:  # what is under way
-                with anyio.move_on_after(1) as waiting:
+                with anyio.move_on_after(0.5) as waiting:
                     received.append(await subscription.receive())
                 if waiting.cancelled_caught:
                     break

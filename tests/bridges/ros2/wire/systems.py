@@ -6,17 +6,18 @@ from hypothesis import strategies as st
 
 from seoro.bridges.ros2.wire import Durability, Endpoint, History, Kind, Liveliness, Node, Qos, Reliability
 
-TOKENS = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,8}", fullmatch=True)
+LETTERS = "abzAZ_"
+TOKENS = st.builds("{}{}".format, st.sampled_from(LETTERS), st.text(LETTERS + "059", max_size=8))
 NAMES = st.lists(TOKENS, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
 NAMESPACES = st.just("/") | NAMES
 TYPES = st.builds(
     "{}/{}/{}".format,
-    st.from_regex(r"[a-z][a-z0-9_]{0,8}", fullmatch=True),
+    st.sampled_from(["std_msgs", "a_b2_msgs"]),
     st.sampled_from(["msg", "srv", "action"]),
-    st.from_regex(r"[A-Z][A-Za-z0-9]{0,8}(_Request)?", fullmatch=True),
+    st.sampled_from(["String", "Int32", "A", "SetBool_Request", "Spin_SendGoal_Response"]),
 )
-HASHES = st.none() | st.from_regex(r"RIHS01_[0-9a-f]{64}", fullmatch=True)
-SESSIONS = st.from_regex(r"[0-9a-f]{1,32}", fullmatch=True)
+HASHES = st.none() | st.integers(0, 2**256 - 1).map("RIHS01_{:064x}".format)
+SESSIONS = st.integers(0, 2**128 - 1).map("{:x}".format)
 NUMBERS = st.integers(0, 2**31)
 TIMES = st.none() | st.integers(1, 2**63 - 2)
 
