@@ -22,6 +22,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "check": "parse and check scenario files, without running",
     "trace": "show the trace of a run, sum it up, convert it",
     "accept": "check whether the trace of a run is accepted by its scenario",
+    "bag": "show what is in a bag of ROS 2, and make one whole that was cut off",
     "fmt": "lay scenario files out after the standard's coding style guide",
     "explain": "say what the code of a message means, with examples",
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",

@@ -6,6 +6,7 @@ What has been flushed is in whole chunks, so that it can be read whatever become
 from __future__ import annotations
 
 import contextlib
+import fcntl
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
@@ -41,6 +42,8 @@ class McapFile:
     def __init__(self, path: Path, compression: Compression) -> None:
         self._path = path
         self._stream = path.open("xb")
+        with contextlib.suppress(OSError):  # not all file systems have locks
+            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody mends what is being written
         self._writer = Writer(self._stream, chunk_size=CHUNK, compression=_COMPRESSIONS[compression])
         self._writer.start(profile=Profile.ROS2, library=f"seoro-{version('seoro')}")
         self._stream.flush()  # an empty file could not be read, if it came to that

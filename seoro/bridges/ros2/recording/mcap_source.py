@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Final
+from typing import IO
 
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
@@ -18,11 +16,8 @@ from mcap.well_known import MessageEncoding
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
 from seoro.bridges.ros2.recording.profiles import read_profiles
-from seoro.bridges.ros2.recording.scanning import MOST_RECORD, is_whole, scan
+from seoro.bridges.ros2.recording.scanning import DAMAGES, MOST_RECORD, is_whole, scan
 from seoro.bridges.ros2.recording.sources import BagMessage
-
-# What reading a file may raise that is no MCAP file, or a damaged one.
-_DAMAGES: Final = (McapError, ValueError, KeyError, EOFError, RuntimeError, struct.error, zlib.error)
 
 
 class McapSource:
@@ -79,8 +74,10 @@ class McapSource:
                 yield stream
         except OSError as error:
             raise UnreadableBag(f"{self.path} cannot be read: {error.strerror}") from None
-        except _DAMAGES as error:
-            raise UnreadableBag(f"{self.path} is no MCAP file, or is damaged: {error}") from None
+        except DAMAGES as error:
+            raise UnreadableBag(
+                f"{self.path} is no MCAP file, or is damaged: {error or type(error).__name__}"
+            ) from None
 
     def _topic(self, channel: Channel, count: int) -> BagTopic:
         if channel.message_encoding != MessageEncoding.CDR:

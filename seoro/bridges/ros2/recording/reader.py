@@ -6,7 +6,7 @@ MCAP files are read here, also those that end in the middle; the rest is left to
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
@@ -31,12 +31,14 @@ class Bag:
         topics: What it has, by name.
         extent: How much there is.
         is_cut_off: Whether it ends in the middle; it can be played up to there, and `mend_bag` makes it whole.
+        notes: What its metadata says beside that (`custom_data`), such as what was lost.
     """
 
     path: Path
     topics: dict[str, BagTopic]
     extent: Extent
     is_cut_off: bool
+    notes: Mapping[str, str]
     _sources: tuple[Source, ...]
 
     def choose(self, names: Sequence[str]) -> tuple[BagTopic, ...]:
@@ -89,7 +91,8 @@ def open_bag(path: Path) -> Bag:
         for topic in source.topics:
             topics[topic.name] = _together(path, topics.get(topic.name), topic, said.get(topic.name))
     extent = reduce(or_, (source.extent for source in sources))
-    return Bag(path, topics, extent, any(source.is_cut_off for source in sources), tuple(sources))
+    notes = (metadata.custom_data if metadata else None) or {}
+    return Bag(path, topics, extent, any(source.is_cut_off for source in sources), notes, tuple(sources))
 
 
 def files_of(folder: Path) -> list[Path]:

@@ -7,10 +7,12 @@ that others can read it too (`mend`).
 
 from __future__ import annotations
 
+import fcntl
 import os
 import struct
+import zlib
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -19,25 +21,30 @@ from typing import IO, Final
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import (
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    McapRecord,
-    Message,
-    MessageIndex,
-    Schema,
-    Statistics,
-)
-from mcap.stream_reader import CRCValidationError, breakup_chunk
+from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, MessageIndex, Schema, Statistics
+from mcap.stream_reader import get_chunk_data_stream
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
+from zstandard import ZstdError
 
 MOST_RECORD: Final = 1 << 30  # [bytes]
 
+# What reading a file may raise that is no MCAP file, or a damaged one.
+DAMAGES: Final = (
+    McapError,
+    ValueError,
+    LookupError,
+    EOFError,
+    OverflowError,
+    MemoryError,
+    RuntimeError,
+    struct.error,
+    zlib.error,
+    ZstdError,
+)
+
 _HEAD: Final = struct.Struct("<BQ")  # kind and length of a record
+_MESSAGE: Final = struct.Struct("<HIQ")  # channel, number and time of a message
 
 
 @dataclass(frozen=True)
@@ -46,89 +53,137 @@ class Scan:
 
     Attributes:
         summary: Its index.
-        end: [bytes] from the beginning, where the last whole chunk and its index of messages end.
-        size: [bytes] of the whole file.
+        end: [bytes] where the last whole chunk ends, with its index of messages if that is whole.
+        unindexed: The index of messages of the last chunk if that is missing there.
     """
 
     summary: Summary
     end: int
-    size: int
+    unindexed: tuple[MessageIndex, ...]
 
 
 @dataclass(frozen=True)
 class _Record:
     kind: int
-    start: int  # [bytes] from the beginning of the file
+    start: int  # [bytes] from the beginning of the file, or of what is in the chunk
     end: int
     content: bytes
 
-    def as_chunk(self) -> Chunk:
-        """A chunk of it alone."""
-        data = _HEAD.pack(self.kind, len(self.content)) + self.content
-        return Chunk("", data, 0, 0, 0, len(data))
+    def stream(self) -> ReadDataStream:
+        """To read its content from."""
+        return ReadDataStream(BytesIO(self.content))
 
 
 @dataclass
-class _Tally:
-    """Messages by channel, and when they were."""
+class _Scanner:
+    """Takes note of one record after the other."""
 
-    counts: Counter[int] = field(default_factory=Counter)
-    start: int = (1 << 64) - 1  # [ns]
-    end: int = 0  # [ns]
+    summary: Summary = field(default_factory=Summary)
+    end: int = len(MCAP0_MAGIC)
+    counts: Counter[int] = field(default_factory=Counter)  # by channel
+    earliest: int = (1 << 64) - 1  # [ns]
+    latest: int = 0  # [ns]
+    chunk_end: int = 0
+    chunk_messages: dict[int, MessageIndex] = field(default_factory=dict)  # of the last chunk, by channel
+
+    def note(self, record: _Record) -> bool:
+        """Take note of a record of the file; False if what comes from there on is of no use."""
+        match record.kind:
+            case Opcode.CHUNK:
+                chunk = Chunk.read(record.stream())
+                inside, length = get_chunk_data_stream(chunk, validate_crc=True)
+                self.chunk_messages = {}
+                for each in _records(BytesIO(inside.read(length)), 0, length):
+                    self._note_inside(each)
+                self.summary.chunk_indexes.append(_chunk_index(chunk, record))
+                self.chunk_end = record.end
+            case Opcode.MESSAGE_INDEX if self.summary.chunk_indexes:
+                index, chunk_index = MessageIndex.read(record.stream()), self.summary.chunk_indexes[-1]
+                chunk_index.message_index_offsets[index.channel_id] = record.start
+                chunk_index.message_index_length += record.end - record.start
+            case Opcode.DATA_END | 0:  # zeros are what some file systems leave when power fails
+                return False
+            case _:
+                self._note_inside(record)
+        self.end = record.end
+        return True
+
+    def _note_inside(self, record: _Record) -> None:
+        match record.kind:
+            case Opcode.SCHEMA:
+                schema = Schema.read(record.stream())
+                self.summary.schemas[schema.id] = schema
+            case Opcode.CHANNEL:
+                channel = Channel.read(record.stream())
+                self.summary.channels[channel.id] = channel
+            case Opcode.MESSAGE:
+                channel_id, _, time = _MESSAGE.unpack_from(record.content)
+                self.counts[channel_id] += 1
+                self.earliest = min(self.earliest, time)
+                self.latest = max(self.latest, time)
+                index = self.chunk_messages.setdefault(channel_id, MessageIndex(channel_id, []))
+                index.records.append((time, record.start))
+
+    def result(self) -> Scan:
+        """What was found."""
+        summary = self.summary
+        summary.statistics = Statistics(
+            attachment_count=0,
+            channel_count=len(summary.channels),
+            channel_message_counts=dict(self.counts),
+            chunk_count=len(summary.chunk_indexes),
+            message_count=self.counts.total(),
+            message_end_time=self.latest,
+            message_start_time=self.earliest if self.counts else 0,
+            metadata_count=0,
+            schema_count=len(summary.schemas),
+        )
+        if (
+            summary.chunk_indexes
+            and summary.chunk_indexes[-1].message_index_offsets.keys() < self.chunk_messages.keys()
+        ):
+            summary.chunk_indexes[-1].message_index_offsets.clear()
+            summary.chunk_indexes[-1].message_index_length = 0
+            return Scan(summary, self.chunk_end, tuple(self.chunk_messages.values()))
+        return Scan(summary, self.end, ())
 
 
 def scan(stream: IO[bytes]) -> Scan:
     """Find all whole chunks of a file.
 
     Raises:
-        McapError: It is no MCAP file, or has a record that is too large.
+        McapError: It is no MCAP file, is damaged before its end, or has a record that is too large.
     """
     size = stream.seek(0, os.SEEK_END)
-    summary, end = Summary(), len(MCAP0_MAGIC)
-    tally = _Tally()
-    for record in _records(stream, size):
-        match record.kind:
-            case Opcode.CHUNK:
-                chunk = Chunk.read(ReadDataStream(BytesIO(record.content)))
-                try:
-                    _note(breakup_chunk(chunk, validate_crc=True), summary, tally)
-                except CRCValidationError:
-                    break
-                summary.chunk_indexes.append(_index(chunk, record))
-            case Opcode.SCHEMA | Opcode.CHANNEL | Opcode.MESSAGE:
-                _note(breakup_chunk(record.as_chunk()), summary, tally)
-            case Opcode.MESSAGE_INDEX if summary.chunk_indexes:
-                _note_message_index(record, summary.chunk_indexes[-1])
-            case Opcode.DATA_END:
+    stream.seek(0)
+    if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        raise McapError("it does not begin as MCAP files do")
+    scanner = _Scanner()
+    for record in _records(stream, len(MCAP0_MAGIC), size):
+        try:
+            if not scanner.note(record):
                 break
-        end = record.end
-    summary.statistics = Statistics(
-        attachment_count=0,
-        channel_count=len(summary.channels),
-        channel_message_counts=dict(tally.counts),
-        chunk_count=len(summary.chunk_indexes),
-        message_count=tally.counts.total(),
-        message_end_time=tally.end,
-        message_start_time=tally.start if tally.counts else 0,
-        metadata_count=0,
-        schema_count=len(summary.schemas),
-    )
-    return Scan(summary, end, size)
+        except DAMAGES as error:
+            if record.end < size:
+                raise McapError(f"what is at byte {record.start:,} is damaged: {error}") from None
+            break
+    return scanner.result()
 
 
-def mend(path: Path) -> Scan:
+def mend(path: Path) -> None:
     """Make a file whole that ends in the middle: cut off what is no whole chunk, and put its index at the end.
 
     Raises:
-        McapError: It is no MCAP file.
+        McapError: It is no MCAP file, or is damaged before its end.
+        BlockingIOError: It is still being written.
         OSError: It cannot be read or written.
     """
     with path.open("r+b") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         found = scan(stream)
         stream.truncate(found.end)
         stream.seek(found.end)
         stream.write(_ending(found))
-    return found
 
 
 def is_whole(stream: IO[bytes]) -> bool:
@@ -138,12 +193,14 @@ def is_whole(stream: IO[bytes]) -> bool:
     return size > 2 * len(MCAP0_MAGIC) and stream.read() == MCAP0_MAGIC
 
 
-def _records(stream: IO[bytes], size: int) -> Iterator[_Record]:
-    """The records that are there as a whole."""
-    stream.seek(0)
-    if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-        raise McapError("it does not begin as MCAP files do")
-    start = stream.tell()
+def _records(stream: IO[bytes], start: int, size: int) -> Iterator[_Record]:
+    """The records from where a stream stands that are there as a whole.
+
+    Args:
+        stream: Where they are.
+        start: Where it stands.
+        size: Where it ends.
+    """
     while len(head := stream.read(_HEAD.size)) == _HEAD.size:
         kind, length = _HEAD.unpack(head)
         end = start + _HEAD.size + length
@@ -155,20 +212,7 @@ def _records(stream: IO[bytes], size: int) -> Iterator[_Record]:
         start = end
 
 
-def _note(records: Iterable[McapRecord], summary: Summary, tally: _Tally) -> None:
-    for record in records:
-        match record:
-            case Schema():
-                summary.schemas[record.id] = record
-            case Channel():
-                summary.channels[record.id] = record
-            case Message():
-                tally.counts[record.channel_id] += 1
-                tally.start = min(tally.start, record.log_time)
-                tally.end = max(tally.end, record.log_time)
-
-
-def _index(chunk: Chunk, record: _Record) -> ChunkIndex:
+def _chunk_index(chunk: Chunk, record: _Record) -> ChunkIndex:
     return ChunkIndex(
         chunk_length=record.end - record.start,
         chunk_start_offset=record.start,
@@ -182,15 +226,14 @@ def _index(chunk: Chunk, record: _Record) -> ChunkIndex:
     )
 
 
-def _note_message_index(record: _Record, chunk: ChunkIndex) -> None:
-    index = MessageIndex.read(ReadDataStream(BytesIO(record.content)))
-    chunk.message_index_offsets[index.channel_id] = record.start
-    chunk.message_index_length += record.end - record.start
-
-
 def _ending(found: Scan) -> bytes:
     """What stands after the last chunk of a whole file."""
     builder, summary = RecordBuilder(), found.summary
+    for index in found.unindexed:
+        chunk = summary.chunk_indexes[-1]
+        chunk.message_index_offsets[index.channel_id] = found.end + builder.count
+        index.write(builder)
+        chunk.message_index_length = builder.count
     DataEnd(0).write(builder)
     summary_start = found.end + builder.count
     assert summary.statistics is not None

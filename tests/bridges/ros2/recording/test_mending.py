@@ -2,12 +2,16 @@ from pathlib import Path
 
 import pytest
 import yaml
+from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.mending import mend_bag
+from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.reader import open_bag
-from tests.bridges.ros2.recording.bags import CHATTER, START, text, write
+from seoro.bridges.ros2.recording.scanning import scan
+from seoro.bridges.ros2.recording.writer import write_bag
+from tests.bridges.ros2.recording.bags import CHATTER, START, add, text, write
 
 
 async def whole(folder: Path) -> Path:
@@ -36,6 +40,25 @@ async def test_a_bag_cut_off_anywhere_is_read_and_mended_up_to_there(tmp_path: P
     assert counts[-1] > 40
 
 
+async def test_a_bag_cut_off_between_a_chunk_and_its_index_loses_nothing(tmp_path: Path) -> None:
+    messages = [(name, text("x" * 100_000), number) for number in range(15) for name in (CHATTER.name, "/other")]
+    other = BagTopic("/other", CHATTER.type, CHATTER.type_hash, CHATTER.qos)
+    file = await write(tmp_path / "bag", messages, CHATTER, other) / "bag_0.mcap"
+    content = file.read_bytes()
+    with file.open("rb") as stream:
+        chunks = scan(stream).summary.chunk_indexes
+    last = chunks[-1].chunk_start_offset + chunks[-1].chunk_length
+    assert chunks[-1].message_index_length > 50
+    for beyond in range(0, chunks[-1].message_index_length + 1, 5):
+        file.write_bytes(content[: last + beyond])
+        mend_bag(tmp_path / "bag")
+        with Reader(tmp_path / "bag") as reader:
+            found = [(each.topic, time - START, bytes(payload)) for each, time, payload in reader.messages()]
+        assert sorted(found) == sorted((name, time, payload) for name, payload, time in messages)
+        with file.open("rb") as stream:
+            assert len(list(make_reader(stream, validate_crcs=True).iter_messages())) == len(messages)
+
+
 async def test_metadata_says_after_mending_what_is_there(tmp_path: Path) -> None:
     folder = await whole(tmp_path / "bag")
     file = folder / "bag_0.mcap"
@@ -53,6 +76,40 @@ async def test_a_whole_bag_is_left_as_it_is(tmp_path: Path) -> None:
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     mend_bag(folder)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+async def test_a_bag_that_is_damaged_in_the_middle_is_not_cut_there(tmp_path: Path) -> None:
+    file = await whole(tmp_path / "bag") / "bag_0.mcap"
+    content = bytearray(file.read_bytes()[:-10])
+    content[len(content) // 2] ^= 0xFF
+    file.write_bytes(content)
+    with pytest.raises(UnreadableBag, match=r"what is at byte [\d,]+ is damaged"):
+        mend_bag(tmp_path / "bag")
+    assert file.read_bytes() == content
+
+
+async def test_zeros_at_the_end_are_cut_off(tmp_path: Path) -> None:
+    file = await whole(tmp_path / "bag") / "bag_0.mcap"
+    file.write_bytes(file.read_bytes()[:3_000_000] + bytes(5000))
+    assert mend_bag(tmp_path / "bag").extent.count > 15
+    with Reader(tmp_path / "bag") as reader:
+        assert sum(1 for _ in reader.messages()) == reader.message_count
+
+
+async def test_what_is_still_being_written_is_not_touched(tmp_path: Path) -> None:
+    async with write_bag(tmp_path / "bag") as writer:
+        add(writer, CHATTER)
+        writer.write(CHATTER.name, text("one"), START)
+        with pytest.raises(UnreadableBag, match=r"bag_0\.mcap is still being written"):
+            mend_bag(tmp_path / "bag")
+    assert open_bag(tmp_path / "bag").extent.count == 1
+
+
+async def test_a_file_alone_is_mended(tmp_path: Path) -> None:
+    file = (await whole(tmp_path / "bag") / "bag_0.mcap").rename(tmp_path / "alone.mcap")
+    file.write_bytes(file.read_bytes()[:-100])
+    assert mend_bag(file).extent.count == 50
+    assert not (tmp_path / "metadata.yaml").exists()
 
 
 def test_what_is_no_bag_is_not_touched(tmp_path: Path) -> None:

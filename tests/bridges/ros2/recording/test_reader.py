@@ -1,5 +1,7 @@
 import shutil
+from contextlib import suppress
 from pathlib import Path
+from random import Random
 
 import pytest
 import yaml
@@ -10,6 +12,8 @@ from rosbags.interfaces import QosDurability, QosHistory, QosLiveliness, QosReli
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
+from seoro.bridges.ros2.recording.mcap_file import Compression
+from seoro.bridges.ros2.recording.mending import mend_bag
 from seoro.bridges.ros2.recording.reader import open_bag
 from seoro.bridges.ros2.wire import Durability, Qos
 from tests.bridges.ros2.recording.bags import (
@@ -210,3 +214,24 @@ def test_qos_of_old_bags_with_numbers_is_read(tmp_path: Path) -> None:
     assert not qos.is_reliable
     assert qos.durability is Durability.VOLATILE
     assert (qos.depth, qos.deadline, qos.lease) == (Qos().depth, None, None)
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
+async def test_damage_anywhere_ends_in_a_message(tmp_path: Path, compression: Compression) -> None:
+    folder = await write(tmp_path / "bag", talk(20), CHATTER, SCANS, compression=compression)
+    file, random = folder / "bag_0.mcap", Random(1)
+    content = file.read_bytes()
+    for _ in range(60):
+        damaged = bytearray(content)
+        place = random.randrange(len(damaged))
+        match random.randrange(3):
+            case 0:
+                damaged[place] = random.randrange(256)
+            case 1:
+                damaged[place : place + 8] = b"\xff" * 8
+            case _:
+                del damaged[place : place + random.randrange(1, 50)]
+        file.write_bytes(damaged)
+        for work in (open_bag, mend_bag):
+            with suppress(UnreadableBag):
+                list(work(folder).messages())
