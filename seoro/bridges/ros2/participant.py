@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 
 from seoro.background import background
 from seoro.bridges.ros2.agreement import agree, announced_hash, check_type, meeting_hash
+from seoro.bridges.ros2.errors import NoSystem
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.services import BUSY, WAITING, Client, Handler, Server
@@ -28,7 +29,8 @@ from seoro.bridges.ros2.wire import (
     resolve,
     resolve_namespace,
 )
-from seoro.bridges.session import AsyncSession, Bound, open_session, publishing, subscribing
+from seoro.bridges.session import AsyncSession, Bound, SessionError, open_session, publishing, subscribing
+from seoro.errors import InvalidUse
 
 ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen on the robot itself
 DISCOVERY_TIMEOUT = 3.0  # [s] until something of a system has to be seen
@@ -269,10 +271,15 @@ async def connect(
         domain: Where to look when it has to be found out (ROS_DOMAIN_ID).
 
     Raises:
-        SessionError: Nobody listens there.
+        NoSystem: Nobody listens there, or nothing is seen.
+        InvalidUse: It is no endpoint, or both dialects are seen.
     """
-    async with (
-        open_session(connect=endpoint, patient=False) as session,
-        open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain) as system,
-    ):
-        yield system
+    if "/" not in endpoint:
+        raise InvalidUse(f"'{endpoint}' is no endpoint", help=f"endpoints look like {ROUTER}")
+    async with AsyncExitStack() as stack:
+        try:
+            session = await stack.enter_async_context(open_session(connect=endpoint, patient=False))
+        except SessionError as error:
+            raise NoSystem(f"cannot connect to {endpoint}: no router and no bridge answers there") from error
+        system = open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain)
+        yield await stack.enter_async_context(system)

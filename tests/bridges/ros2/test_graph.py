@@ -212,3 +212,12 @@ async def test_where_nothing_is_seen_other_domains_are_named(router: str, types:
     async with connect(router, types=types, dialect=RmwZenoh(7)) as system, system.node():
         with pytest.raises(NoSystem, match="there are nodes in domain 7"):
             await dialect_at(router, 0.02)
+
+
+async def test_where_nobody_listens_nothing_is_reached(types: TypeStore, tmp_path: Path) -> None:
+    with pytest.raises(NoSystem, match=r"cannot connect to unixsock-stream.*: no router and no bridge"):
+        async with connect(f"unixsock-stream/{tmp_path}/nobody.sock", types=types):
+            pass
+    with pytest.raises(InvalidUse, match="'localhost' is no endpoint"):
+        async with connect("localhost", types=types):
+            pass
