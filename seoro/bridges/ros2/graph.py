@@ -23,7 +23,7 @@ from seoro.errors import BackendError, InvalidUse
 T = TypeVar("T")
 
 LISTING_TIMEOUT = 5.0  # [s] that the hub may take to say what there is
-MOST_TOKENS = 100_000  # of one system
+MOST_TOKENS = 50_000  # of one system
 
 _TOPIC = (Kind.PUBLISHER, Kind.SUBSCRIPTION)
 _ACTION_PART = "/_action/"
@@ -208,7 +208,7 @@ async def open_graph(session: AsyncSession, dialect: Dialect) -> AsyncIterator[R
     async with session.token_changes(dialect.tokens) as changes:
         # What is there comes as changes, too, but nothing tells when that is all. A change is newer than the list.
         listed = await session.list_tokens(dialect.tokens, LISTING_TIMEOUT)
-        graph.change((*((token, True) for token in listed), *_waiting(changes)))
+        _apply(graph, changes, ((token, True) for token in listed))
         async with background() as tasks:
             tasks.start_soon(_follow, graph, changes)
             yield graph
@@ -261,11 +261,14 @@ async def _nothing_seen(session: AsyncSession, domain: int, timeout: float) -> s
 
 async def _follow(graph: RosGraph, changes: Mailbox[tuple[str, bool]]) -> None:
     async for change in changes:
-        graph.change((change, *_waiting(changes)))
-        if changes.lost or graph.is_full:
-            raise BackendError(
-                f"the ROS 2 system has more than can be followed ({MOST_TOKENS} nodes and endpoints)"
-            )
+        _apply(graph, changes, (change,))
+
+
+def _apply(graph: RosGraph, changes: Mailbox[tuple[str, bool]], first: Iterable[tuple[str, bool]]) -> None:
+    """Take over what has happened: some of it first, then what waits."""
+    graph.change((*first, *_waiting(changes)))
+    if changes.lost or graph.is_full:
+        raise BackendError(f"the ROS 2 system has more than can be followed ({MOST_TOKENS} nodes and endpoints)")
 
 
 def _waiting(changes: Mailbox[tuple[str, bool]]) -> Iterator[tuple[str, bool]]:

@@ -9,13 +9,14 @@ from pathlib import Path
 import anyio
 import pytest
 
+import seoro.bridges.ros2.graph as graph_module
 from seoro.bridges.ros2.errors import NoResponse, NoSystem, WrongType
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Dialect, RmwZenoh, Ros2Dds
 from seoro.bridges.session import AsyncSession, open_session
-from seoro.errors import InvalidUse
+from seoro.errors import BackendError, InvalidUse
 from tests.bridges.ros2.systems import ADD, STRING, two_nodes
 
 ALONE = Path(__file__).with_name("alone.py")
@@ -121,6 +122,20 @@ async def test_what_comes_and_goes_is_told(router: str) -> None:
                 await graph.wait_for(lambda seen: seen.publishers("/chatter"))
                 await graph.wait_for(lambda seen: "/robot/talker" in seen.nodes())
             await graph.wait_for(lambda seen: not seen.publishers("/chatter") and not seen.nodes())
+
+
+async def test_more_than_can_be_followed_is_an_error(router: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(graph_module, "MOST_TOKENS", 3)
+    keys = [endpoint("MP", number, f"/topic{number}", "a_msgs::msg::dds_::A_") for number in range(3)]
+    async with tokens(router, *keys):
+        with pytest.raises(BackendError, match=r"more than can be followed \(3 nodes and endpoints\)"):
+            async with open_session(connect=router) as session, open_graph(session, RmwZenoh()):
+                pass
+    async with open_session(connect=router) as session:
+        with pytest.raises(ExceptionGroup) as caught:
+            async with open_graph(session, RmwZenoh()), tokens(router, *keys):
+                await anyio.sleep_forever()
+        assert caught.group_contains(BackendError, match="more than can be followed")
 
 
 async def test_waiting_ends_in_time(router: str) -> None:
