@@ -138,8 +138,13 @@ class RosNode:
             ) as publisher,
             system.session.token(token),
         ):
+
+            def check() -> None:
+                if type_hash is not None:
+                    meeting_hash(topic, type_name, self._others(self.graph.subscriptions(topic)), type_hash)
+
             gid = system.dialect.gid(token)
-            yield Publication(topic, type_name, offered, publisher, system.dialect, gid, types)
+            yield Publication(topic, type_name, offered, publisher, system.dialect, gid, types, check)
 
     @asynccontextmanager
     async def subscribing(

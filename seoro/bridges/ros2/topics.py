@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +37,7 @@ class Publication:
         dialect: Dialect,
         gid: bytes,
         types: TypeStore,
+        check: Callable[[], object],
     ) -> None:
         self.topic = topic
         self.type = type_name
@@ -45,6 +46,7 @@ class Publication:
         self._dialect = dialect
         self._gid = gid
         self._types = types
+        self._check = check
         self._numbers = itertools.count(1)
 
     def publish(self, value: Mapping[str, Any] | Message) -> None:
@@ -63,10 +65,15 @@ class Publication:
             timeout: [s] of the machine's clock; without end when None.
 
         Raises:
+            WrongType, DefinitionMismatch: Those who have subscribed mean something else.
             TimeoutError: Nobody has subscribed in time.
         """
-        with anyio.fail_after(timeout):
-            await self._publisher.wait_for_subscriber()
+        try:
+            with anyio.fail_after(timeout):
+                await self._publisher.wait_for_subscriber()
+        except TimeoutError:
+            self._check()
+            raise
 
     def send(self, payload: bytes) -> None:
         """Publish a message that is CDR already, with its header."""

@@ -125,6 +125,26 @@ async def test_what_others_would_not_understand_is_not_published(
                 pass
 
 
+async def test_those_who_subscribe_later_and_mean_something_else_are_named(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs = with_another_string(types, tmp_path)
+    async with (
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        here.publishing("/chatter", STRING) as ours,
+    ):
+        with pytest.raises(TimeoutError):
+            await ours.wait_for_subscription(0.02)
+        token = (
+            "@ros2_lv/0/aa/1/2/MS/%/%/listener/%chatter/std_msgs::msg::dds_::String_/"
+            f"{theirs.type_hash(STRING)}/1:2:1,10:,:,:,,"
+        )
+        async with there.system.session.token(token):
+            await here.graph.wait_for(lambda seen: seen.subscriptions("/chatter"), 5)
+            with pytest.raises(DefinitionMismatch, match="/chatter"):
+                await ours.wait_for_subscription(0.02)
+
+
 async def test_a_topic_of_another_type_is_refused(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here), there.publishing("/chatter", STRING):
         await here.graph.wait_for(lambda seen: seen.publishers("/chatter"), 5)
