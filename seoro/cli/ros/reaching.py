@@ -65,10 +65,11 @@ def only_type(what: str, name: str, given: str | None, found: Sequence[str], kno
             return one
         case []:
             names = list(known)
+            namesakes = [each for each in names if each.endswith(f"/{name.rpartition('/')[2]}")]
             raise InvalidUse(
                 f"there is no {what} {name}",
                 help=near(name, names)
-                or f"{what}s are {', '.join(sorted(names)) or 'none'}; with `--type` it is waited for",
+                or f"there is {', '.join(sorted(namesakes or names)) or 'none'}; with `--type` it is waited for",
             )
         case more:
             raise InvalidUse(
