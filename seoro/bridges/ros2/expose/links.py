@@ -28,6 +28,7 @@ class Joint:
     place: Vector  # [m]
     turn: Quaternion
     axis: Vector
+    speed: float  # that it can have [rad/s, m/s]
 
     @property
     def moves(self) -> bool:
@@ -82,7 +83,13 @@ def _joint(element: Element) -> Joint:
         place=_numbers(element, "origin", "xyz", (0.0, 0.0, 0.0)),
         turn=quaternion(*_numbers(element, "origin", "rpy", (0.0, 0.0, 0.0))),
         axis=_numbers(element, "axis", "xyz", (1.0, 0.0, 0.0)),
+        speed=_speed(element),
     )
+
+
+def _speed(element: Element) -> float:
+    found = element.find("limit")
+    return math.inf if found is None else float(found.get("velocity", math.inf))
 
 
 def _link(element: Element, end: str) -> str:

@@ -17,8 +17,10 @@ from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.expose import messages
+from seoro.bridges.ros2.expose.arms import ExposedArm, serving_arm
 from seoro.bridges.ros2.expose.links import Links, read_links
 from seoro.bridges.ros2.expose.messages import MAP, ODOM
+from seoro.bridges.ros2.expose.navigation import serving_navigation
 from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
@@ -65,13 +67,20 @@ class RobotTopics:
     Args:
         robot: The robot.
         topics: Its publications by the names of their topics.
+
+    Attributes:
+        links: Its links and joints.
+        believed: Where it believes to be in the map; None as long as it does not know.
+        positions: Where its joints are [rad, m], by their names.
     """
 
     def __init__(self, robot: ExposedRobot, topics: dict[str, Publication]) -> None:
         self._robot = robot
         self._topics = topics
-        self._links: Links = read_links(robot.description.urdf)
+        self.links: Links = read_links(robot.description.urdf)
         self._base = robot.description.base_link
+        self.believed: wire.Pose | None = None
+        self.positions: dict[str, float] = {}
 
     def describe(self, base_in_map: wire.Pose | None) -> None:
         """Publish once what does not change.
@@ -79,7 +88,7 @@ class RobotTopics:
         Args:
             base_in_map: Where the base stands, if it does not move.
         """
-        fixed = self._links.fixed()
+        fixed = self.links.fixed()
         if base_in_map is not None:
             fixed.append(messages.transform(MAP, self._base, base_in_map, 0.0))
         self._topics["tf_static"].publish({"transforms": fixed})
@@ -98,13 +107,15 @@ class RobotTopics:
 
     def publish_pose(self, told: wire.StreamedPose, time: float) -> None:
         """Publish where the robot believes that it is."""
+        self.believed = told.base
         self._topics["amcl_pose"].publish(messages.believed_pose(told, time))
         self._transform(messages.transform(MAP, ODOM, told.odom, time))
 
     def publish_joints(self, joints: wire.JointStates, time: float) -> None:
         """Publish how its joints are, and the transforms that follow from that."""
         self._topics["joint_states"].publish(messages.joint_state(joints, time))
-        moving = self._links.moving(dict(zip(joints.names, joints.positions, strict=True)), time)
+        self.positions = dict(zip(joints.names, joints.positions, strict=True))
+        moving = self.links.moving(self.positions, time)
         if moving:
             self._topics["tf"].publish({"transforms": moving})
 
@@ -130,6 +141,10 @@ async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -
         told.describe(None if robot.drives else await _place(node, robot.name))
         if robot.drives:
             await stack.enter_async_context(_commanding(ros, node, robot))
+            await stack.enter_async_context(serving_navigation(ros, node, robot.name, lambda: told.believed))
+        if robot.description.arm is not None:
+            arm = ExposedArm(node, robot.name, told.links, lambda: told.positions)
+            await stack.enter_async_context(serving_arm(ros, arm))
         yield told
 
 

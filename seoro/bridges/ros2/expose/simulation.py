@@ -8,6 +8,7 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
+from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
 from seoro.bridges.ros2.expose import entities
 from seoro.bridges.ros2.expose.entities import Fields, done, refused
 from seoro.bridges.ros2.expose.node import ExposedNode
@@ -41,6 +42,7 @@ FEATURES: Mapping[str, tuple[int, ...]] = {
     "spawn_entities": (50,),
 }
 """The features of `simulation_interfaces/SimulatorFeatures` that verbs of a node are."""
+STEPS = 50  # that are made at a time for an action, which can be called off between
 ALL_FAILED = 150  # of `SpawnEntities`: at least one entity was not spawned
 
 Carry = Callable[[Any], Awaitable[Fields]]
@@ -186,6 +188,19 @@ class SimulationServices:
 
     # ------------------------------------------------------------ the whole
 
+    async def simulate_steps(self, goal: ServedGoal) -> GoalEnd:
+        """Make steps, some at a time, and tell how many."""
+        wanted, made = int(goal.goal.steps), 0
+        try:
+            while made < wanted:
+                count = min(wanted - made, STEPS)
+                await self._ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=count))
+                made += count
+                goal.tell({"completed_steps": made, "remaining_steps": wanted - made})
+        except BackendRefused as error:
+            return GoalEnd(Status.ABORTED, {"result": refused(error.code, str(error))})
+        return GoalEnd(Status.SUCCEEDED, {"result": done()})
+
     async def _simulation_state(self, _: Any) -> Fields:
         state = (await self._ask(wire.GET_SIMULATION_STATE, Empty())).state
         return {"state": {"state": entities.STATES[state]}, "result": done()}
@@ -250,8 +265,13 @@ def _described(name: str, uri: str, description: str = "", tags: Sequence[str] =
 @asynccontextmanager
 async def serving_simulation(ros: RosNode, node: ExposedNode) -> AsyncIterator[None]:
     """Serve `simulation_interfaces` by a ROS node, in its namespace, for as long as the block lasts."""
+    services = SimulationServices(node)
     async with AsyncExitStack() as stack:
-        for name, (kind, carry_out) in SimulationServices(node).all().items():
+        stepping = serving_action(
+            ros, "simulate_steps", "simulation_interfaces/action/SimulateSteps", services.simulate_steps
+        )
+        await stack.enter_async_context(stepping)
+        for name, (kind, carry_out) in services.all().items():
             service = ros.serving(name, f"simulation_interfaces/srv/{kind}", _with_result(carry_out))
             await stack.enter_async_context(service)
         yield

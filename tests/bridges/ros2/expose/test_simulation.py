@@ -7,9 +7,12 @@ from typing import Any
 import pytest
 
 from seoro.bridges import wire
+from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.expose.simulation import FEATURES, SimulationServices
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.runtime.contracts import GoalStatus
 from tests.bridges.ros2.expose.exposed import Exposed, exposed, first
 from tests.sim_nodes.client import BOX
 
@@ -147,6 +150,25 @@ async def test_time_passes_and_worlds_change_as_they_are_told(
         assert (await call("get_simulation_state")).state.state == NO_WORLD
         assert (await call("get_current_world")).result.result == 101
         assert (await call("unload_world")).result.result == 101
+
+
+async def test_steps_are_made_and_called_off(simulator: str, router: str, types: TypeStore) -> None:
+    action, kind = "/simulate_steps", "simulation_interfaces/action/SimulateSteps"
+    told: list[Members] = []
+    async with exposed(simulator, router, types) as node:
+        async with pursuing(node.ros, action, kind, {"steps": 120}, told.append) as goal:
+            ended = await goal.ended()
+            assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.SUCCEEDED, OK)
+        assert [each["completed_steps"] for each in told] == [50, 100, 120]
+        assert (await node.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time == pytest.approx(0.48)
+        async with pursuing(node.ros, action, kind, {"steps": 10**9}, told.append) as goal:
+            await goal.cancel()
+            assert (await goal.ended()).status is GoalStatus.CANCELED
+        playing = wire.SetSimulationState(state=wire.SimulationState.PLAYING)
+        await node.ask(wire.SET_SIMULATION_STATE, playing)
+        async with pursuing(node.ros, action, kind, {"steps": 1}, told.append) as goal:
+            ended = await goal.ended()
+            assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.ABORTED, 3)
 
 
 def test_all_services_of_simulators_that_there_are_are_served(types: TypeStore) -> None:

@@ -1,0 +1,121 @@
+"""The controllers of an arm as actions, as ros2_control has them, carried out by the simulator node's own."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
+from typing import Any
+
+import numpy as np
+
+from seoro.bridges import wire
+from seoro.bridges.ros2 import geometry
+from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.expose.links import Links
+from seoro.bridges.ros2.expose.node import ExposedNode
+from seoro.bridges.ros2.expose.turns import Turns
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.wire import Outcome
+from seoro.errors import BackendRefused
+
+TRAJECTORY = "joint_trajectory_controller/follow_joint_trajectory"
+GRIPPER = "gripper_controller/gripper_cmd"
+INVALID_GOAL, PATH_TOLERANCE_VIOLATED = -1, -4  # of FollowJointTrajectory
+SLOWEST = 0.01  # part of the speed that joints can have
+PEAK = 1.875  # of the speed on a trajectory of the node's, over the mean
+REACHED = 2e-3  # [m] between an opening that was asked for, and the one that counts as that
+
+Positions = Callable[[], Mapping[str, float]]
+
+
+class ExposedArm:
+    """Carries out the goals of an arm and its gripper.
+
+    Args:
+        node: The simulator node that the robot is in.
+        robot: Its name.
+        links: Its links and joints.
+        positions: Where the joints are [rad, m].
+    """
+
+    def __init__(self, node: ExposedNode, robot: str, links: Links, positions: Positions) -> None:
+        self._node = node
+        self._robot = robot
+        self._speeds = {joint.name: joint.speed for joint in links.joints}
+        self._positions = positions
+        self._moving, self._gripping = Turns(), Turns()
+
+    async def follow(self, goal: ServedGoal) -> GoalEnd:
+        """Follow a trajectory of joints."""
+        names = tuple(goal.goal.trajectory.joint_names)
+        points = goal.goal.trajectory.points
+        configurations = tuple(tuple(map(float, point.positions)) for point in points)
+        duration = geometry.seconds(points[-1].time_from_start) if points else 0.0
+        scaling = self._scaling(names, configurations, duration)
+
+        def request(number: str) -> wire.FollowJointTrajectory:
+            return wire.FollowJointTrajectory(
+                id=number,
+                robot=self._robot,
+                points=configurations,
+                joint_names=names,
+                max_velocity_scaling_factor=scaling,
+            )
+
+        replaced = GoalEnd(Status.ABORTED, _failed(INVALID_GOAL, "another goal has taken its place"))
+        async with self._moving.take(goal, replaced):
+            try:
+                ended = await self._node.pursue(wire.FOLLOW_JOINT_TRAJECTORY, request)
+            except BackendRefused as error:
+                return GoalEnd(Status.ABORTED, _failed(INVALID_GOAL, str(error)))
+        if ended.outcome is Outcome.SUCCEEDED:
+            return GoalEnd(Status.SUCCEEDED)
+        return GoalEnd(Status.ABORTED, _failed(PATH_TOLERANCE_VIOLATED, ended.message))
+
+    def _scaling(self, names: Sequence[str], configurations: Sequence[Sequence[float]], duration: float) -> float:
+        """The part of the joints' speeds at which a trajectory takes about a duration [s]; all without one."""
+        now, count = self._positions(), len(names)
+        if duration <= 0.0 or any(name not in now for name in names):
+            return 1.0
+        if not names or any(len(each) != count for each in configurations):
+            return 1.0  # which the node refuses
+        ways = np.abs(np.diff([[now[name] for name in names], *configurations], axis=0))
+        lengths = np.linalg.norm(ways, axis=1)
+        driven = lengths > 0.0
+        if not driven.any():
+            return 1.0
+        shares = ways[driven] / (lengths[driven] / lengths.sum())[:, None]
+        speeds = [self._speeds.get(name, np.inf) for name in names]
+        fastest = PEAK * float((shares / speeds).max())  # [s] that it takes at the full speed
+        return min(1.0, max(SLOWEST, fastest / duration))
+
+    async def grip(self, goal: ServedGoal) -> GoalEnd:
+        """Open or close the gripper: `position` is the opening [m], `max_effort` the force [N], if above zero."""
+        command = goal.goal.command
+        opening, force = float(command.position), float(command.max_effort)
+
+        def request(number: str) -> wire.GripperCommand:
+            return wire.GripperCommand(
+                id=number, robot=self._robot, opening=opening, force=force if force > 0.0 else None
+            )
+
+        async with self._gripping.take(goal, GoalEnd(Status.ABORTED)):
+            ended = await self._node.pursue(wire.GRIPPER_COMMAND, request)
+            state = await self._node.ask(wire.GET_ARM_STATE, wire.RobotName(robot=self._robot))
+        reached = abs(state.opening - opening) < REACHED
+        result = {"position": state.opening, "effort": force, "stalled": not reached, "reached_goal": reached}
+        return GoalEnd(Status.SUCCEEDED if ended.outcome is Outcome.SUCCEEDED else Status.ABORTED, result)
+
+
+def _failed(code: int, message: str) -> dict[str, Any]:
+    return {"error_code": code, "error_string": message}
+
+
+@asynccontextmanager
+async def serving_arm(ros: RosNode, arm: ExposedArm) -> AsyncIterator[None]:
+    """Serve the actions of an arm's controllers for as long as the block lasts."""
+    async with (
+        serving_action(ros, TRAJECTORY, "control_msgs/action/FollowJointTrajectory", arm.follow),
+        serving_action(ros, GRIPPER, "control_msgs/action/GripperCommand", arm.grip),
+    ):
+        yield
