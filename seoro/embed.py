@@ -16,8 +16,8 @@ from __future__ import annotations
 import asyncio
 import math
 import secrets
-from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from collections.abc import AsyncIterator, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from seoro.runtime.accept import Acceptance
 
 SEED_BITS = 32  # of a seed that is drawn
+OF_ROS = "ros"  # names the simulator of a ROS 2 system
+ROS_ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen
 MAX_SEED = 2**63 - 1  # goes into messages for simulators
 
 ClockName = Literal["real", "virtual", "sim"]
@@ -117,7 +119,8 @@ class Simulator:
     """The simulator of a run.
 
     Args:
-        name: Of the simulator to start for the run, such as `mujoco`; None to connect to one that is running.
+        name: Of the simulator to start for the run, such as `mujoco`; `ros` for the one that runs in the ROS 2
+            system of the run. None to connect to one that is running.
         endpoint: Zenoh endpoint of the one that is running, such as `tcp/127.0.0.1:7450`.
         world: Name or file of the world; None for the simulator's own choice.
         rate: Simulated seconds per second; infinite for as fast as possible.
@@ -436,14 +439,14 @@ async def _backends(
         async with open_lab(lab, seed, ModelPath(options.lab.model_path), f"the scenario {purpose}") as opened:
             yield opened.simulator, opened.backends, opened.placements
     elif options.simulator is not None:
-        async with _open(options.simulator, seed) as node:
+        async with _open(options.simulator, seed, options.ros) as node:
             yield node, (node,), {}
     else:
         yield None, (), {}
 
 
 @asynccontextmanager
-async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]:
+async def _open(simulator: Simulator, seed: int, ros: Ros | None) -> AsyncIterator[SimulatorNode]:
     # Zenoh and the message models are loaded for runs that have a simulator only.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
@@ -457,6 +460,15 @@ async def _open(simulator: Simulator, seed: int) -> AsyncIterator[SimulatorNode]
         return
     name = simulator.name or (snapshot.engine if snapshot is not None else None)
     assert name is not None, "checked before"
+    if name == OF_ROS:
+        system = ros or Ros(ROS_ROUTER)
+        with _asking_for_ros():
+            from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
+            from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - the same
+        reached = RosOptions(system.endpoint, system.domain, system.dialect, system.interfaces)
+        async with open_simulator(reached, options) as node:
+            yield node
+        return
     async with start_simulator(name, options) as node:
         yield node
 
@@ -467,17 +479,23 @@ async def _reached(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
     if options.ros is None:
         yield ()
         return
-    # What speaks with ROS 2 is an extra, and takes long to load.
+    with _asking_for_ros():
+        from seoro.bridges.ros2.backend import RosOptions, open_backend  # noqa: PLC0415 - an extra
+    ros = options.ros
+    async with open_backend(RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)) as system:
+        yield (system,)
+
+
+@contextmanager
+def _asking_for_ros() -> Iterator[None]:
+    """Say how to install what speaks with ROS 2, which is an extra, where it is loaded and is not there."""
     try:
-        from seoro.bridges.ros2.backend import RosOptions, open_backend  # noqa: PLC0415
+        yield
     except ModuleNotFoundError as error:
         raise InvalidUse(
             f"what reaches ROS 2 systems is not installed: there is no module '{error.name}'",
             help="pip install 'seoro[ros2]'",
         ) from error
-    ros = options.ros
-    async with open_backend(RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)) as system:
-        yield (system,)
 
 
 def _check(options: Options) -> tuple[ClockName, float]:

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.cli.arguments import seed
-from seoro.embed import Lab, Ros, Simulator
+from seoro.embed import ROS_ROUTER, Lab, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
-ROS_ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen
 MAX_DOMAIN = 232  # the last ROS_DOMAIN_ID for which DDS has ports
 
 
@@ -48,7 +47,10 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
     place.add_argument(
-        "--sim", metavar="NAME", help="start this simulator for the run, and stop it after: mujoco or pybullet"
+        "--sim",
+        metavar="NAME",
+        help="start this simulator for the run, and stop it after: mujoco or pybullet; ros is the simulator that "
+        "runs in the ROS 2 system of `--ros`",
     )
     place.add_argument(
         "--lab", type=Path, metavar="FILE", help="a lab file says which simulator or robot serves which actor"

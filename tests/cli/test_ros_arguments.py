@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.cli.run_arguments import ROS_ROUTER, add_run_arguments, ros_of
-from seoro.embed import Ros
+from seoro.cli.run_arguments import add_run_arguments, ros_of
+from seoro.embed import ROS_ROUTER, Ros
 from seoro.errors import InvalidUse
 
 

@@ -20,7 +20,7 @@ from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore
-from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Dialect, RmwZenoh, Ros2Dds
 from seoro.bridges.session.mailbox import Closed
@@ -234,8 +234,8 @@ def _load_types(folders: Sequence[Path]) -> TypeStore:
 
 
 @asynccontextmanager
-async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
-    """Take part in a ROS 2 system for as long as the block lasts.
+async def reach(options: RosOptions) -> AsyncIterator[RosSystem]:
+    """Reach a ROS 2 system for as long as the block lasts.
 
     Raises:
         InvalidUse: The definitions cannot be read, or there is no such dialect.
@@ -247,8 +247,15 @@ async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
         if options.dialect not in DIALECTS:
             raise InvalidUse(f"there is no dialect '{options.dialect}'", help=f"dialects: {', '.join(DIALECTS)}")
         dialect = DIALECTS[options.dialect](options.domain)
+    async with connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system:
+        yield system
+
+
+@asynccontextmanager
+async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
+    """Take part in a ROS 2 system for as long as the block lasts; see `reach` for what this raises."""
     async with (
-        connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system,
+        reach(options) as system,
         system.node(f"seoro_{system.session.identity[:6]}") as node,
     ):
         yield RosBackend(node, f"the ROS 2 system at {options.endpoint}")

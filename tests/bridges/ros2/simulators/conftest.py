@@ -1,0 +1,3 @@
+from tests.bridges.ros2.expose.conftest import simulator
+
+__all__ = ["simulator"]

@@ -1,0 +1,120 @@
+"""A simulator of the ROS world as a simulator node: one of seoro's own, seen by its services alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import seoro
+from seoro.bridges import wire
+from seoro.bridges.launch import NAMESPACE, SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.simulators.node import serving_simulator
+from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.serving.node import NodeAt
+from seoro.bridges.session import open_session
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.embed import Ros
+from seoro.errors import BackendRefused, InvalidUse
+from seoro.runtime.contracts import Pose3D, Position3D
+from tests.bridges.ros2.expose.exposed import Exposed, exposed
+from tests.sim_nodes.client import A, Q, pose
+
+pytestmark = pytest.mark.engine("mujoco")
+
+OPTIONS = SimulatorOptions(None, 3, ModelPath())
+OF_ROS = seoro.Simulator(name="ros", rate=math.inf)
+BOX = "example_simulation://models/box.sdf"
+
+
+class Bridged:
+    """A simulator behind two bridges: by the endpoint of the second, and itself."""
+
+    def __init__(self, endpoint: str, simulator: Exposed) -> None:
+        self.endpoint = endpoint
+        self.simulator = simulator
+
+    async def ask(self, verb: wire.Verb[Q, A], request: Q) -> A:
+        """Ask the second bridge."""
+        async with open_session(connect=self.endpoint) as session:
+            return await ask(NodeAddress(session, NAMESPACE, "ros"), verb, request)
+
+
+@asynccontextmanager
+async def bridged(simulator: str, router: str, types: TypeStore, folder: Path) -> AsyncIterator[Bridged]:
+    endpoint = f"unixsock-stream/{folder}/ros"
+    async with (
+        exposed(simulator, router, types) as node,
+        connect(router, types=types, dialect=RmwZenoh()) as system,
+        open_session(listen=endpoint) as hub,
+        serving_simulator(NodeAt(hub, NAMESPACE, "ros"), system),
+    ):
+        yield Bridged(endpoint, node)
+
+
+async def test_a_run_has_its_time_and_its_entities(simulator: str, router: str, types: TypeStore) -> None:
+    async with exposed(simulator, router, types) as node:
+        scenario = seoro.load(Path(__file__).with_name("falling.osc"))
+        async with seoro.start(scenario, simulator=OF_ROS, ros=Ros(router), seed=1) as run:
+            verdict = await run.result()
+        assert verdict.passed, verdict
+        ended = (await node.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time
+        assert ended == pytest.approx(1.54, abs=0.01)  # some steps were made to see how long they are
+        assert "box" not in (await node.ask(wire.GET_ENTITIES, wire.EntityFilter())).names
+
+
+async def test_what_is_watched_for_ends_a_grant(
+    simulator: str, router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async with (
+        bridged(simulator, router, types, tmp_path) as bridge,
+        connect_simulator(bridge.endpoint, OPTIONS) as node,
+    ):
+        assert node.features.step == pytest.approx(0.004)
+        await node.spawn_entity("box", BOX, Pose3D(Position3D(1.0, 1.0, 0.2)))
+        moving = wire.SetEntityState(
+            name="turtlebot4", pose=pose(1.0, -1.0), twist=wire.Twist(linear=wire.Vector3(y=0.5))
+        )
+        await node.ask(wire.SET_ENTITY_STATE, moving)
+        watch = wire.WatchProximity(
+            id="near", frame="box", parent_frame="map", point=wire.Vector3(x=1.0, y=1.0), threshold=0.3
+        )
+        await node.ask(wire.WATCH_PROXIMITY, watch)
+        advanced = await node.ask(wire.ADVANCE, wire.Advance(until=1.0))
+        assert [each.id for each in advanced.occurrences] == ["near"]
+        assert advanced.time == pytest.approx(0.02)
+        assert (await node.relative_pose("box", "turtlebot4_base_link_gt", 0.0)).position.y == pytest.approx(
+            2.0, abs=0.1
+        )
+
+
+async def test_what_it_cannot_do_is_refused(simulator: str, router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with bridged(simulator, router, types, tmp_path) as bridge:
+        refused: tuple[tuple[wire.Verb[Any, Any], wire.Message, str], ...] = (
+            (wire.SPAWN_ENTITY, wire.SpawnEntity(name="b", uri="no.sdf", initial_pose=pose(1.0, 1.0)), "no.sdf"),
+            (wire.GET_ENTITY_STATE, wire.EntityName(name="moon"), "no entity 'moon': known are turtlebot4"),
+            (wire.SAVE_STATE, wire.Empty(), "serves no 'save_state'"),
+            (wire.CANCEL_WATCH, wire.CancelWatch(id="w"), "no watch 'w'"),
+            (wire.GET_ENTITIES, wire.EntityFilter(categories=(1,)), "by their names alone"),
+        )
+        for verb, request, words in refused:
+            with pytest.raises(BackendRefused, match=words):
+                await bridge.ask(verb, request)
+
+
+async def test_a_system_without_a_simulator_is_said(
+    router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.simulators.node.FOUND_WITHIN", 0.1)
+    async with connect(router, types=types, dialect=RmwZenoh()) as system:
+        with pytest.raises(InvalidUse, match="no simulator with the services") as refused:
+            async with serving_simulator(NodeAt(system.session, NAMESPACE, "ros"), system):
+                pass
+        assert "step_simulation" in refused.value.help
