@@ -58,6 +58,18 @@ class Frames:
         """Where a robot or a body really is."""
         return self._engine.body_state(name).planar
 
+    def own(self, name: str, robot: str) -> str:
+        """The frame that a robot means by a name: its own, if each robot has such a frame.
+
+        Raises:
+            RequestRefused: There is none.
+        """
+        own = f"{robot}/{name}"
+        if own in self._poses:
+            return own
+        self.check(name)
+        return name
+
     def check(self, name: str) -> None:
         """Refuse what names neither a frame nor a body."""
         known = [*self._poses, *self._entities.bodies]

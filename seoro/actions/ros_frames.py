@@ -27,8 +27,8 @@ async def tf_close_to(
     """Wait until a frame of the robot is within a distance of a point, in the plane of the parent frame."""
     # `sim` chooses between two clocks of ROS; a run has one.
     refuse_unless(namespace_override=(namespace_override, ""))
-    robots, _ = ctx.home(robot, MobileRobots)
-    watch = partial(robots.watch_proximity, robot_frame_id, parent_frame_id, reference_point, threshold)
+    robots, name = ctx.home(robot, MobileRobots)
+    watch = partial(robots.watch_proximity, name, robot_frame_id, parent_frame_id, reference_point, threshold)
     await finish(ctx, watch, robots.cancel_watch)
 
 

@@ -6,7 +6,7 @@ bridges:
   floor: {connect: tcp/127.0.0.1:7460}        # a bridge to robots that is running
 robots:                                       # of each actor, where it lives and what it is called there
   leader: {in: floor, as: turtlebot4}
-  follower: {in: hall, as: turtlebot4_2}
+  follower: {in: hall, as: second}
 """
 
 from __future__ import annotations

@@ -31,9 +31,12 @@ class MobileRobots(Protocol):
         ...
 
     async def watch_proximity(
-        self, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
+        self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
     ) -> str:
-        """Report when a frame is within `threshold` [m] of a point, in the plane; returns the watch's id."""
+        """Report when a frame is within `threshold` [m] of a point, in the plane; returns the watch's id.
+
+        Frames that each robot has, such as `base_link`, are the robot's own.
+        """
         ...
 
     async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:

@@ -54,9 +54,8 @@ def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empt
     check_finite("point", *point)
     check_length("threshold", request.threshold)
     simulation = simulator.simulation
-    for name in (request.frame, request.parent_frame):
-        simulation.frames.check(name)
-    watch = ProximityWatch(request.frame, request.parent_frame, *point, request.threshold)
+    frame, parent = (simulation.frames.own(name, request.robot) for name in (request.frame, request.parent_frame))
+    watch = ProximityWatch(frame, parent, *point, request.threshold)
     simulation.watch(request.id, watch)
     return Empty()
 

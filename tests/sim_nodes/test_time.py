@@ -67,6 +67,25 @@ def test_a_watch_measures_in_the_parent_frame(empty: Client) -> None:
     assert [each.id for each in empty.advance(1.0).occurrences] == ["odom"]
 
 
+def test_frames_that_each_robot_has_are_those_of_the_robot_that_is_named() -> None:
+    hall = Client("hall")
+    first, second = (robot.name for robot in hall.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).robots)
+    hall.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=second, pose=pose(0.0, -2.0, math.pi / 2.0)))
+    for robot in (first, second):
+        hall.ask(
+            wire.WATCH_PROXIMITY,
+            wire.WatchProximity(
+                id=robot,
+                frame="base_link",
+                parent_frame="map",
+                point=wire.Vector3(y=-2.0),
+                threshold=0.1,
+                robot=robot,
+            ),
+        )
+    assert [each.id for each in hall.advance(1.0).occurrences] == [second]
+
+
 def test_what_was_spawned_is_watched_for_too_as_long_as_it_is_there(empty: Client) -> None:
     empty.spawn("ball", pose(0.0, 3.0, z=0.5))
     empty.watch(2.0, 3.0, 0.2, frame="ball")

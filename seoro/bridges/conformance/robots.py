@@ -91,9 +91,9 @@ async def watches_fire_once(make: Make) -> None:
     async with started(make) as bench:
         mobile, near, far, held = bench.can(MobileRobots), Reports(), Reports(), Reports()
         frame = bench.truth_frame
-        watch = await mobile.watch_proximity(frame, "map", Position3D(1.0), 0.4, near)
+        watch = await mobile.watch_proximity(bench.robot, frame, "map", Position3D(1.0), 0.4, near)
         await mobile.watch_distance(bench.robot, 0.5, far)
-        await mobile.watch_proximity(frame, "map", Position3D(), 0.4, held)
+        await mobile.watch_proximity(bench.robot, frame, "map", Position3D(), 0.4, held)
         await bench.grant(0.1)
         expect_reported("a watch for what holds already", held, SUCCEEDED)
         await bench.can(DrivenRobots).drive(bench.robot, 0.25, 0.0, 6.0, Reports())
@@ -123,7 +123,7 @@ async def watches_of_nothing_are_refused(make: Make) -> None:
     """Watches for unknown frames and robots, and for distances that are none, are refused."""
     async with started(make) as bench:
         mobile = bench.can(MobileRobots)
-        unknown = mobile.watch_proximity("nowhere", "map", Position3D(), 0.4, Reports())
+        unknown = mobile.watch_proximity(bench.robot, "nowhere", "map", Position3D(), 0.4, Reports())
         await expect_refused("a watch of an unknown frame", unknown, Result.NOT_FOUND)
         nobody = mobile.watch_distance("nobody", 1.0, Reports())
         await expect_refused("a watch of an unknown robot", nobody, Result.NOT_FOUND)

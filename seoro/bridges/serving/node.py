@@ -28,7 +28,6 @@ WAITING = Bound(256, lose="newest")  # requests
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
 # What may be asked while nobody holds the robots.
 HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.CANCEL_GOAL.name, wire.CANCEL_WATCH.name})
-FRAMED = frozenset({wire.WATCH_PROXIMITY.name, wire.GET_RELATIVE_POSE.name})
 
 log = logging.getLogger(__name__)
 
@@ -152,19 +151,16 @@ class RobotServer:
 
     def _addressed(self, verb: str, request: wire.Message) -> str:
         """The robot that a request is about."""
-        if verb in FRAMED:
-            return self._owner(getattr(request, "frame", ""), getattr(request, "robot", ""))
+        if isinstance(request, wire.WatchProximity) and not request.robot:
+            return self._owner(request.frame)
         name: str = getattr(request, "robot", "")
         if not name and verb == wire.CMD_VEL.name:
             return next(robot for robot, verbs in self._theirs.items() if verb in verbs)
         self._check(name)
         return name
 
-    def _owner(self, frame: str, robot: str) -> str:
-        """The robot that has a frame."""
-        if robot:
-            self._check(robot)
-            return robot
+    def _owner(self, frame: str) -> str:
+        """The first robot that has a frame."""
         for name, each in self._robots.items():
             if frame in each.info.frames:
                 return name

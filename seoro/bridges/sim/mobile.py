@@ -37,12 +37,17 @@ class MobileRequests(Requests):
         await self.forget(wire.CANCEL_GOAL, wire.CancelGoal(id=goal), goal)
 
     async def watch_proximity(
-        self, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
+        self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
     ) -> str:
         """See `MobileRobots`."""
         watch = f"watch-{next(self._ids)}"
         request = wire.WatchProximity(
-            id=watch, frame=frame, parent_frame=parent_frame, point=vector_message(point), threshold=threshold
+            id=watch,
+            frame=frame,
+            parent_frame=parent_frame,
+            point=vector_message(point),
+            threshold=threshold,
+            robot=robot,
         )
         self._reporters[watch] = report
         return await self.ask_reported(wire.WATCH_PROXIMITY, request, watch)

@@ -35,13 +35,17 @@ class StopRobot(Message):
 
 
 class WatchProximity(Message):
-    """Report when `frame` is within `threshold` [m] of `point`, in the plane of `parent_frame`."""
+    """Report when `frame` is within `threshold` [m] of `point`, in the plane of `parent_frame`.
+
+    Frames that each robot has, such as `base_link`, are those of `robot`; without one, of the first that drives.
+    """
 
     id: str
     frame: str
     parent_frame: str
     point: Vector3
     threshold: float
+    robot: str = ""
 
 
 class WatchDistance(Message):

@@ -40,7 +40,7 @@ def at(x: float) -> Pose3D:
 async def test_a_goal_is_reached_and_reported(rails: Rails) -> None:
     end, near = Ends(), Ends()
     async with connect_robots(rails.endpoint, "a test") as node:
-        await node.watch_proximity("base_link", "map", Position3D(x=0.05), 0.01, near)
+        await node.watch_proximity("line", "base_link", "map", Position3D(x=0.05), 0.01, near)
         await node.navigate("line", [at(0.1)], stop_at_each=False, report=end)
         assert (await near.wait()).status is GoalStatus.SUCCEEDED
         assert await end.wait() == Report(GoalStatus.SUCCEEDED, "on rails")
