@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from seoro.cli.exits import Exit
+from seoro.cli.robot_bridge import add_robot_arguments, run_robots
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ MAX_DOMAIN = 232
 EXAMPLES = """examples:
   seoro sim mujoco --world maze --rate 1
   seoro bridge ros2 --expose      (in another terminal: the simulator is a ROS 2 system then)
+  seoro bridge ros2 --robot turtlebot4 --ros tcp/192.168.0.7:7447
+  seoro bridge ros2 --robot turtlebot4:leader@/tb1 --robot turtlebot4:follower@/tb2
 
 It ends on Ctrl-C."""
 
@@ -59,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with --expose: robots take velocities as TwistStamped, not as Twist",
     )
+    add_robot_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -67,9 +71,17 @@ def run(options: argparse.Namespace) -> int:
 
     from seoro.bridges.ros2.expose.running import ExposeSettings, expose  # noqa: PLC0415 - Zenoh
 
-    if not options.expose:
-        raise InvalidUse("it is not said what to do", help="`--expose` shows a simulator as a ROS 2 system")
+    if options.expose == bool(options.robot):
+        raise InvalidUse(
+            "it is not said what to do",
+            help="`--robot` serves robots to runs, `--expose` shows a simulator as a ROS 2 system",
+        )
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s: %(message)s")
+    if options.robot:
+        if options.ros_listen:
+            raise InvalidUse("`--ros-listen` goes with `--expose`", help="`--ros` is where the robots' router is")
+        run_robots(options, options.ros or ROUTER)
+        return Exit.PASSED
     router = None if options.ros_listen else options.ros or ROUTER
     settings = ExposeSettings(
         options.simulator, router, options.ros_listen, options.domain, options.root, options.stamped_cmd_vel

@@ -1,0 +1,85 @@
+"""What a robot of ROS 2 is spoken to by: a node of the bridge in its namespace, and what is open for it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+from typing import Any
+
+from anyio.abc import TaskGroup
+
+from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceServer, WrongType
+from seoro.bridges.ros2.interfaces import InvalidPayload, Message
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.topics import Publication, Subscription
+from seoro.bridges.ros2.wire import Qos, Reliability
+from seoro.bridges.serving.refusal import RequestRefused
+from seoro.bridges.session import Bound
+from seoro.bridges.wire import Result
+
+SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
+FOUND_WITHIN = 5.0  # [s] that what a request needs may take to appear
+ANSWER_WITHIN = 5.0  # [s] that a service may take to respond
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Link:
+    """The link to a robot.
+
+    Attributes:
+        node: A node in the namespace of the robot.
+        stack: What is closed when the bridge ends.
+        tasks: Where what listens runs.
+    """
+
+    node: RosNode
+    stack: AsyncExitStack
+    tasks: TaskGroup
+
+    async def listen(
+        self, topic: str, type_name: str, take: Callable[[Message], None], qos: Qos = SENSED, keep: int = 100
+    ) -> None:
+        """Have each message of a topic taken, from now on."""
+        subscription = await self.stack.enter_async_context(
+            self.node.subscribing(topic, type_name, qos, Bound(keep))
+        )
+        self.tasks.start_soon(_take_all, subscription, take)
+
+    async def publishing(self, topic: str, type_name: str) -> Publication:
+        """A publisher, for as long as the bridge runs."""
+        return await self.stack.enter_async_context(self.node.publishing(topic, type_name))
+
+    async def call(self, service: str, type_name: str, request: Mapping[str, Any]) -> Message:
+        """Call a service of the robot.
+
+        Raises:
+            RequestRefused: Nobody serves it, or it does not respond.
+        """
+        try:
+            async with self.node.calling(service, type_name) as client:
+                await client.wait_for_server(FOUND_WITHIN)
+                return await client.call(request, ANSWER_WITHIN)
+        except (TimeoutError, NoServiceServer):
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"nobody on the robot serves {self.node.resolve(service)}"
+            ) from None
+        except CallFailed as error:
+            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+
+
+async def _take_all(subscription: Subscription, take: Callable[[Message], None]) -> None:
+    """Pass messages on; what cannot be read is said once, and does not end the bridge."""
+    silent = False
+    async for received in subscription:
+        try:
+            take(subscription.decode(received))
+        except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
+            if not silent:
+                log.warning("%s cannot be read: %s", subscription.topic, error)
+            silent = True
+        else:
+            silent = False

@@ -1,0 +1,128 @@
+"""Where a robot believes to be: told, found anew, and waited for, as AMCL does it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import anyio
+import numpy as np
+
+from seoro.bridges import wire
+from seoro.bridges.ros2 import geometry
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.profile import Base
+from seoro.bridges.ros2.robots.signal import Signal
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.serving.refusal import RequestRefused
+from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.work import Work
+from seoro.bridges.wire import Result
+
+POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+TAKEN_WITHIN = 10.0  # [s] from an initial pose to a pose of the localisation
+PUBLISHED_EVERY = (
+    1.0  # [s] until an initial pose is told again: the first may come before the localisation is ready
+)
+VARIANCES = {0: 0.25, 7: 0.25, 35: 0.0685}  # of x, y [m^2] and yaw [rad^2]: 0.5 m and 15 degrees, as RViz sends
+PLANAR = (0, 1, 5)  # rows of x, y and yaw in a covariance
+
+
+class Localisation:
+    """The localisation of a robot.
+
+    Args:
+        link: To the robot.
+        base: What it calls things.
+        work: Where watches run.
+    """
+
+    def __init__(self, link: Link, base: Base, work: Work) -> None:
+        self._link = link
+        self._base = base
+        self._work = work
+        self._latest: Message | None = None
+        self._since = 0.0  # by the machine's clock [s]
+        self._changes = Signal()
+        self._publication: Publication | None = None
+
+    @property
+    def handlers(self) -> Handlers:
+        """The verbs that it serves."""
+        return {
+            wire.SET_INITIAL_POSE: self._set_initial_pose,
+            wire.REINITIALIZE_GLOBAL_LOCALIZATION: self._start_over,
+            wire.WATCH_LOCALIZATION: self._watch,
+            wire.GET_LOCALIZATION: self._get,
+        }
+
+    async def open(self) -> None:
+        """Listen to what it says."""
+        await self._link.listen(self._base.pose, POSE, self._take, LATCHED)
+        self._publication = await self._link.publishing(self._base.initial_pose, POSE)
+
+    def _take(self, message: Message) -> None:
+        self._latest, self._since = message, time.monotonic()
+        self._changes.change()
+
+    async def _set_initial_pose(self, request: wire.SetInitialPose) -> wire.Empty:
+        topic, publication = self._link.node.resolve(self._base.initial_pose), self._publication
+        assert publication is not None, "it was opened"
+        with anyio.move_on_after(FOUND_WITHIN):
+            await self._link.node.graph.wait_for(lambda graph: graph.subscriptions(topic))
+            await publication.wait_for_subscription()
+        if not self._link.node.graph.subscriptions(topic):
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"nobody on the robot subscribes to {topic}: its localisation does not run"
+            )
+        message = self._initial_pose(request.pose)
+        began = time.monotonic()
+        with anyio.move_on_after(TAKEN_WITHIN):
+            while self._since < began:
+                publication.publish(message)
+                with anyio.move_on_after(PUBLISHED_EVERY):
+                    await self._changes.wait_until(lambda: self._since >= began)
+        if self._since < began:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"the localisation has said nothing on {self._link.node.resolve(self._base.pose)} for "
+                f"{TAKEN_WITHIN:g} s after it was told where the robot is",
+            )
+        return wire.Empty()
+
+    def _initial_pose(self, pose: wire.Pose) -> dict[str, Any]:
+        covariance = np.zeros(36)
+        covariance[list(VARIANCES)] = list(VARIANCES.values())
+        return {
+            # A stamp of zero means the latest transform, whatever the clock of the robot shows.
+            "header": geometry.header(self._base.map_frame, 0.0),
+            "pose": {"pose": geometry.pose_message(pose), "covariance": covariance},
+        }
+
+    async def _start_over(self, _request: wire.LocalisedRobot) -> wire.Empty:
+        await self._link.call(self._base.global_localization, "std_srvs/srv/Empty", {})
+        self._latest = None
+        return wire.Empty()
+
+    async def _watch(self, request: wire.WatchLocalization) -> wire.Empty:
+        self._work.start(request.id, self._wait)
+        return wire.Empty()
+
+    async def _wait(self) -> str:
+        await self._changes.wait_until(lambda: self._latest is not None)
+        return ""
+
+    async def _get(self, _request: wire.LocalisedRobot) -> wire.Localization:
+        latest = self._latest
+        if latest is None:
+            return wire.Localization(pose=None, covariance=None, particles=0, error=None)
+        covariance = np.asarray(latest.pose.covariance).reshape(6, 6)[np.ix_(PLANAR, PLANAR)]
+        return wire.Localization(
+            pose=geometry.pose(latest.pose.pose),
+            covariance=tuple(covariance.ravel().tolist()),
+            particles=0,  # it does not tell
+            error=None,  # nobody knows
+        )

@@ -1,0 +1,165 @@
+"""Profiles: what a family of robots is, and what it calls its topics, services, actions and frames.
+
+Names without a leading slash are below the namespace of the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from seoro.errors import InvalidUse
+from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
+
+Name = Annotated[str, Field(pattern=r"^[~/A-Za-z][A-Za-z0-9_/]{0,200}$")]
+Frame = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_/]{0,200}$")]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Limits(_Part):
+    """The fastest that commands may ask a base for: ahead or back [m/s], and turning [rad/s]."""
+
+    linear: Positive
+    angular: Positive
+
+
+class Base(_Part):
+    """A base that drives.
+
+    Args:
+        limits: Of commands of velocity; the navigation on the robot has its own.
+        cmd_vel: Topic of commands of velocity, `Twist` or `TwistStamped` as whoever subscribes says.
+        odometry: Topic of `nav_msgs/Odometry`.
+        map_frame: Frame in which poses of goals are.
+        base_frame: Frame of the robot.
+        initial_pose: Topic on which the localisation is told where the robot is.
+        pose: Topic on which the localisation says that.
+        global_localization: Service that makes the localisation start over everywhere.
+        navigate_to_pose: Nav2's actions.
+    """
+
+    limits: Limits
+    cmd_vel: Name = "cmd_vel"
+    odometry: Name = "odom"
+    map_frame: Frame = "map"
+    base_frame: Frame = "base_link"
+    initial_pose: Name = "initialpose"
+    pose: Name = "amcl_pose"
+    global_localization: Name = "reinitialize_global_localization"
+    navigate_to_pose: Name = "navigate_to_pose"
+    navigate_through_poses: Name = "navigate_through_poses"
+    follow_waypoints: Name = "follow_waypoints"
+
+
+class Gripper(_Part):
+    """A gripper.
+
+    Args:
+        action: Its action.
+        type: `control_msgs/action/GripperCommand`, or `ParallelGripperCommand`.
+        joint: The joint whose position the action commands.
+        closed: Position of that joint at an opening of zero [rad, m].
+        per_metre: How much further it is for each metre of opening [rad/m, m/m].
+        widest: Opening [m].
+        force: That it presses with when nothing else is asked for, the most that may be [N].
+    """
+
+    action: Name
+    type: Literal["control_msgs/action/GripperCommand"] = "control_msgs/action/GripperCommand"
+    joint: str
+    closed: float
+    per_metre: float
+    widest: Positive
+    force: Positive
+
+
+class Arm(_Part):
+    """An arm.
+
+    Args:
+        joints: Its joints in order, with the speed that each can have [rad/s].
+        trajectory: Action `control_msgs/action/FollowJointTrajectory` of its controller.
+        joint_states: Topic of the positions of the joints.
+        move_group: Action of MoveIt 2.
+        group: MoveIt's group of the joints.
+        base_frame: Frame in which MoveIt plans.
+        tool: Link that is moved to poses.
+        gripper: Its gripper, if it has one.
+    """
+
+    joints: Mapping[str, Positive]
+    trajectory: Name
+    joint_states: Name = "joint_states"
+    move_group: Name = "move_action"
+    group: str
+    base_frame: Frame = "base_link"
+    tool: Frame
+    gripper: Gripper | None = None
+
+
+class Profile(_Part):
+    """A family of robots.
+
+    Args:
+        model: What it is called.
+        kinds: Types of actors that it can stand for, most specific first.
+        tf: Topic of transforms that change.
+        tf_static: Topic of transforms that do not.
+        base: Its base, if it drives.
+        arm: Its arm, if it has one.
+    """
+
+    model: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
+    kinds: Annotated[tuple[str, ...], Field(min_length=1)]
+    tf: Name = "tf"
+    tf_static: Name = "tf_static"
+    base: Base | None = None
+    arm: Arm | None = None
+
+    @model_validator(mode="after")
+    def _does_something(self) -> Self:
+        if self.base is None and self.arm is None:
+            raise ValueError("a robot has a base, or an arm, or both")
+        return self
+
+
+def available_profiles() -> tuple[str, ...]:
+    """Names of the profiles that come with seoro."""
+    files = resources.files(__package__).joinpath("profiles").iterdir()
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+
+
+def read_profile(profile: str) -> Profile:
+    """The profile of a name, or in a file.
+
+    Args:
+        profile: One of `available_profiles()`, or the path of a `.yaml` file.
+
+    Raises:
+        InvalidUse: There is none, or the file is wrong; the message has the file and the line.
+    """
+    try:
+        if profile in available_profiles():
+            text = resources.files(__package__).joinpath("profiles", f"{profile}.yaml").read_text(encoding="utf-8")
+        elif profile.endswith(".yaml"):
+            text = read_text(Path(profile))
+        else:
+            raise InvalidUse(
+                f"there is no profile '{profile}'",
+                help=f"profiles: {', '.join(available_profiles())}, or the path of a .yaml file",
+            )
+        content = read_yaml(text, profile)
+        lines = Lines(text, profile)
+        return Profile.model_validate(content)
+    except FileError as error:
+        raise InvalidUse(str(error)) from error
+    except ValidationError as error:
+        raise InvalidUse(problems(error, lines)) from error

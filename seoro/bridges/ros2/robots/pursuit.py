@@ -1,0 +1,102 @@
+"""Goals of a robot's actions as goals of the bridge: accepted or refused at once, told when they end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import anyio
+
+from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.serving.refusal import RequestRefused
+from seoro.bridges.serving.work import Aborted, Work
+from seoro.bridges.wire import Result
+from seoro.errors import SeoroError
+from seoro.runtime.contracts import GoalStatus
+from seoro.runtime.ros_system import GoalResult
+
+
+@dataclass(frozen=True)
+class ActionGoal:
+    """A goal of an action.
+
+    Args:
+        action: Name of the action.
+        type: Its type.
+        goal: The goal.
+        feedback: Called with feedback.
+        judge: Called with the result of a goal that succeeded; says something of it, or raises `Aborted`.
+    """
+
+    action: str
+    type: str
+    goal: Mapping[str, Any]
+    feedback: Callable[[Members], None] = lambda _feedback: None
+    judge: Callable[[Mapping[str, Any]], str] = lambda _result: ""
+
+
+async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: ActionGoal) -> None:
+    """Send a goal to a robot; its end is told by its id.
+
+    Raises:
+        RequestRefused: Nobody serves the action, or the robot rejects the goal, or does not answer.
+    """
+    await _find(link, goal)
+    answer = _Answer()
+
+    async def carry() -> str:
+        try:
+            async with pursuing(link.node, goal.action, goal.type, goal.goal, goal.feedback) as pursued:
+                answer.known.set()
+                return _judged(goal, await pursued.ended())
+        except SeoroError as error:
+            answer.refusal = str(error)
+            raise Aborted(str(error)) from error
+        finally:
+            if not answer.known.is_set():
+                answer.refusal = answer.refusal or "the goal was canceled before the robot had accepted it"
+                answer.known.set()
+
+    work.start(identifier, carry, robot=robot)
+    await answer.known.wait()
+    if answer.refusal:
+        raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
+
+
+@dataclass
+class _Answer:
+    """What a robot says to a goal: when it is known, and why it does not take it, if it does not."""
+
+    known: anyio.Event = field(default_factory=anyio.Event)
+    refusal: str = ""
+
+
+async def _find(link: Link, goal: ActionGoal) -> None:
+    name = link.node.resolve(goal.action)
+    try:
+        await link.node.graph.wait_for(lambda graph: graph.action_servers(name) or None, FOUND_WITHIN)
+    except TimeoutError:
+        raise RequestRefused(
+            Result.INCORRECT_STATE, f"nobody on the robot serves the action {name} ({goal.type})"
+        ) from None
+
+
+def _judged(goal: ActionGoal, end: GoalResult) -> str:
+    match end.status:
+        case GoalStatus.SUCCEEDED:
+            return goal.judge(end.result)
+        case GoalStatus.CANCELED:
+            raise Aborted(f"{goal.action}: somebody else has canceled the goal")
+        case GoalStatus.ABORTED:
+            raise Aborted(f"{goal.action}: the robot has aborted the goal{_reason(end.result)}")
+
+
+def _reason(result: Mapping[str, Any]) -> str:
+    """Why, as far as Nav2 and MoveIt say."""
+    code, message = result.get("error_code"), result.get("error_msg") or result.get("error_string")
+    number = code.get("val") if isinstance(code, Mapping) else code
+    text = f": {message}" if message else ""
+    return f" (error {number}){text}" if number else text

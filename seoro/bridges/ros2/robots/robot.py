@@ -1,0 +1,60 @@
+"""A robot of ROS 2, as the node serves it."""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.ros2.robots.base import DrivingBase
+from seoro.bridges.ros2.robots.frames import Frames
+from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.profile import Profile
+from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.work import Work
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+CHANGING = Qos(depth=100)
+FIXED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=100)
+
+
+class RosRobot:
+    """A robot.
+
+    Args:
+        name: Its name, for scenarios.
+        profile: What it is.
+        link: To it.
+        work: Where goals and watches run.
+        happenings: What happens to it.
+    """
+
+    def __init__(self, name: str, profile: Profile, link: Link, work: Work, happenings: HappeningLog) -> None:
+        self._name = name
+        self._profile = profile
+        self._link = link
+        self._frames = Frames()
+        self._base: DrivingBase | None = None
+        if profile.base is not None:
+            self._base = DrivingBase(link, profile.base, self._frames, name, work, happenings)
+
+    @property
+    def info(self) -> wire.RobotInfo:
+        """What it is called and has; its frames are those that it has published so far."""
+        return wire.RobotInfo(name=self._name, kinds=self._profile.kinds, frames=tuple(sorted(self._frames.names)))
+
+    @property
+    def handlers(self) -> Handlers:
+        """The verbs that it serves."""
+        return {} if self._base is None else self._base.handlers
+
+    async def open(self) -> None:
+        """Listen to it, and be ready to command it."""
+        await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.take, CHANGING)
+        await self._link.listen(self._profile.tf_static, TRANSFORMS, self._frames.take_static, FIXED)
+        if self._base is not None:
+            await self._base.open()
+
+    async def stop(self) -> None:
+        """Command zero velocity."""
+        if self._base is not None:
+            self._base.stop()

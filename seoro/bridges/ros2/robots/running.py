@@ -1,0 +1,94 @@
+"""The bridge: robots of a ROS 2 system on one side, a node of seoro on the other."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from anyio.abc import TaskGroup
+
+from seoro.background import background
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosSystem, connect
+from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.profile import Profile
+from seoro.bridges.ros2.robots.robot import RosRobot
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.node import NodeAt, serving
+from seoro.bridges.serving.work import Work
+from seoro.bridges.session import open_session
+
+NAMESPACE = "default"
+NODE = "seoro_bridge"  # in the graph of ROS 2
+
+
+@dataclass(frozen=True)
+class BridgedRobot:
+    """A robot to bridge: its name for scenarios, its profile, and its namespace in ROS 2."""
+
+    name: str
+    profile: Profile
+    namespace: str = "/"
+
+
+@dataclass(frozen=True)
+class BridgeOptions:
+    """A bridge.
+
+    Args:
+        robots: The robots.
+        ros: Zenoh endpoint of the router of the ROS 2 system, or of its bridge for DDS.
+        domain: ROS_DOMAIN_ID.
+        interfaces: Folders with definitions of messages that seoro does not bring.
+        node: Name of the bridge, for runs.
+        listen: Zenoh endpoint to listen on for runs; or `connect`.
+        connect: Zenoh endpoint of a router to be reached over.
+    """
+
+    robots: Sequence[BridgedRobot]
+    ros: str
+    domain: int = 0
+    interfaces: Sequence[Path] = ()
+    node: str = "ros2"
+    listen: str | None = None
+    connect: str | None = None
+
+
+@asynccontextmanager
+async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
+    """Serve robots of a ROS 2 system to runs for as long as the block lasts; then they stand still.
+
+    Raises:
+        SessionError: An endpoint does not work.
+        BackendError: There is no ROS 2 system.
+    """
+    types = TypeStore.bundled()
+    for folder in options.interfaces:
+        types = types.add_folder(folder)
+    async with (
+        connect(options.ros, types=types, domain=options.domain) as system,
+        open_session(listen=options.listen, connect=options.connect) as session,
+        AsyncExitStack() as stack,
+        background() as tasks,
+    ):
+        links = [await _link(system, robot, stack, tasks) for robot in options.robots]
+        made: list[RosRobot] = []
+
+        def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
+            made.extend(
+                RosRobot(robot.name, robot.profile, link, work, happenings)
+                for robot, link in zip(options.robots, links, strict=True)
+            )
+            return made
+
+        async with serving(NodeAt(session, NAMESPACE, options.node), make):
+            for robot in made:
+                await robot.open()
+            yield
+
+
+async def _link(system: RosSystem, robot: BridgedRobot, stack: AsyncExitStack, tasks: TaskGroup) -> Link:
+    node = await stack.enter_async_context(system.node(NODE, robot.namespace))
+    return Link(node, stack, tasks)

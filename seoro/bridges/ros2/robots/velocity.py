@@ -1,0 +1,116 @@
+"""Commands of velocity: repeated while they hold, then zero, and nothing that outlives its deadline."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import anyio
+
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.profile import Limits
+from seoro.bridges.ros2.robots.signal import Signal
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.serving.refusal import RequestRefused, check_finite
+from seoro.bridges.wire import Result
+
+PERIOD = 0.05  # [s] between two commands
+DEADLINE = 0.5  # [s] that a single command of velocity holds
+STOPPING = 0.5  # [s] for which zero is repeated, so that it also ends what others have commanded meanwhile
+TYPES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+TOLERANCE = 1e-9  # of limits, for what was rounded on the way
+
+log = logging.getLogger(__name__)
+
+
+class Velocity:
+    """The commands of velocity of a robot.
+
+    Args:
+        link: To the robot.
+        topic: Of the commands.
+        limits: That they are held to.
+    """
+
+    def __init__(self, link: Link, topic: str, limits: Limits) -> None:
+        self._link = link
+        self._topic = link.node.resolve(topic)
+        self._limits = limits
+        self._publication: Publication | None = None
+        self._found = Signal()
+        self._wanted = Signal()
+        self._linear = self._angular = 0.0
+        self._until = 0.0  # by the machine's clock [s]
+
+    @property
+    def is_found(self) -> bool:
+        """Whether somebody takes commands."""
+        return self._publication is not None
+
+    async def find(self) -> None:
+        """Be ready to command as soon as somebody subscribes, by the type that they have."""
+        node = self._link.node
+        type_name = await node.graph.wait_for(lambda _graph: _taken_type(node, self._topic))
+        assert type_name is not None, "it is waited for"
+        self._publication = await self._link.publishing(self._topic, type_name)
+        self._found.change()
+
+    async def check(self, linear: float, angular: float) -> None:
+        """Check that a velocity [m/s, rad/s] can be commanded; waits a while for somebody who takes commands.
+
+        Raises:
+            RequestRefused: It is too fast, or nobody takes commands.
+        """
+        check_finite("velocity", linear, angular)
+        limits = self._limits
+        if abs(linear) > limits.linear + TOLERANCE or abs(angular) > limits.angular + TOLERANCE:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"{linear:g} m/s and {angular:g} rad/s are beyond the limits of the robot's profile, "
+                f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
+            )
+        with anyio.move_on_after(FOUND_WITHIN):
+            await self._found.wait_until(lambda: self.is_found)
+        if not self.is_found:
+            raise RequestRefused(
+                Result.INCORRECT_STATE, f"nobody on the robot subscribes to {self._topic}: its base does not run"
+            )
+
+    def command(self, linear: float, angular: float, duration: float) -> None:
+        """Command a velocity [m/s, rad/s] for a duration [s], or until the next command; it was checked before."""
+        self._linear, self._angular = linear, angular
+        self._until = time.monotonic() + duration
+        self._publish()
+        self._wanted.change()
+
+    def stop(self) -> None:
+        """Command zero, for a while."""
+        self.command(0.0, 0.0, STOPPING)
+
+    async def run(self) -> None:
+        """Repeat what is commanded; runs as long as the bridge."""
+        while True:
+            await self._wanted.wait_until(lambda: time.monotonic() < self._until)
+            while (left := self._until - time.monotonic()) > 0.0:
+                await anyio.sleep(min(PERIOD, left))
+                if time.monotonic() < self._until:
+                    self._publish()
+            if self._linear or self._angular:
+                self.stop()
+
+    def _publish(self) -> None:
+        if self._publication is None:
+            return
+        twist = {"linear": {"x": self._linear}, "angular": {"z": self._angular}}
+        # A stamp of zero is the time of arrival to those who look at it: clocks of robots may be off.
+        message: Mapping[str, Any] = twist if self._publication.type == TYPES[0] else {"twist": twist}
+        self._publication.publish(message)
+
+
+def _taken_type(node: RosNode, topic: str) -> str | None:
+    """The type in which commands are taken on a topic; None if nobody takes any."""
+    types = {each.type for each in node.graph.subscriptions(topic)}
+    return next((each for each in TYPES if each in types), None)

@@ -1,0 +1,111 @@
+"""`seoro bridge ros2 --robot`: the options of a bridge to robots, and running it."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import signal
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seoro.errors import InvalidUse
+
+if TYPE_CHECKING:
+    from seoro.bridges.ros2.robots.running import BridgedRobot
+
+_ENDS = (signal.SIGINT, signal.SIGTERM)
+LISTEN = "tcp/127.0.0.1:7460"
+_ROBOT = re.compile(r"(?P<profile>[^:@]+)(:(?P<name>[A-Za-z][A-Za-z0-9_-]*))?(@(?P<namespace>/?[A-Za-z0-9_/]*))?")
+
+
+def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--robot",
+        action="append",
+        default=[],
+        metavar="PROFILE[:NAME][@NAMESPACE]",
+        help="serve a robot of ROS 2 to runs: the profile or its file, the name for scenarios (default: the model "
+        "of the profile), and the namespace of its topics (default: none) (repeatable)",
+    )
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
+        "--listen", metavar="ENDPOINT", help=f"with --robot: listen there for runs (default: {LISTEN})"
+    )
+    place.add_argument(
+        "--connect", metavar="ENDPOINT", help="with --robot: be reached by runs over the Zenoh router there"
+    )
+    parser.add_argument(
+        "--name", default="ros2", help="with --robot: name of the bridge, for lab files (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--ros-interfaces",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="with --robot: definitions of messages that seoro does not bring (repeatable)",
+    )
+
+
+def run_robots(options: argparse.Namespace, ros: str) -> None:
+    """Bridge robots until the process is told to end.
+
+    Args:
+        options: Of the command line.
+        ros: Zenoh endpoint of the router of the ROS 2 system.
+    """
+    import anyio  # noqa: PLC0415 - for this command only
+
+    from seoro.bridges.ros2.robots.running import BridgeOptions, bridging  # noqa: PLC0415 - Zenoh and numpy
+    from seoro.bridges.session import SessionError  # noqa: PLC0415 - the same
+
+    robots = _robots(options.robot)
+    if re.fullmatch(r"[a-z0-9_-]+", options.name) is None:
+        raise InvalidUse(f"'{options.name}' cannot name a bridge: use lower-case letters, digits, '_' and '-'")
+    listen = None if options.connect else options.listen or LISTEN
+    settings = BridgeOptions(
+        robots, ros, options.domain, options.ros_interfaces, options.name, listen, options.connect
+    )
+
+    async def serve() -> None:
+        async with bridging(settings):
+            names = ", ".join(robot.name for robot in robots)
+            where = f"listens on {listen}" if listen else f"is connected to {options.connect}"
+            print(
+                f"the bridge '{options.name}' {where} with {names}, reached at {ros}; Ctrl-C ends it", flush=True
+            )
+            with anyio.open_signal_receiver(*_ENDS) as signals:
+                async for _ in signals:
+                    return
+
+    try:
+        anyio.run(serve)
+    except SessionError as error:
+        raise InvalidUse(
+            str(error),
+            help="`--ros` is where the robots' router listens: start it with `ros2 run rmw_zenoh_cpp rmw_zenohd`",
+        ) from error
+
+
+def _robots(texts: Sequence[str]) -> list[BridgedRobot]:
+    from seoro.bridges.ros2.robots.profile import read_profile  # noqa: PLC0415 - the form of profiles
+    from seoro.bridges.ros2.robots.running import BridgedRobot  # noqa: PLC0415 - Zenoh and numpy
+
+    robots: list[BridgedRobot] = []
+    for text in texts:
+        parts = _ROBOT.fullmatch(text)
+        if parts is None:
+            raise InvalidUse(
+                f"`--robot {text}` is not of the form PROFILE[:NAME][@NAMESPACE]",
+                help="such as `--robot turtlebot4:leader@/tb1`",
+            )
+        profile = read_profile(parts["profile"])
+        name = parts["name"] or profile.model
+        if any(robot.name == name for robot in robots):
+            raise InvalidUse(
+                f"two robots are called '{name}'", help="give them names: `--robot turtlebot4:leader`"
+            )
+        robots.append(BridgedRobot(name, profile, f"/{(parts['namespace'] or '').strip('/')}"))
+    return robots

@@ -1,0 +1,102 @@
+"""A robot of ROS 2, and a bridge to it, each in a process of its own."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+FAKE_ROBOT = Path(__file__).with_name("fake_robot.py")
+BRIDGE = """
+import sys
+import anyio
+from seoro.bridges.ros2.robots.profile import read_profile
+from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
+
+async def main():
+    ros, listen, *robots = sys.argv[1:]
+    profile = read_profile("turtlebot4")
+    bridged = [BridgedRobot(name, profile, f"/{name}") for name in robots]
+    async with bridging(BridgeOptions(bridged, ros, listen=listen)):
+        print("ready", flush=True)
+        await anyio.sleep_forever()
+
+anyio.run(main)
+"""
+ROUTER = """
+import sys, time
+from seoro.bridges.session import Session
+session = Session(listen=sys.argv[1])
+print("ready", flush=True)
+time.sleep(3600)
+"""
+
+
+@dataclass(frozen=True)
+class Bridged:
+    """A robot behind a bridge: where the bridge is, and the file to which the robot writes what moves it."""
+
+    endpoint: str
+    log: Path
+    name: str = "tb"
+    since: float = field(default_factory=time.monotonic)
+
+    def notes(self, what: str) -> list[tuple[float, float]]:
+        """What the robot has noted of a kind since the test began: when [s, by the machine], and a value."""
+        lines = [line.split() for line in self.log.read_text().splitlines()]
+        noted = [(float(when), float(value)) for when, kind, value in lines if kind == what]
+        return [(when, value) for when, value in noted if when >= self.since]
+
+    def stopped(self) -> float | None:
+        """When zero was commanded after the last velocity [s, by the machine]; None if the robot still drives."""
+        velocities = self.notes("velocity")
+        motions = [index for index, (_, value) in enumerate(velocities) if value]
+        if not motions or len(velocities) == motions[-1] + 1:
+            return None
+        return velocities[motions[-1] + 1][0]
+
+
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@contextmanager
+def process(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that has said that it is ready."""
+    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
+        try:
+            assert running.stdout is not None
+            assert running.stdout.readline() == b"ready\n"
+            yield running
+        finally:
+            running.kill()
+
+
+@pytest.fixture(scope="package")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Two robots `tb` and `stamped` behind a bridge, in this folder; the second wants stamps on velocities."""
+    folder = tmp_path_factory.mktemp("bridged")
+    router = free_endpoint()
+    fake = [str(FAKE_ROBOT), str(folder), router]
+    with (
+        process("-c", ROUTER, router),
+        process(*fake, "tb", "geometry_msgs/msg/Twist"),
+        process(*fake, "stamped", "geometry_msgs/msg/TwistStamped"),
+        process("-c", BRIDGE, router, f"unixsock-stream/{folder}/bridge", "tb", "stamped"),
+    ):
+        yield folder
+
+
+@pytest.fixture(params=["tb"])
+def bridged(request: pytest.FixtureRequest, running: Path) -> Bridged:
+    """A robot behind a bridge."""
+    return Bridged(f"unixsock-stream/{running}/bridge", running / request.param, request.param)

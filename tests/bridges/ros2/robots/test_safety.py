@@ -1,0 +1,79 @@
+"""Robots of ROS 2 stop within half a second of whatever becomes of the run; measured where they are."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+
+DEADLINE = 0.5  # [s]
+DRIVER = str(Path(__file__).with_name("driver.py"))
+CANCELED = -5.0
+
+
+def wait_for(moment: float, when: Callable[[], float | None]) -> float:
+    """How long after a moment something was [s]; waits for it, a second at most."""
+    while (found := when()) is None:
+        assert time.monotonic() < moment + 1.0, "the robot still drives"
+        time.sleep(0.02)
+    return found - moment
+
+
+def drives(bridged: Bridged) -> float | None:
+    return next((when for when, value in bridged.notes("velocity") if value), None)
+
+
+def has_goal(bridged: Bridged) -> float | None:
+    return next((when for when, value in bridged.notes("goal") if value > 0.0), None)
+
+
+def goal_ended(bridged: Bridged) -> float | None:
+    return next((when for when, value in bridged.notes("goal") if value == CANCELED), None)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_commands_of_velocity_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
+    with process(DRIVER, bridged.endpoint, bridged.name, "velocity") as driver:
+        wait_for(time.monotonic(), lambda: drives(bridged))
+        moment = time.monotonic()
+        driver.send_signal(number)
+        assert wait_for(moment, bridged.stopped) < DEADLINE
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_goals_of_the_navigation_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
+    with process(DRIVER, bridged.endpoint, bridged.name, "goal") as driver:
+        wait_for(time.monotonic(), lambda: has_goal(bridged))
+        moment = time.monotonic()
+        driver.send_signal(number)
+        assert wait_for(moment, lambda: goal_ended(bridged)) < DEADLINE
+
+
+@contextmanager
+def behind_a_router(folder: Path) -> Iterator[tuple[Bridged, subprocess.Popen[bytes]]]:
+    """A robot whose bridge and whose run are both connected to a router of seoro's."""
+    ros, ours = free_endpoint(), free_endpoint()
+    bridge = BRIDGE.replace("listen=listen", "connect=listen")
+    with (
+        process("-c", ROUTER, ros),
+        process("-c", ROUTER, ours) as router,
+        process(str(FAKE_ROBOT), str(folder), ros, "tb", "geometry_msgs/msg/Twist"),
+        process("-c", bridge, ros, ours, "tb"),
+    ):
+        yield Bridged(ours, folder / "tb"), router
+
+
+@pytest.mark.slow
+def test_robots_stop_when_the_router_to_the_run_dies(tmp_path: Path) -> None:
+    with behind_a_router(tmp_path) as (bridged, router), process(DRIVER, bridged.endpoint, "tb", "velocity"):
+        wait_for(time.monotonic(), lambda: drives(bridged))
+        moment = time.monotonic()
+        router.kill()
+        assert wait_for(moment, bridged.stopped) < DEADLINE

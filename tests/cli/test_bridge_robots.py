@@ -1,0 +1,35 @@
+"""`seoro bridge ros2 --robot`: what the command line may say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.exits import Exit
+from seoro.cli.main import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "`--robot` serves robots to runs"),
+        (["--robot", "turtlebot4", "--expose"], "`--robot` serves robots to runs"),
+        (["--robot", "rover"], "profiles: "),
+        (["--robot", "turtlebot4:1"], "such as `--robot turtlebot4:leader@/tb1`"),
+        (["--robot", "turtlebot4", "--robot", "turtlebot4"], "two robots are called 'turtlebot4'"),
+        (["--robot", "turtlebot4", "--name", "Hall"], "'Hall' cannot name a bridge"),
+        (["--robot", "turtlebot4", "--ros-listen", "tcp/127.0.0.1:1"], "`--ros-listen` goes with `--expose`"),
+        (["--robot", "turtlebot4", "--ros", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
+    ],
+)
+def test_what_cannot_be_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
+    assert main(["bridge", "ros2", *arguments]) == Exit.INVALID
+    assert words in capsys.readouterr().err
+
+
+def test_profiles_are_wrong_with_their_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    profile = tmp_path / "rover.yaml"
+    profile.write_text("model: rover\nkinds: [robot]\nbase:\n  limits: {linear: -1, angular: 1}\n")
+    assert main(["bridge", "ros2", "--robot", str(profile)]) == Exit.INVALID
+    assert f"{profile}:4: base.limits.linear: Input should be greater than 0" in capsys.readouterr().err
