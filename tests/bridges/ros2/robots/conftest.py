@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
@@ -53,6 +53,10 @@ class Bridged:
         lines = [line.split() for line in self.log.read_text().splitlines()]
         noted = [(float(when), float(value)) for when, kind, value in lines if kind == what]
         return [(when, value) for when, value in noted if when >= self.since]
+
+    def begun(self) -> Bridged:
+        """The same, with what is noted from now on."""
+        return replace(self, since=time.monotonic())
 
     def stopped(self) -> float | None:
         """When zero was commanded after the last velocity [s, by the machine]; None if the robot still drives."""
