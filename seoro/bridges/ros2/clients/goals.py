@@ -78,10 +78,12 @@ class Goal:
             if status is None:
                 raise BackendError(f"the server of {self._clients.result.service} does not know the goal any more")
         except SeoroError as error:
-            self._end.set_exception(error)
-            self._end.exception()  # whoever sent it may not wait for its end
+            if not self._end.done():
+                self._end.set_exception(error)
+                self._end.exception()  # whoever sent it may not wait for its end
         else:
-            self._end.set_result(GoalResult(status, Members(response.result)))
+            if not self._end.done():
+                self._end.set_result(GoalResult(status, Members(response.result)))
 
     async def cancel(self) -> None:
         """Call it off, unless it has ended, and wait until it has; each within a deadline."""
@@ -93,7 +95,7 @@ class Goal:
         if code and code != ENDED:
             raise BackendError(f"a goal cannot be canceled: {REFUSALS.get(code, f'return code {code}')}")
         with anyio.move_on_after(CANCEL_WITHIN), suppress(SeoroError):
-            await self.ended()
+            await self.fetch()  # what did so from the beginning has been cancelled, if the block was
 
 
 @asynccontextmanager

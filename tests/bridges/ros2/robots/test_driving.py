@@ -95,7 +95,6 @@ async def test_velocities_are_taken_in_either_form_and_end_with_zero(bridged: Br
         assert (await end.wait()).status is GoalStatus.SUCCEEDED
         assert 0.3 <= time.monotonic() - began < 0.6
     velocities = [value for _, value in bridged.notes("velocity")]
-    assert velocities[0] == 0.2
     assert velocities[-1] == 0.0
     assert set(velocities) == {0.0, 0.2}
 
