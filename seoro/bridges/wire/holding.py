@@ -15,7 +15,7 @@ from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import RobotInfo
 
 HOLD_WAIT = 0.05  # [s] that a client waits for happenings; it asks again then, which is its sign of life
-HOLD_DEADLINE = 0.3  # [s] between two signs of life, so that robots are stopped within 0.5 s on busy machines, too
+HOLD_DEADLINE = 0.4  # [s] between two signs of life, so that robots are stopped within 0.5 s
 
 
 class Holder(Message):
