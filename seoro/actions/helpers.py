@@ -102,7 +102,7 @@ async def process_log_check(
     labels = ctx.labels_of(RUNNING_PROGRAMS)
     if process_name not in labels:
         others = f"; there is {', '.join(sorted(labels))}" if labels else ""
-        raise ActionFailed(f"no `run_process` has the label `{process_name}`{others}")
+        raise ActionFailed(f"no program has the label `{process_name}`{others}")
     processes = ctx.shared(Processes)
     while (process := processes.find(process_name)) is None:
         await ctx.wait_for(processes.start)

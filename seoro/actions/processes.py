@@ -34,7 +34,7 @@ MAX_LINE = 4_096  # [characters]; what is longer is more than one line
 MAX_KEPT = 1_000_000  # [characters] of output that can still be searched when it is over
 MAX_LOGGED = 10_000  # lines of one program that go into the trace
 CHUNK = 65_536  # [bytes] read at a time
-RUNNING_PROGRAMS = ("run_process",)  # the actions whose labels are names of processes
+RUNNING_PROGRAMS = ("run_process", "ros_run", "ros_launch")  # the actions whose labels are names of processes
 KEEPER = Path(__file__).with_name("keeper.py")
 
 

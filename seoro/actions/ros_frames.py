@@ -1,19 +1,34 @@
-"""Actions of `osc.ros` on where a robot and its frames are."""
+"""Actions of `osc.ros` on where a robot and its frames are.
+
+What a robot of a simulator does is watched by that; of others, what they publish is: `tf`, `tf_static` and `odom`
+in the namespace of the robot.
+"""
 
 from __future__ import annotations
 
+import math
+import time
 from functools import partial
 
-from seoro.actions.reports import finish
+import anyio
+
+from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
+from seoro.actions.ros_support import failing, system_of, telling
+from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import MobileRobots
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Position3D
+from seoro.runtime.ros_system import FramePose, Ros2System, RosFrames
 from seoro.runtime.values import Actor
 
+ODOMETRY = "nav_msgs/msg/Odometry"
+DEFAULT_QOS = "system_default"
+WINDOW = 0.2  # [s] over which the speed of a frame is measured: less would measure noise
 
-@action("differential_drive_robot.tf_close_to", home=MobileRobots)
+
+@action("differential_drive_robot.tf_close_to", home=MobileRobots | Ros2System)
 async def tf_close_to(
     ctx: ActionContext,
     robot: Actor,
@@ -25,18 +40,142 @@ async def tf_close_to(
     parent_frame_id: str,
 ) -> None:
     """Wait until a frame of the robot is within a distance of a point, in the plane of the parent frame."""
-    # `sim` chooses between two clocks of ROS; a run has one.
-    refuse_unless(namespace_override=(namespace_override, ""))
-    robots, name = ctx.home(robot, MobileRobots)
-    watch = partial(robots.watch_proximity, name, robot_frame_id, parent_frame_id, reference_point, threshold)
-    await finish(ctx, watch, robots.cancel_watch)
+    # `sim` chooses between two clocks of ROS; here the times are those of the transforms themselves.
+    if ctx.is_home(robot, MobileRobots):
+        refuse_unless(namespace_override=(namespace_override, ""))
+        robots, name = ctx.home(robot, MobileRobots)
+        watch = partial(robots.watch_proximity, name, robot_frame_id, parent_frame_id, reference_point, threshold)
+        await finish(ctx, watch, robots.cancel_watch)
+        return
+    system, _ = ctx.home(robot, Ros2System)
+    namespace = _namespace(robot, namespace_override)
+    distance = math.inf
+    with failing():
+        async with system.frames(namespace, lambda text: ctx.relay([text])) as frames:
+            with telling(ctx, lambda: _far(frames, robot_frame_id, parent_frame_id, distance, threshold)):
+                while distance > threshold:
+                    pose = await meanwhile(ctx, frames.next_pose(robot_frame_id, parent_frame_id))
+                    x, y, _ = pose.position
+                    distance = math.hypot(x - reference_point.x, y - reference_point.y)
 
 
-@action("differential_drive_robot.odometry_distance_traveled", home=MobileRobots)
+def _far(frames: RosFrames, frame: str, parent: str, distance: float, threshold: float) -> str:
+    if absence := frames.absence(frame, parent):
+        return f"a pose of `{frame}` in `{parent}`: {absence}"
+    return f"`{frame}` being within {threshold:g} m of the point; it is {distance:.3g} m away"
+
+
+@action("differential_drive_robot.odometry_distance_traveled", home=MobileRobots | Ros2System)
 async def odometry_distance_traveled(
     ctx: ActionContext, robot: Actor, distance: float, namespace_override: str
 ) -> None:
     """Wait until the robot's odometry has counted a distance."""
-    refuse_unless(namespace_override=(namespace_override, ""))
-    robots, name = ctx.home(robot, MobileRobots)
-    await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
+    if ctx.is_home(robot, MobileRobots):
+        refuse_unless(namespace_override=(namespace_override, ""))
+        robots, name = ctx.home(robot, MobileRobots)
+        await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
+        return
+    system, _ = ctx.home(robot, Ros2System)
+    namespace = _namespace(robot, namespace_override)
+    topic = f"/{namespace}/odom" if namespace else "/odom"
+    travelled, last = 0.0, None
+    with failing(), telling(ctx, lambda: f"{distance:g} m on {topic}; it has counted {travelled:.3g} m"):
+        async with system.subscribing(topic, ODOMETRY, DEFAULT_QOS) as odometry:
+            while travelled < distance:
+                message = (await meanwhile(ctx, odometry.take())).message
+                position = message.pose.pose.position
+                if last is not None:
+                    travelled += math.hypot(position.x - last.x, position.y - last.y)
+                last = position
+
+
+def _namespace(robot: Actor, override: str) -> str:
+    return (override or str(robot.fields.get("namespace", ""))).strip("/")
+
+
+# ---------------------------------------------------------------- movement
+
+
+@action("assert_tf_moving", anywhere=Ros2System, open_ended=True)
+async def assert_tf_moving(
+    ctx: ActionContext,
+    frame_id: str,
+    parent_frame_id: str,
+    timeout: float,
+    threshold_translation: float,
+    threshold_rotation: float,
+    wait_for_first_transform: bool,
+    tf_topic_namespace: str,
+    use_sim_time: bool,
+) -> None:
+    """Watch a frame; that it does not move or turn fast enough for too long is a failure."""
+    movement = _Movement(threshold_translation, threshold_rotation)
+    begun = not wait_for_first_transform
+    rested = time.monotonic()  # since when, as far as is known
+    with failing():
+        async with system_of(ctx).frames(tf_topic_namespace, lambda text: ctx.relay([text])) as frames:
+            while True:
+                left = max(rested + timeout - time.monotonic(), 0.0) if begun and not use_sim_time else None
+                pose = await meanwhile(ctx, _pose_within(frames, frame_id, parent_frame_id, left))
+                if pose is None:
+                    absence = frames.absence(frame_id, parent_frame_id)
+                    raise ActionFailed(absence or movement.rest(frame_id, parent_frame_id, timeout))
+                if movement.take(pose) or not begun:
+                    begun, rested = True, time.monotonic()
+                elif use_sim_time and movement.rested >= timeout:
+                    raise ActionFailed(movement.rest(frame_id, parent_frame_id, timeout))
+
+
+async def _pose_within(frames: RosFrames, frame: str, parent: str, limit: float | None) -> FramePose | None:
+    with anyio.move_on_after(limit):
+        return await frames.next_pose(frame, parent)
+    return None
+
+
+class _Movement:
+    """How fast a frame moves and turns, by the stamps of its poses.
+
+    Args:
+        speed: At which it counts as moving [m/s].
+        rate: At which it counts as turning [rad/s].
+    """
+
+    def __init__(self, speed: float, rate: float) -> None:
+        self._thresholds = speed, rate
+        self._from: FramePose | None = None  # where the speed is measured from
+        self._now = 0.0  # the last stamp [s]
+        self._moved = 0.0  # when it moved last, by stamps [s]
+        self._speeds = 0.0, 0.0
+
+    def take(self, pose: FramePose) -> bool:
+        """The next pose; whether the frame has been found to move by it."""
+        now = self._now if pose.stamp is None else pose.stamp
+        if self._from is None or self._from.stamp is None or now < self._from.stamp:  # time was set back
+            self._from, self._now, self._moved = pose, now, now
+            return False
+        self._now = now
+        period = now - self._from.stamp
+        if period < WINDOW:
+            return False
+        moved = math.dist(pose.position, self._from.position)
+        turned = _angle(pose.rotation, self._from.rotation)
+        self._from, self._speeds = pose, (moved / period, turned / period)
+        is_moving = any(found >= least for found, least in zip(self._speeds, self._thresholds, strict=True))
+        if is_moving:
+            self._moved = now
+        return is_moving
+
+    @property
+    def rested(self) -> float:
+        """How long it has not been found to move, by stamps [s]."""
+        return self._now - self._moved
+
+    def rest(self, frame: str, parent: str, timeout: float) -> str:
+        """That it does not move, for people."""
+        speed, rate = self._speeds
+        return f"`{frame}` has not moved in `{parent}` for {timeout:g} s: at {speed:.3g} m/s and {rate:.3g} rad/s"
+
+
+def _angle(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> float:
+    """By which angle one rotation differs from another [rad]."""
+    return 2 * math.acos(min(1.0, abs(sum(p * q for p, q in zip(a, b, strict=True)))))

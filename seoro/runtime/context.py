@@ -108,6 +108,11 @@ class ActionContext:
         common = self._place.services.common
         common.relay(self._place.position, [(level, message, self._invocation.span) for message in messages])
 
+    @property
+    def file(self) -> Path:
+        """The scenario file; what a scenario names by a relative path lies beside it."""
+        return self._place.services.run.file
+
     def leave_file(self, name: str, data: bytes, description: str) -> Path | None:
         """Write a file into the output folder of the run, where it is listed with the results.
 
@@ -124,6 +129,21 @@ class ActionContext:
         """
         folder = self._place.services.run.output_directory
         return self.shared(Outputs).write(folder, name, data, description) if folder is not None else None
+
+    def reserve_output(self, name: str, description: str) -> Path:
+        """A place for a file or folder that the action writes itself, in the output folder of the run.
+
+        Args:
+            name: As `leave_file` has it, with a number if the run has left one of that name.
+            description: What it is, in a few words.
+
+        Raises:
+            ActionFailed: The name is none for a file, or the run has no output folder.
+        """
+        folder = self._place.services.run.output_directory
+        if folder is None:
+            raise ActionFailed(f"there is no place for {description}: give the run an output folder with `-o`")
+        return self.shared(Outputs).reserve(folder, name, description)
 
     def update(self, variable: Variable[T], change: Callable[[T], T]) -> None:
         """Change a variable, between this round and the next (section 1 of the semantics).

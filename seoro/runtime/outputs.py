@@ -31,6 +31,20 @@ class Outputs:
         Raises:
             ActionFailed: The name is none for a file here, or it cannot be written.
         """
+        path = self.reserve(folder, name, description)
+        try:
+            path.write_bytes(data)
+        except OSError as error:
+            self.files.pop()
+            raise ActionFailed(f"cannot write {path}: {error.strerror}") from error
+        return path
+
+    def reserve(self, folder: Path, name: str, description: str) -> Path:
+        """A place for a file or a folder that the action writes itself.
+
+        Raises:
+            ActionFailed: The name is none for a file here, or there can be no such folder.
+        """
         if not _NAME.fullmatch(name) or name in _RESERVED:
             raise ActionFailed(
                 f"'{name}' cannot name a file of the output folder: use letters, digits, '.', '_' and '-', a "
@@ -39,9 +53,8 @@ class Outputs:
         path = self._free(folder / name)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
         except OSError as error:
-            raise ActionFailed(f"cannot write {path}: {error.strerror}") from error
+            raise ActionFailed(f"cannot make {folder}: {error.strerror}") from error
         self.files.append(OutputFile(path, description))
         return path
 

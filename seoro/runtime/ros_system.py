@@ -12,12 +12,15 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager
+from pathlib import Path
 from typing import Any, Literal, Protocol, runtime_checkable
 
 from seoro.lang.frozen import Value
 from seoro.runtime.contracts import GoalStatus
 
 Members = Mapping[str, Any]
+Note = Callable[[str], None]
+"""Called with what happens, in words for people."""
 
 
 class Wanted(Value):
@@ -90,6 +93,42 @@ class RosGoal(Protocol):
         ...
 
 
+class FramePose(Value):
+    """Where a frame is in another one: position [m], quaternion (x, y, z, w), and when that was.
+
+    `stamp` is by the clock of those who tell [s]; None if nothing between the frames ever moves.
+    """
+
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    stamp: float | None
+
+
+class RosFrames(Protocol):
+    """Frames, as `tf` and `tf_static` tell."""
+
+    async def next_pose(self, frame: str, parent: str) -> FramePose:
+        """The latest pose of a frame in another one; waits until it is known, and is another than the last."""
+        ...
+
+    def absence(self, frame: str, parent: str) -> str:
+        """Why it is not known where a frame is in another one; empty if it is."""
+        ...
+
+
+class RosRecording(Protocol):
+    """A bag that is recorded."""
+
+    async def wait_complete(self) -> None:
+        """Wait until all topics are recorded that have to be."""
+        ...
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The topics of those that are not there yet."""
+        ...
+
+
 @runtime_checkable
 class Ros2System(Protocol):
     """A ROS 2 system. What is entered here is there for as long as the block lasts."""
@@ -134,4 +173,44 @@ class Ros2System(Protocol):
 
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
         """Follow the states of a node that has a life cycle: the present one, and then each that it comes to."""
+        ...
+
+    def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:
+        """Follow the frames whose transforms are published in a namespace; empty for the root."""
+        ...
+
+    def recording(
+        self,
+        folder: Path,
+        topics: Sequence[str],
+        note: Note,
+        *,
+        storage: str,
+        hidden: bool,
+        use_sim_time: bool,
+    ) -> AbstractAsyncContextManager[RosRecording]:
+        """Record topics into a bag, which is made; all that there are if none is named.
+
+        Args:
+            folder: The bag.
+            topics: Their names.
+            note: Told of publishers that go, of messages that are lost, and of how much was recorded in the end.
+            storage: By the name that rosbag2 has for it; empty for what seoro chooses.
+            hidden: Whether topics may be recorded whose names have a part that begins with `_`.
+            use_sim_time: Whether messages get the time of `/clock`.
+        """
+        ...
+
+    async def play(
+        self, bag: Path, topics: Sequence[str], note: Note, *, start_offset: float, clock_rate: float | None
+    ) -> None:
+        """Play a bag to its end: some of its topics, or all.
+
+        Args:
+            bag: The bag.
+            topics: Their names.
+            note: Told of what happens.
+            start_offset: What of it is left out [s].
+            clock_rate: How often its time is published on `/clock` [1/s]; not at all when None.
+        """
         ...

@@ -259,7 +259,7 @@ scenario main:
         server: run_process("true")
         process_log_check("sever", ["x"])
 """)
-    assert "no `run_process` has the label `sever`; there is server" in ran.verdict.reason
+    assert "no program has the label `sever`; there is server" in ran.verdict.reason
 
 
 async def test_output_is_bounded(run_text: RunText, monkeypatch: pytest.MonkeyPatch) -> None:

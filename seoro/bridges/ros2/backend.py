@@ -21,6 +21,9 @@ from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
+from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
+from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
+from seoro.bridges.ros2.tf.listener import TransformListener, listen
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Dialect, RmwZenoh, Ros2Dds
 from seoro.bridges.session.mailbox import Closed
@@ -116,6 +119,40 @@ class Outgoing:
         return True
 
 
+class Frames:
+    """Frames that are followed.
+
+    Args:
+        listener: Follows them.
+    """
+
+    def __init__(self, listener: TransformListener) -> None:
+        self._listener = listener
+        self._last: dict[tuple[str, str], Stamped] = {}
+
+    async def next_pose(self, frame: str, parent: str) -> contract.FramePose:
+        """The latest pose of a frame in another one."""
+        last = self._last.get((frame, parent))
+
+        def changed(buffer: TransformBuffer) -> Stamped | None:
+            found = buffer.find(frame, parent)
+            return found if found != last else None
+
+        found = await self._listener.wait_for(changed)
+        assert found is not None, "that is what was waited for"
+        self._last[frame, parent] = found
+        stamp = None if found.stamp is None else found.stamp * 1e-9
+        return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
+
+    def absence(self, frame: str, parent: str) -> str:
+        """Why it is not known where a frame is."""
+        try:
+            self._listener.buffer.lookup(frame, parent)
+        except TransformError as error:
+            return str(error)
+        return ""
+
+
 class RosBackend:
     """A ROS 2 system that is reached by a node of its own.
 
@@ -202,6 +239,54 @@ class RosBackend:
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
         """Follow the states of a node."""
         return following_lifecycle(self._node, full_name(node))
+
+    @asynccontextmanager
+    async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[Frames]:
+        """Follow the frames whose transforms are published in a namespace."""
+        async with listen(self._node, namespace, on_note=note) as listener:
+            yield Frames(listener)
+
+    @asynccontextmanager
+    async def recording(
+        self,
+        folder: Path,
+        topics: Sequence[str],
+        note: contract.Note,
+        *,
+        storage: str,
+        hidden: bool,
+        use_sim_time: bool,
+    ) -> AsyncIterator[Recording]:
+        """Record topics into a bag."""
+        check_storage(storage)
+        pattern = "" if topics else ".*"
+        recording = record(
+            self._node, folder, topics, pattern=pattern, hidden=hidden, use_sim_time=use_sim_time, on_note=note
+        )
+        async with recording as made:
+            yield made
+        note(_summary(made))
+
+    async def play(
+        self,
+        bag: Path,
+        topics: Sequence[str],
+        note: contract.Note,
+        *,
+        start_offset: float,
+        clock_rate: float | None,
+    ) -> None:
+        """Play a bag to its end."""
+        names = tuple(self._node.resolve(topic) for topic in topics)
+        playback = Playback(names, start_offset=start_offset, clock_rate=clock_rate)
+        await play(self._node, await anyio.to_thread.run_sync(open_bag, bag), playback, on_note=note)
+
+
+def _summary(recording: Recording) -> str:
+    """What has been recorded, and what not."""
+    counts = ", ".join(f"{count} of {topic}" for topic, count in recording.counts.items()) or "no messages"
+    lost = sum(recording.lost.values()) + sum(recording.missed.values())
+    return f"recorded {counts} in {recording.folder}{f'; {lost} messages were lost' if lost else ''}"
 
 
 DIALECTS: dict[str, Callable[[int], Dialect]] = {"rmw_zenoh": RmwZenoh, "ros2dds": lambda domain: Ros2Dds()}

@@ -147,19 +147,37 @@ class Robot:
             await stack.enter_async_context(node.serving(name, type_name, handler))
 
 
+def transform(parent: str, child: str, x: float, stamp: float) -> Members:
+    header = {"stamp": {"sec": int(stamp), "nanosec": int(stamp % 1 * 1e9)}, "frame_id": parent}
+    placed = {"translation": {"x": x}, "rotation": {"w": 1.0}}
+    return {"header": header, "child_frame_id": child, "transform": placed}
+
+
 async def talk(node: RosNode) -> None:
-    """Publish, twenty times a second: a count, a scan 30 ms old, and a distance that grows."""
+    """Publish, twenty times a second: a count, a scan 30 ms old, a distance that grows, and transforms.
+
+    `base_link` moves ahead in `odom`, up to 1 m and again from 0, and `odom` is at 10 m in `map`; `box` rests.
+    """
     async with (
+        node.publishing(
+            "/tf_static", "tf2_msgs/msg/TFMessage", PRESETS["system_default_transient_local"]
+        ) as static,
+        node.publishing("/tf", "tf2_msgs/msg/TFMessage") as moving,
+        node.publishing("/r1/odom", "nav_msgs/msg/Odometry") as other,
         node.publishing("/count", "std_msgs/msg/Int64") as count,
         node.publishing("/scan", "sensor_msgs/msg/LaserScan", PRESETS["sensor_data"]) as scan,
         node.publishing("/odom", "nav_msgs/msg/Odometry") as odometry,
     ):
+        static.publish({"transforms": [transform("map", "odom", 10.0, 0.0)]})
         for number in range(100_000):
             count.publish({"data": number})
             stamp = time.time() - 0.03
             header = {"stamp": {"sec": int(stamp), "nanosec": int(stamp % 1 * 1e9)}, "frame_id": "laser"}
             scan.publish({"header": header, "ranges": [1.0, 2.5]})
             odometry.publish({"pose": {"pose": {"position": {"x": number * 0.05}}}})
+            other.publish({"pose": {"pose": {"position": {"y": 3.0}}}})
+            base = transform("odom", "base_link", number % 20 * 0.05, stamp)
+            moving.publish({"transforms": [base, transform("odom", "box", 1.0, stamp)]})
             await anyio.sleep(0.05)
 
 

@@ -1,0 +1,82 @@
+"""Actions of `osc.ros` that record and play bags."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.ros2.recording import open_bag
+from seoro.embed import prepare
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import RunRos, options
+from tests.runtime.conftest import Ran, load_text
+
+
+async def run_with_results(folder: Path, endpoint: str, text: str) -> Ran:
+    scenario = load_text(folder, "import osc.ros\n" + text, ())
+    settings = replace(options(endpoint), output_directory=folder / "out")
+    async with prepare(scenario, settings) as run, run.running():
+        records = [record async for record in run.trace()]
+        return Ran(await run.result(), records)
+
+
+async def test_a_run_is_recorded_and_played_again(tmp_path: Path, robot: str) -> None:
+    ran = await run_with_results(
+        tmp_path,
+        robot,
+        """
+scenario main:
+    do serial:
+        bag_record(['/count', '/said'], timestamp_suffix: false)
+        wait elapsed(0.5s)
+""",
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    folder = tmp_path / "out" / "rosbag2"
+    assert set(open_bag(folder).topics) == {"/count", "/said"}
+    assert f"in {folder}" in ran.logs[-1][1]
+    again = await run_with_results(
+        tmp_path,
+        robot,
+        """
+scenario main:
+    do parallel:
+        check_data("/said", "std_msgs/msg/String", "{}", member_name: "data",
+            comparison_operator: comparison_operator!ne)
+        bag_play("out/rosbag2", ["/said"])
+""",
+    )
+    assert again.verdict.status is RunStatus.PASSED, again.verdict.reason
+
+
+async def test_topics_that_are_not_there_are_named(tmp_path: Path, robot: str) -> None:
+    ran = await run_with_results(
+        tmp_path,
+        robot,
+        "scenario main:\n    do bag_record(['/count', '/nowhere']) with:\n        timeout(0.5s)\n",
+    )
+    assert ran.verdict.status is RunStatus.FAILED
+    assert "`bag_record` ends without: /nowhere" in [text for _, text in ran.logs]
+
+
+@pytest.mark.parametrize(
+    ("invocation", "reason"),
+    [
+        (
+            "bag_record(['/count'])",
+            "there is no place for recorded topics: give the run an output folder with `-o`",
+        ),
+        ("bag_play('nowhere', ['/count'])", "nowhere"),
+    ],
+)
+async def test_what_cannot_be_is_said(invocation: str, reason: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"scenario main:\n    do {invocation}\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    assert reason in ran.verdict.reason
+
+
+async def test_other_storages_are_refused(tmp_path: Path, robot: str) -> None:
+    text = "scenario main:\n    do bag_record(['/count'], storage: 'sqlite3')\n"
+    ran = await run_with_results(tmp_path, robot, text)
+    assert ran.verdict.status is RunStatus.FAILED
+    assert "bags are recorded in the storage `mcap`, not in `sqlite3`" in ran.verdict.reason

@@ -1,0 +1,41 @@
+"""The action of `osc.ros` that lets a function of a Python file look at messages."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import RunRos
+
+PYTHON = """
+def is_even(message):
+    return message.data % 2 == 0
+
+def is_never(message):
+    return False
+
+def is_odd(message):
+    return message.data % 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ("'look.py', 'is_even'", "^$"),
+        ("'look.py', 'is_never', fail_if_bad_comparison: true", "`is_never` of look.py does not accept a message"),
+        ("'look.py', 'is_odd'", "`is_odd` says `[01]` of a message, and not True or False"),
+        ("'look.py', 'is_none'", "there is no function `is_none` in .*look.py"),
+        ("'nowhere.py', 'is_even'", "there is no Python file .*nowhere.py"),
+    ],
+)
+async def test_a_function_looks_at_messages(arguments: str, reason: str, run_ros: RunRos, tmp_path: Path) -> None:
+    (tmp_path / "look.py").write_text(PYTHON)
+    file, function = arguments.split(", ", 1)
+    ran = await run_ros(
+        "scenario main:\n    do check_data_external('/count', 'std_msgs/msg/Int64', "
+        f"file_path: {file}, function_name: {function}) with:\n        timeout(20s)\n"
+    )
+    assert ran.verdict.status is (RunStatus.PASSED if reason == "^$" else RunStatus.FAILED), ran.verdict.reason
+    assert re.search(reason, ran.verdict.reason)

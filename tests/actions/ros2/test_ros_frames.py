@@ -1,0 +1,90 @@
+"""Actions of `osc.ros` on where a robot and its frames are."""
+
+import pytest
+
+from seoro.errors import InvalidUse
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import RunRos
+
+ROBOT = "scenario main:\n    robot: differential_drive_robot\n"
+
+
+@pytest.mark.parametrize(
+    "invocation",
+    [
+        "robot.tf_close_to(0.2m, position_3d(x: 10.5m))",
+        "robot.tf_close_to(0.1m, position_3d(x: 0.5m), parent_frame_id: 'odom')",
+        "robot.odometry_distance_traveled(0.3m)",
+        "assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)",
+    ],
+)
+async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(20s)\n")
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("invocation", "missing"),
+    [
+        (
+            "robot.tf_close_to(0.2m, position_3d(x: 20m))",
+            "`base_link` being within 0.2 m of the point; it is [0-9.]+ m away",
+        ),
+        (
+            "robot.tf_close_to(0.2m, position_3d(), robot_frame_id: 'base_lin')",
+            "a pose of `base_lin` in `map`: there is no frame `base_lin`; did you mean `base_link`",
+        ),
+        (
+            "robot.tf_close_to(0.2m, position_3d(), namespace_override: 'r2')",
+            "there is no frame `base_link`: nothing was told of any frame",
+        ),
+        (
+            "robot.odometry_distance_traveled(1m, namespace_override: '/r1')",
+            "1 m on /r1/odom; it has counted 0 m",
+        ),
+    ],
+)
+async def test_what_does_not_arrive_says_how_far_it_came(invocation: str, missing: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(1s)\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    with pytest.raises(AssertionError, match=missing):
+        raise AssertionError(ran.logs)
+
+
+async def test_the_namespace_of_an_actor_is_that_of_its_topics(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        """
+scenario main:
+    robot: differential_drive_robot with:
+        keep(it.namespace == '/r1')
+    do robot.odometry_distance_traveled(1m) with:
+        timeout(0.5s)
+"""
+    )
+    assert "1 m on /r1/odom" in ran.logs[-1][1]
+
+
+@pytest.mark.parametrize(
+    ("invocation", "reason"),
+    [
+        ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: at 0 m/s and 0 rad/s"),
+        ("'box', timeout: 0.5s, use_sim_time: true", "`box` has not moved in `map` for 0.5 s"),
+        (
+            "'base_link', timeout: 0.5s, threshold_translation: 50mps",
+            "`base_link` has not moved in `map` for 0.5 s",
+        ),
+        (
+            "'bus', timeout: 0.5s, wait_for_first_transform: false",
+            "there is no frame `bus`; there are `base_link`, `box`",
+        ),
+    ],
+)
+async def test_what_rests_fails(invocation: str, reason: str, run_ros: RunRos) -> None:
+    ran = await run_ros(f"scenario main:\n    do assert_tf_moving({invocation})\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    assert reason in ran.verdict.reason
+
+
+async def test_what_navigates_needs_a_home_that_can(run_ros: RunRos) -> None:
+    with pytest.raises(InvalidUse, match=r"`robot` lives in the ROS 2 system at .*, which cannot carry out"):
+        await run_ros(f"{ROBOT}    do robot.nav_to_pose(pose_3d())\n")
