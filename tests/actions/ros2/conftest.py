@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Protocol
 
+import anyio
 import pytest
 
 from seoro.bridges.session import Session
@@ -80,8 +81,13 @@ def run_ros(tmp_path: Path, robot: str) -> RunRos:
     """Runs the text of a scenario on the robot."""
 
     async def run_it(text: str, actions: Sequence[ActionFunction] = ()) -> Ran:
-        async with running(tmp_path, robot, text, actions) as run:
-            records = [record async for record in run.trace()]
-            return Ran(await run.result(), records)
+        with anyio.fail_after(60.0):  # which no test should take, however busy the machine is
+            async with running(tmp_path, robot, text, actions) as run:
+                return await _ran(run)
 
     return run_it
+
+
+async def _ran(run: Run) -> Ran:
+    records = [record async for record in run.trace()]
+    return Ran(await run.result(), records)

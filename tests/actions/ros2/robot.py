@@ -7,7 +7,7 @@ action behave as their names say; and `talker`, which publishes all the time. It
 import asyncio
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack
 from typing import Any
 
@@ -87,7 +87,8 @@ class Fibonacci:
 class Robot:
     """What the node `robot` does beside that."""
 
-    def __init__(self) -> None:
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self.say = say
         self.speed = 0.5
         self.state = "unconfigured"
         self.transitions: Publication | None = None
@@ -96,6 +97,7 @@ class Robot:
         return {"sum": request.a + request.b}
 
     async def never(self, request: Message) -> Members:
+        self.say("asked")
         await asyncio.sleep(1000.0)
         return {}
 
@@ -195,7 +197,7 @@ async def main() -> None:
         action = Fibonacci()
         action.said = said
         await action.serve(robot, stack)
-        await Robot().serve(robot, stack)
+        await Robot(action.say).serve(robot, stack)
         tasks.start_soon(talk, talker)
 
         async def echo() -> None:

@@ -20,7 +20,7 @@ async def run_with_results(folder: Path, endpoint: str, text: str) -> Ran:
         return Ran(await run.result(), records)
 
 
-async def test_a_run_is_recorded_and_played_again(tmp_path: Path, robot: str) -> None:
+async def test_a_run_is_recorded_and_played_again(tmp_path: Path, robot: str, router: str) -> None:
     ran = await run_with_results(
         tmp_path,
         robot,
@@ -37,13 +37,17 @@ scenario main:
     assert f"in {folder}" in ran.logs[-1][1]
     again = await run_with_results(
         tmp_path,
-        robot,
+        router,
         """
 scenario main:
+    event seen
     do parallel:
-        check_data("/said", "std_msgs/msg/String", "{}", member_name: "data",
-            comparison_operator: comparison_operator!ne)
-        bag_play("out/rosbag2", ["/said"])
+        serial:
+            wait_for_data("/count", "std_msgs/msg/Int64")
+            emit seen
+        bag_play("out/rosbag2", ["/count"]) with:
+            until @seen
+            repeat()
 """,
     )
     assert again.verdict.status is RunStatus.PASSED, again.verdict.reason

@@ -93,7 +93,8 @@ scenario main:
     do parallel:
         service_call("/never", "std_srvs/srv/Empty", "{}")
         serial:
-            wait elapsed(0.3s)
+            check_data("/said", "std_msgs/msg/String", "asked", member_name: "data",
+                qos_profile: qos_preset_profiles!system_default_transient_local)
             log("now")
 """
     with starting_robot(router) as process:

@@ -104,11 +104,14 @@ async def test_what_a_node_logs_is_found(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
+    event found
     do parallel:
-        log_check("robot", ["I heard a whisper", "nothing"])
         serial:
-            wait elapsed(0.3s)
-            topic_publish("/heard", "std_msgs/msg/String", "{data: a whisper}")
+            log_check("robot", ["I heard a whisper", "nothing"])
+            emit found
+        topic_publish("/heard", "std_msgs/msg/String", "{data: a whisper}") with:
+            until @found
+            repeat()
 """
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
@@ -131,7 +134,7 @@ scenario main:
         parallel:
             assert_lifecycle_state("/robot", [{STATES}], keep_running: false)
             serial:
-                wait elapsed(0.2s)
+                wait elapsed(0.3s)
                 {change("inactive")}
                 {change("active")}
         parallel:
@@ -159,7 +162,7 @@ scenario main:
             assert_lifecycle_state("/robot", [{STATES}], keep_running: false) with:
                 timeout(0.5s)
             serial:
-                wait elapsed(0.2s)
+                wait elapsed(0.3s)
                 {change(after)}
 """
     )

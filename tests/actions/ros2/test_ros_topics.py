@@ -18,7 +18,8 @@ async def test_what_is_published_is_heard(run_ros: RunRos) -> None:
         """
 scenario main:
     do parallel:
-        wait_for_data("/said", "std_msgs.msg.String")
+        check_data("/said", "std_msgs.msg.String", "hello", member_name: "data",
+            qos_profile: qos_preset_profiles!system_default_transient_local)
         serial:
             topic_publish("/heard", "std_msgs.msg.String", "{data: hello}")
             log("published")
@@ -35,12 +36,14 @@ scenario main:
     pose: pose_3d = pose_3d(position: position_3d(x: 2m), orientation: orientation_3d(yaw: 180deg))
     speed: velocity_6d = velocity_6d(translational: translational_velocity_3d(x: 0.5mps))
     do parallel:
-        check_data("/pose", "geometry_msgs/msg/Pose", "{position: {x: 2}, orientation: {z: 1.0, y: 0}}")
-        check_data("/speed", "geometry_msgs/msg/Twist", "0.5", member_name: "linear.x")
-        serial:
-            wait elapsed(0.3s)
-            topic_publish("/pose", "geometry_msgs/msg/Pose", pose)
-            topic_publish("/speed", "geometry_msgs/msg/Twist", speed)
+        check_data("/pose", "geometry_msgs/msg/Pose", "{position: {x: 2}, orientation: {z: 1.0, y: 0}}",
+            qos_profile: qos_preset_profiles!system_default_transient_local)
+        check_data("/speed", "geometry_msgs/msg/Twist", "0.5", member_name: "linear.x",
+            qos_profile: qos_preset_profiles!system_default_transient_local)
+        topic_publish("/pose", "geometry_msgs/msg/Pose", pose,
+            qos_profile: qos_preset_profiles!system_default_transient_local)
+        topic_publish("/speed", "geometry_msgs/msg/Twist", speed,
+            qos_profile: qos_preset_profiles!system_default_transient_local)
 """
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
