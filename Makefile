@@ -69,6 +69,7 @@ bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/startup.py
 	@$(BIN)/python benchmarks/runtime.py
 	@$(BIN)/python benchmarks/traces.py
+	@$(BIN)/python benchmarks/bags.py
 	@$(BIN)/python benchmarks/ros2_wire.py
 
 experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 192 runs, results in out/localisation

@@ -44,11 +44,12 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(_summary(bag), indent=2, ensure_ascii=False))
     else:
-        _show(bag)
+        show_bag(bag)
     return Exit.PASSED
 
 
-def _show(bag: Bag) -> None:
+def show_bag(bag: Bag) -> None:
+    """Print what is in a bag."""
     extent, seconds = bag.extent, _duration(bag)
     begun = f", from {datetime.fromtimestamp(extent.start / _SECOND):%Y-%m-%d %H:%M:%S}" if extent.count else ""
     print(f"{bag.path}: {extent.count:,} messages, {seconds:.3f} s{begun}")

@@ -39,6 +39,8 @@ EXAMPLES = """examples:
   seoro ros service call /reinitialize_global_localization ''
   seoro ros action send /navigate_to_pose '{pose: {header: {frame_id: map}, pose: {position: {x: 1.0}}}}'
   seoro ros param set /amcl max_particles 3000
+  seoro ros bag record /scan /odom /tf /tf_static -o out/drive
+  seoro ros bag play out/drive --topic /scan --rate 2
 
 `seoro ros topic --help` and so on say more.
 
@@ -54,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_services(_branch(kinds, "service", "services, and calling them"))
     _add_actions(_branch(kinds, "action", "actions, and sending goals"))
     _add_parameters(_branch(kinds, "param", "parameters of nodes"))
+    _add_bags(_branch(kinds, "bag", "recording topics into bags, and playing them"))
 
 
 def _branch(kinds: Kinds, name: str, what: str) -> Kinds:
@@ -164,6 +167,29 @@ def _add_parameters(parameters: Kinds) -> None:
     setting.add_argument("value", metavar="VALUE", help="YAML: true, 0.5, text, [1, 2]")
 
 
+def _add_bags(bags: Kinds) -> None:
+    recording = _leaf(bags, "record", "record topics until Ctrl-C", "bags.record_topics")
+    recording.add_argument("names", metavar="TOPIC", nargs="*", help="topics that have to be there")
+    recording.add_argument("--pattern", metavar="REGEX", help="topics whose full names match, when they are there")
+    recording.add_argument("-o", "--output", type=Path, metavar="DIR", help="the bag (default: rosbag2_DATE-TIME)")
+    recording.add_argument("--duration", type=_positive, metavar="SECONDS", help="end after that time")
+    recording.add_argument("--use-sim-time", action="store_true", help="messages have the time of /clock")
+    recording.add_argument(
+        "--compression", choices=("none", "lz4", "zstd"), default="none", help="of the messages (default: none)"
+    )
+    _add_hidden(recording)
+    playing = _leaf(bags, "play", "publish what is in a bag", "bags.play_bag")
+    playing.add_argument("bag", type=Path, metavar="BAG", help="a folder as rosbag2 makes it, or a file")
+    playing.add_argument(
+        "--topic", action="append", default=[], metavar="TOPIC", help="this topic only (repeatable)"
+    )
+    playing.add_argument("-r", "--rate", type=_positive, default=1.0, metavar="N", help="so fast (default: 1)")
+    playing.add_argument(
+        "--start-offset", type=_seconds, default=0.0, metavar="SECONDS", help="leave out the beginning"
+    )
+    playing.add_argument("--clock", type=_positive, metavar="HZ", help="publish /clock, at this rate")
+
+
 def _add_hidden(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="hidden ones, too, whose names begin with `_`")
 
@@ -196,13 +222,18 @@ def run(options: argparse.Namespace) -> int:
     try:
         return int(asyncio.run(act(options)))
     except KeyboardInterrupt:
-        if options.act in ("topics.echo", "topics.measure_rate", "topics.publish"):  # which have no other end
+        if options.act in (
+            "topics.echo",
+            "topics.measure_rate",
+            "topics.publish",
+            "bags.record_topics",
+        ):  # which have no other end
             return Exit.PASSED
         raise
 
 
 def _missing() -> Iterator[str]:
-    return (name for name in ("rosbags", "xxhash") if find_spec(name) is None)
+    return (name for name in ("mcap", "rosbags", "xxhash") if find_spec(name) is None)
 
 
 def _domain_of_environment() -> int:

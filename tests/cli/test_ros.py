@@ -15,6 +15,7 @@ import pytest
 from seoro.cli.main import main
 
 pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+pytest.importorskip("mcap", reason="the extra ros2 is not installed")
 pytest.importorskip("xxhash", reason="the extra ros2 is not installed")
 
 SCAN = "sensor_msgs/msg/LaserScan"
@@ -233,3 +234,28 @@ def test_a_system_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) 
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     assert main(["ros", "graph", "--ros", endpoint]) in (2, 3)
     assert f"cannot connect to {endpoint}" in capsys.readouterr().err
+
+
+def test_topics_are_recorded_and_played(ros: Ros, tmp_path: Path) -> None:
+    from seoro.bridges.ros2.recording import open_bag
+
+    folder = str(tmp_path / "drive")
+    status, out, err = ros("bag", "record", "scan", "-o", folder, "--duration", "0.3")
+    assert (status, err) == (0, f"recording into {folder}; Ctrl-C ends it\n")
+    assert out.startswith(f"{folder}: ")
+    count = open_bag(Path(folder)).topics["/scan"].count
+    assert count > 0
+    status, out, _ = ros("bag", "play", folder, "--rate", "1000")
+    assert (status, out) == (0, f"/scan: {count} message{'' if count == 1 else 's'}\n")
+
+
+def test_recording_says_what_is_wrong(ros: Ros, tmp_path: Path) -> None:
+    status, _, err = ros("bag", "record")
+    assert status == 2
+    assert "error: nothing is to be recorded" in err
+    status, out, err = ros("bag", "record", "/scan", "-o", str(tmp_path))
+    assert (status, out) == (2, "")
+    assert "exists; a bag is written into a folder of its own" in err
+    status, _, err = ros("bag", "play", str(tmp_path / "none"))
+    assert status == 2
+    assert "there is no bag" in err

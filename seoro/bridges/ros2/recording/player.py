@@ -21,6 +21,7 @@ from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.reader import Bag
 from seoro.bridges.ros2.recording.sim_clock import CLOCK_QOS, SECOND, TOPIC, TYPE
 from seoro.bridges.ros2.recording.sources import BagMessage
+from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, History, Qos, Reliability
 from seoro.errors import InvalidUse
@@ -82,20 +83,23 @@ async def play(
     topics = bag.choose(playback.topics)
     duration = (bag.extent.end - bag.extent.start) / SECOND
     if playback.start_offset > duration:
-        raise InvalidUse(f"{bag.path} lasts {duration:g} s, and cannot be played from {playback.start_offset:g} s")
+        raise InvalidUse(
+            f"{bag.path} lasts {duration:.3f} s; it cannot be played from {playback.start_offset:g} s"
+        )
     if playback.clock_rate is not None and TOPIC in {topic.name for topic in topics}:
         topics = tuple(topic for topic in topics if topic.name != TOPIC)
         on_note(f"{TOPIC} of the bag is not played, since the clock is published")
     begin = bag.extent.start + round(playback.start_offset * SECOND)
     published: Counter[str] = Counter({topic.name: 0 for topic in topics})
-    async with _publishing(node, topics) as publications, _reading(bag, list(publications), begin) as batches:
-        pace = _Pace(begin, playback.rate)
-        async with _clock(node, pace, playback.clock_rate):
-            async for batch in batches:
-                for message in batch:
-                    await pace.wait_for(message.received)
-                    publications[message.topic].send(message.payload)
-                    published[message.topic] += 1
+    with unwrapped():
+        async with _publishing(node, topics) as publications, _reading(bag, list(publications), begin) as batches:
+            pace = _Pace(begin, playback.rate)
+            async with _clock(node, pace, playback.clock_rate):
+                async for batch in batches:
+                    for message in batch:
+                        await pace.wait_for(message.received)
+                        publications[message.topic].send(message.payload)
+                        published[message.topic] += 1
     return published
 
 

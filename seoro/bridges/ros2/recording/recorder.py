@@ -27,6 +27,7 @@ from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.sim_clock import CLOCK_QOS, TOPIC, TYPE, SimClock
+from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.recording.writer import BagWriter, write_bag
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Endpoint, Qos, Reliability, is_hidden
@@ -274,15 +275,16 @@ async def record(
         RecordingFailed: Not everything could be written.
     """
     wanted = _wanted(node, topics, pattern, hidden)
-    async with write_bag(folder, compression=compression) as writer, background() as tasks:
-        recording = Recording(node, wanted, writer, on_note, use_sim_time=use_sim_time)
-        tasks.start_soon(writer.wait_failed)
-        tasks.start_soon(recording.follow, tasks)
-        try:
-            yield recording
-        finally:
-            with anyio.CancelScope(shield=True):
-                await recording.end()
+    with unwrapped():
+        async with write_bag(folder, compression=compression) as writer, background() as tasks:
+            recording = Recording(node, wanted, writer, on_note, use_sim_time=use_sim_time)
+            tasks.start_soon(writer.wait_failed)
+            tasks.start_soon(recording.follow, tasks)
+            try:
+                yield recording
+            finally:
+                with anyio.CancelScope(shield=True):
+                    await recording.end()
 
 
 def _wanted(node: RosNode, topics: Sequence[str], pattern: str, hidden: bool) -> Wanted:

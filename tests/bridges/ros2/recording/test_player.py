@@ -11,7 +11,7 @@ import pytest
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.recording.errors import UnknownTopic
+from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.player import Playback, play
 from seoro.bridges.ros2.recording.reader import open_bag
@@ -20,7 +20,7 @@ from seoro.bridges.ros2.topics import Received, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
 from seoro.errors import InvalidUse
-from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SECOND, START, STRING, talk, write
+from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SECOND, START, STRING, talk, text, write
 from tests.bridges.ros2.systems import two_nodes, with_another_string
 
 FAST = Playback(rate=1000)
@@ -142,12 +142,24 @@ async def test_robots_with_another_definition_are_named(router: str, types: Type
             await play(here, bag)
 
 
+async def test_a_bag_that_is_damaged_is_played_up_to_there(router: str, types: TypeStore, tmp_path: Path) -> None:
+    messages = [(CHATTER.name, text("x" * 100_000), number) for number in range(100)]
+    bag = open_bag(await write(tmp_path / "bag", messages, CHATTER))
+    file = tmp_path / "bag" / "bag_0.mcap"
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    file.write_bytes(content)
+    async with two_nodes(router, types) as (_, here):
+        with pytest.raises(UnreadableBag, match="is damaged"):
+            await play(here, bag, FAST)
+
+
 async def test_what_makes_no_sense_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
     bag = open_bag(await write(tmp_path / "bag", talk(21), CHATTER))
     async with two_nodes(router, types) as (_, here):
         with pytest.raises(UnknownTopic, match="no topic /chater"):
             await play(here, bag, Playback(("/chater",)))
-        with pytest.raises(InvalidUse, match=r"lasts 2 s, and cannot be played from 2\.5 s"):
+        with pytest.raises(InvalidUse, match=r"lasts 2\.000 s; it cannot be played from 2\.5 s"):
             await play(here, bag, Playback(start_offset=2.5))
 
 
