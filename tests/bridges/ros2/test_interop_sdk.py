@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.recording import open_bag, play, record, write_bag
 from seoro.bridges.ros2.wire import RmwZenoh
 
 pytest.importorskip("zenoh_ros2_sdk", reason="zenoh-ros2-sdk is not installed")
@@ -113,3 +115,26 @@ async def test_it_is_served(router: str, types: TypeStore, peer: Peer) -> None:
     async with our_node(router, types) as node, node.serving("/seoro_add", ADD, respond):
         peer.tell("call", 3, 4)
         assert await peer.hear() == ["called", "7"]
+
+
+async def test_what_it_publishes_is_recorded_and_it_hears_what_is_played(
+    router: str, types: TypeStore, peer: Peer, tmp_path: Path
+) -> None:
+    async with our_node(router, types) as node:
+        with anyio.fail_after(20):
+            async with record(node, tmp_path / "bag", ["/from_sdk"]) as recording:
+                await recording.wait_complete()
+                while not recording.counts:  # until its publisher has found the subscription
+                    peer.tell("publish", "hello")
+                    await anyio.sleep(0.05)
+            recorded = open_bag(tmp_path / "bag")
+            (topic,) = recorded.topics.values()
+            assert topic.type_hash == types.type_hash(STRING)
+            payloads = [message.payload for message in recorded.messages()]
+            assert {types.decode(STRING, payload).data for payload in payloads} == {"hello"}
+
+            async with write_bag(tmp_path / "other") as writer:
+                writer.add_topic(replace(topic, name="/to_sdk"), types.schema(STRING))
+                writer.write("/to_sdk", payloads[0], 0)
+            await play(node, open_bag(tmp_path / "other"))
+            assert await peer.hear() == ["heard", "hello"]
