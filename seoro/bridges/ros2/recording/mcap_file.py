@@ -10,14 +10,18 @@ import fcntl
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
+from io import BufferedWriter, FileIO
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
 from seoro.bridges.ros2.recording.metadata import BagTopic, Extent, dump, information
 from seoro.bridges.ros2.recording.profiles import profile
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 CHUNK: Final = 1024 * 1024  # [bytes] after which a chunk is written
 
@@ -28,7 +32,19 @@ _COMPRESSIONS: Final = {
     "lz4": CompressionType.LZ4,
     "zstd": CompressionType.ZSTD,
 }
+_PART: Final = 512 * 1024  # [bytes]
 _SEQUENCE: Final = 0xFFFF_FFFF  # MCAP has 32 bits for the number of a message
+
+
+class _Stream(BufferedWriter):
+    """A file into which much is written in parts: a single write of 10 MB keeps some kernels busy for 50 ms."""
+
+    def write(self, content: ReadableBuffer) -> int:
+        """Write everything."""
+        view = memoryview(content)
+        for start in range(0, len(view), _PART):
+            super().write(view[start : start + _PART])
+        return len(view)
 
 
 class McapFile:
@@ -41,7 +57,7 @@ class McapFile:
 
     def __init__(self, path: Path, compression: Compression) -> None:
         self._path = path
-        self._stream = path.open("xb")
+        self._stream = _Stream(FileIO(path, "xb"), CHUNK)
         with contextlib.suppress(OSError):  # not all file systems have locks
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody mends what is being written
         self._writer = Writer(self._stream, chunk_size=CHUNK, compression=_COMPRESSIONS[compression])
