@@ -32,6 +32,7 @@ from seoro.bridges.ros2.recording.writer import BagWriter, write_bag
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Endpoint, Qos, Reliability, is_hidden
 from seoro.bridges.session import Bound
+from seoro.errors import InvalidUse
 
 Note = Callable[[str], None]
 
@@ -81,6 +82,7 @@ class Recording:
         self._counts: Counter[str] = Counter()
         self._refused: set[str] = set()
         self._losing: set[str] = set()
+        self._others: set[tuple[str, str]] = set()  # topics and definitions by which they are not recorded
         self._notes: list[str] = []
         self._complete = anyio.Event()
         self._following = anyio.CancelScope()
@@ -172,13 +174,15 @@ class Recording:
 
     async def _begin(self, tasks: TaskGroup, name: str, publishers: tuple[Endpoint, ...]) -> None:
         types = sorted({publisher.type for publisher in publishers})
-        if len(types) == 1:
+        try:
+            if len(types) > 1:
+                raise WrongType(f"{name} has several types, and one is recorded: {', '.join(types)}")
             await tasks.start(self._record, name, publishers)
-        elif name in self._wanted.names:
-            raise WrongType(f"{name} has several types, and one is recorded: {', '.join(types)}")
-        else:
+        except InvalidUse as error:
+            if name in self._wanted.names:
+                raise
             self._refused.add(name)
-            self.note(f"{name} is not recorded, since it has several types: {', '.join(types)}")
+            self.note(f"{name} is not recorded: {error}")
 
     async def _record(
         self, name: str, publishers: tuple[Endpoint, ...], *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
@@ -190,17 +194,20 @@ class Recording:
             self._taken[name] = anyio.Event()
             task_status.started()
             try:
-                await self._take(name, subscription)
+                await self._take(topic, subscription)
             finally:
                 self._taken[name].set()
 
-    async def _take(self, name: str, subscription: Subscription) -> None:
-        lost = 0
+    async def _take(self, topic: BagTopic, subscription: Subscription) -> None:
+        name, lost = topic.name, 0
         async for received in subscription:
             if subscription.lost > lost:
                 self._writer.lose(name, subscription.lost - lost)
                 lost = subscription.lost
                 self._note_loss(name)
+            if received.type_hash and topic.type_hash and received.type_hash != topic.type_hash:
+                self._note_other(topic, received.type_hash)
+                continue
             time, sent = received.arrived, received.sent
             if self._clock is not None:
                 time = sent = self._clock.now
@@ -214,6 +221,14 @@ class Recording:
             self._losing.add(name)
             self.note(f"{name}: messages are lost, since they come faster than they can be written")
 
+    def _note_other(self, topic: BagTopic, type_hash: str) -> None:
+        if (topic.name, type_hash) not in self._others:
+            self._others.add((topic.name, type_hash))
+            self.note(
+                f"{topic.name}: messages by another definition of {topic.type} are not recorded"
+                f" ({type_hash}; it is recorded by {topic.type_hash})"
+            )
+
     def _about(self, name: str, publishers: Sequence[Endpoint]) -> tuple[BagTopic, str]:
         """What the bag says of a topic, and the definition of its type, if that is known."""
         type_name = publishers[0].type
@@ -221,17 +236,19 @@ class Recording:
         theirs = sorted({publisher.type_hash for publisher in publishers if publisher.type_hash})
         types = self._node.system.types
         try:
-            matching = types.matching(type_name, theirs[0]) if theirs else types
+            ours = types.type_hash(type_name)
+            editions = [types.matching(type_name, each) for each in theirs or (ours,)]
         except UnknownInterface:
             self.note(f"{name} is recorded without the definition of {type_name}, which seoro does not have")
             return BagTopic(name, type_name, theirs[0] if theirs else "", qos), ""
-        if matching is None or len(theirs) > 1:
+        known = next((edition for edition in editions if edition is not None), None)
+        if known is None:
             self.note(
                 f"{name} is recorded without the definition of {type_name}: that of the robot"
-                f" ({', '.join(theirs)}) is not the one that seoro has ({types.type_hash(type_name)})"
+                f" ({', '.join(theirs)}) is not the one that seoro has ({ours})"
             )
             return BagTopic(name, type_name, theirs[0], qos), ""
-        return BagTopic(name, type_name, matching.type_hash(type_name), qos), matching.schema(type_name)
+        return BagTopic(name, type_name, known.type_hash(type_name), qos), known.schema(type_name)
 
     def _note_change(self, name: str, before: Sequence[Endpoint], now: Sequence[Endpoint]) -> None:
         if not now:

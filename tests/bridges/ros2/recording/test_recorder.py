@@ -12,13 +12,14 @@ import yaml
 from rosbags.rosbag2 import Reader
 
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.recording import recorder
 from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import McapFile
 from seoro.bridges.ros2.recording.reader import Bag, open_bag
 from seoro.bridges.ros2.recording.recorder import Recording, record
 from seoro.bridges.ros2.topics import Publication
-from seoro.bridges.ros2.wire import InvalidName, Ros2Dds
+from seoro.bridges.ros2.wire import Endpoint, InvalidName, Kind, Qos, RmwZenoh, Ros2Dds
 from seoro.bridges.session import Bound
 from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SCAN, SECOND, STRING, TYPES
 from tests.bridges.ros2.systems import two_nodes, with_another_string
@@ -191,6 +192,53 @@ async def test_definitions_that_seoro_does_not_have_are_not_made_up(
         (connection,) = reader.connections
         assert (connection.digest, connection.msgdef.data) == (theirs.type_hash(STRING), "")
         assert connection.msgcount == 1
+
+
+async def test_of_two_definitions_the_one_that_seoro_has_is_recorded(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs, told = with_another_string(types, tmp_path / "definitions"), list[str]()
+    async with (
+        limited(),
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        connect(router, types=types, dialect=RmwZenoh()) as other,
+        other.node("other") as another,
+        there.publishing("/chatter", STRING) as strange,
+        another.publishing("/chatter", STRING) as chatter,
+    ):
+        await here.graph.wait_for(lambda graph: len(graph.publishers("/chatter")) == 2)
+        async with record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording:
+            await recording.wait_complete()
+            await talk_to(strange, "theirs")
+            await talk_to(chatter, "ours")
+            await recorded(recording, 1)
+            while not told:
+                await anyio.sleep(0.002)
+    assert told == [
+        "/chatter: messages by another definition of std_msgs/msg/String are not recorded"
+        f" ({theirs.type_hash(STRING)}; it is recorded by {types.type_hash(STRING)})"
+    ]
+    assert said(open_bag(tmp_path / "bag")) == ["ours"]
+
+
+async def test_topics_that_cannot_be_recorded_are_left_out_of_a_pattern_with_a_note(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    told: list[str] = []
+    async with limited(), two_nodes(router, types) as (there, here), there.publishing("/good", STRING):
+        session, number = there.node.session, there.system.number()
+        odd = Endpoint(Kind.PUBLISHER, "/odd-name", STRING, session, CHATTER.type_hash, Qos(), number, there.node)
+        token = there.graph.dialect.token(odd)
+        assert token is not None
+        async with there.system.session.token(token):
+            await here.graph.wait_for(lambda graph: graph.publishers("/odd-name"))
+            async with record(here, tmp_path / "bag", pattern=".*", on_note=told.append) as recording:
+                while not told or not recording.topics:
+                    await anyio.sleep(0.002)
+    assert told[0].startswith(
+        "/odd-name is not recorded: '/odd-name': 'odd-name' has to be letters, digits and '_'"
+    )
+    assert recording.topics == ("/good",)
 
 
 async def test_losses_are_told_counted_and_noted(
