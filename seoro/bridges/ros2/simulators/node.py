@@ -15,9 +15,9 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.ros2.participant import RosSystem
 from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, SimulationInterfaces
-from seoro.bridges.ros2.simulators.world import RosWorld, Watch, open_world, relative
+from seoro.bridges.ros2.simulators.world import RosWorld, open_world, relative
 from seoro.bridges.serving.node import NodeAt
-from seoro.bridges.serving.refusal import RequestRefused, check_finite, check_id, check_positive, listed
+from seoro.bridges.serving.refusal import RequestRefused, check_finite, listed
 from seoro.bridges.session import Bound, Mailbox, Request
 from seoro.bridges.wire import Empty, Result, SimulationState
 from seoro.errors import InvalidUse
@@ -55,8 +55,6 @@ class RosSimulator:
             wire.GET_ENTITY_STATE: self._state,
             wire.SET_ENTITY_STATE: self._set_state,
             wire.GET_RELATIVE_POSE: self._relative_pose,
-            wire.WATCH_PROXIMITY: self._watch,
-            wire.CANCEL_WATCH: self._cancel_watch,
             wire.GET_ARTIFACTS: self._artifacts,
         }
         self.verbs = MappingProxyType({verb.name: (verb, handler) for verb, handler in handlers.items()})
@@ -129,8 +127,8 @@ class RosSimulator:
 
     async def _advance(self, request: wire.Advance) -> wire.Advanced:
         check_finite("time", request.until)
-        occurrences = await self._world.advance(request.until)
-        return wire.Advanced(time=self._world.time, occurrences=tuple(occurrences))
+        await self._world.advance(request.until)
+        return wire.Advanced(time=self._world.time)
 
     async def _step(self, request: wire.StepSimulation) -> wire.SimulationTime:
         await self._world.step(request.steps)
@@ -184,20 +182,6 @@ class RosSimulator:
         x, y, yaw = relative(entities, request.frame, request.parent_frame)
         place = wire.Vector3(x=x + request.distance * math.cos(yaw), y=y + request.distance * math.sin(yaw))
         return wire.Pose(position=place, orientation=wire.Orientation(yaw=yaw))
-
-    async def _watch(self, request: wire.WatchProximity) -> Empty:
-        check_id(request.id)
-        check_finite("point", request.point.x, request.point.y)
-        check_positive("threshold", request.threshold)
-        relative((await self._simulator.states()).entities, request.frame, request.parent_frame)
-        point = request.point
-        watch = Watch(request.frame, request.parent_frame, point.x, point.y, request.threshold)
-        self._world.watch(request.id, watch)
-        return Empty()
-
-    async def _cancel_watch(self, request: wire.CancelWatch) -> Empty:
-        self._world.cancel(request.id)
-        return Empty()
 
 
 @asynccontextmanager

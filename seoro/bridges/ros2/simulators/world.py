@@ -1,36 +1,18 @@
-"""A simulation in a simulator of the ROS world: its time in steps, where things are, and watches on that."""
+"""A simulation in a simulator of the ROS world: its time in steps, and where things are."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.simulators.interfaces import MAP, SimulationInterfaces, States
 from seoro.bridges.serving.refusal import RequestRefused, listed
-from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire import Result
 
 TRIED = 10  # steps that are made to find out how long one is
-LOOK = 0.02  # [s] between two looks at what is watched
 LONGEST = 5.0  # [s] that are stepped at a time
 ROUNDING = 1e-6  # [steps]
-
-
-@dataclass(frozen=True)
-class Watch:
-    """A watch on the distance of a frame from a point in another [m]."""
-
-    frame: str
-    parent: str
-    x: float
-    y: float
-    threshold: float
-
-    def holds(self, entities: Mapping[str, wire.EntityState]) -> bool:
-        """Whether it is nearer than that."""
-        x, y, _ = relative(entities, self.frame, self.parent)
-        return math.hypot(x - self.x, y - self.y) < self.threshold
 
 
 class RosWorld:
@@ -47,7 +29,6 @@ class RosWorld:
         self.step_length = step
         self._start = start
         self._steps = 0
-        self._watches: dict[str, Watch] = {}
 
     @property
     def time(self) -> float:
@@ -55,56 +36,18 @@ class RosWorld:
         return self._steps * self.step_length
 
     def start_over(self) -> None:
-        """Begin at time zero, without watches."""
-        self._steps, self._watches = 0, {}
+        """Begin at time zero."""
+        self._steps = 0
 
     async def step(self, count: int) -> None:
         """Make steps."""
         await self.simulator.step(count)
         self._steps += count
 
-    async def advance(self, until: float) -> list[wire.Occurrence]:
-        """Step to a time [s], or to the first thing that was watched for."""
-        fired: list[wire.Occurrence] = []
-        while not fired and (left := math.ceil((until - self.time) / self.step_length - ROUNDING)) > 0:
-            longest = LOOK if self._watches else LONGEST
-            await self.step(min(left, max(1, round(longest / self.step_length))))
-            fired = await self.check() if self._watches else []
-        return fired
-
-    async def check(self) -> list[wire.Occurrence]:
-        """The watches whose conditions hold now, which is told of them once."""
-        entities = (await self.simulator.states()).entities
-        names = [name for name, watch in self._watches.items() if _holds(watch, entities)]
-        for name in names:
-            del self._watches[name]
-        return [wire.Occurrence(id=name, time=self.time, outcome=Outcome.SUCCEEDED) for name in names]
-
-    def watch(self, identifier: str, watch: Watch) -> None:
-        """Watch for something.
-
-        Raises:
-            RequestRefused: The id is in use.
-        """
-        if identifier in self._watches:
-            raise RequestRefused(Result.OPERATION_FAILED, f"the id {identifier!r} is in use")
-        self._watches[identifier] = watch
-
-    def cancel(self, identifier: str) -> None:
-        """Forget a watch.
-
-        Raises:
-            RequestRefused: There is none of that id.
-        """
-        if self._watches.pop(identifier, None) is None:
-            raise RequestRefused(Result.NOT_FOUND, f"there is no watch {identifier!r}")
-
-
-def _holds(watch: Watch, entities: Mapping[str, wire.EntityState]) -> bool:
-    try:
-        return watch.holds(entities)
-    except RequestRefused:  # what it watches has gone
-        return False
+    async def advance(self, until: float) -> None:
+        """Step to a time [s], or to the first after it."""
+        while (left := math.ceil((until - self.time) / self.step_length - ROUNDING)) > 0:
+            await self.step(min(left, max(1, round(LONGEST / self.step_length))))
 
 
 def relative(entities: Mapping[str, wire.EntityState], frame: str, parent: str) -> tuple[float, float, float]:

@@ -70,7 +70,7 @@ async def test_a_run_has_its_time_and_its_entities(simulator: str, router: str, 
         assert "box" not in (await node.ask(wire.GET_ENTITIES, wire.EntityFilter())).names
 
 
-async def test_what_is_watched_for_ends_a_grant(
+async def test_grants_end_with_the_first_step_after_them(
     simulator: str, router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async with (
@@ -78,21 +78,23 @@ async def test_what_is_watched_for_ends_a_grant(
         connect_simulator(bridge.endpoint, OPTIONS) as node,
     ):
         assert node.features.step == pytest.approx(0.004)
+        assert await node.advance(0.003) == pytest.approx(0.004)
+        assert await node.advance(0.02) == pytest.approx(0.02)
+        began = (await bridge.simulator.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time
+        assert await node.advance(7.0) == pytest.approx(7.0)
+        ended = (await bridge.simulator.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time
+        assert ended - began == pytest.approx(6.98)
+
+
+async def test_entities_are_frames(simulator: str, router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with (
+        bridged(simulator, router, types, tmp_path) as bridge,
+        connect_simulator(bridge.endpoint, OPTIONS) as node,
+    ):
         await node.spawn_entity("box", BOX, Pose3D(Position3D(1.0, 1.0, 0.2)))
-        moving = wire.SetEntityState(
-            name="turtlebot4", pose=pose(1.0, -1.0), twist=wire.Twist(linear=wire.Vector3(y=0.5))
-        )
-        await node.ask(wire.SET_ENTITY_STATE, moving)
-        watch = wire.WatchProximity(
-            id="near", frame="box", parent_frame="map", point=wire.Vector3(x=1.0, y=1.0), threshold=0.3
-        )
-        await node.ask(wire.WATCH_PROXIMITY, watch)
-        advanced = await node.ask(wire.ADVANCE, wire.Advance(until=1.0))
-        assert [each.id for each in advanced.occurrences] == ["near"]
-        assert advanced.time == pytest.approx(0.02)
-        assert (await node.relative_pose("box", "turtlebot4_base_link_gt", 0.0)).position.y == pytest.approx(
-            2.0, abs=0.1
-        )
+        await node.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name="turtlebot4", pose=pose(1.0, -1.0, 1.5)))
+        place = (await node.relative_pose("box", "turtlebot4_base_link_gt", 0.0)).position
+        assert (place.x, place.y) == pytest.approx((2.0, 0.14), abs=0.02)
 
 
 async def test_what_it_cannot_do_is_refused(simulator: str, router: str, types: TypeStore, tmp_path: Path) -> None:
@@ -101,7 +103,7 @@ async def test_what_it_cannot_do_is_refused(simulator: str, router: str, types: 
             (wire.SPAWN_ENTITY, wire.SpawnEntity(name="b", uri="no.sdf", initial_pose=pose(1.0, 1.0)), "no.sdf"),
             (wire.GET_ENTITY_STATE, wire.EntityName(name="moon"), "no entity 'moon': known are turtlebot4"),
             (wire.SAVE_STATE, wire.Empty(), "serves no 'save_state'"),
-            (wire.CANCEL_WATCH, wire.CancelWatch(id="w"), "no watch 'w'"),
+            (wire.ADVANCE, wire.Advance(until=math.nan), "no finite number"),
             (wire.GET_ENTITIES, wire.EntityFilter(categories=(1,)), "by their names alone"),
         )
         for verb, request, words in refused:
