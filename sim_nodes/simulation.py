@@ -83,7 +83,7 @@ class Simulation(Stateful):
         self.engine = engine
         self.world = world
         self.seed = seed
-        self._map = build_map(world.extent, world.walls, world.outlines)
+        self.known = build_map(world.extent, world.walls, world.outlines)
         self._tick_steps = round(TICK * engine.steps_per_second)
         self.films = Films(engine, world, lambda: self.entities)
         self.streams = Streams()
@@ -104,7 +104,7 @@ class Simulation(Stateful):
         placed = self.world.robots
         cameras = self.entities.cameras
         self.camera_faults = FaultBoard("", FreeCameras(cameras))
-        about = Knowledge(self._map, self.entities.is_loose, cameras)
+        about = Knowledge(self.known, self.entities.is_loose, cameras)
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
         self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
         self.trails = Trails()

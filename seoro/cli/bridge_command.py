@@ -64,6 +64,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_robot_arguments(parser)
 
+    parser.add_argument(
+        "--no-navigation",
+        action="store_true",
+        help="with --expose: leave it to others, such as Nav2, to localise robots and to find their ways",
+    )
+
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
@@ -84,7 +90,13 @@ def run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     router = None if options.ros_listen else options.ros or ROUTER
     settings = ExposeSettings(
-        options.simulator, router, options.ros_listen, options.domain, options.root, options.stamped_cmd_vel
+        options.simulator,
+        router,
+        options.ros_listen,
+        options.domain,
+        options.root,
+        options.stamped_cmd_vel,
+        not options.no_navigation,
     )
 
     def announce(features: SimulatorFeatures) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty, Result
 from sim_nodes.entities import Info
@@ -12,6 +14,8 @@ from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_fil
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.worlds.listing import find_worlds
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
+
+OCCUPIED = 100  # of a cell, by nav_msgs/OccupancyGrid
 
 
 def _get_entities_states(simulator: Simulator, request: wire.EntityFilter) -> wire.EntityStates:
@@ -97,8 +101,23 @@ def _get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
     )
 
 
+def _get_map(simulator: Simulator, _: Empty) -> wire.OccupancyGrid:
+    known = simulator.simulation.known
+    grid = known.grid
+    occupied = np.where(known.distance <= grid.resolution / 2.0, OCCUPIED, 0).astype(np.uint8)
+    return wire.OccupancyGrid(
+        resolution=grid.resolution,
+        x=grid.x,
+        y=grid.y,
+        columns=grid.columns,
+        rows=grid.rows,
+        cells=occupied.T.tobytes(),
+    )
+
+
 HANDLERS: tuple[Handling, ...] = (
     (wire.GET_ENTITIES_STATES, _get_entities_states),
+    (wire.GET_MAP, _get_map),
     (wire.GET_ENTITY_INFO, _get_entity_info),
     (wire.SET_ENTITY_INFO, _set_entity_info),
     (wire.GET_ENTITY_BOUNDS, _get_entity_bounds),

@@ -128,3 +128,16 @@ def test_robots_are_described_for_those_who_show_them(maze: Client) -> None:
     cell = Client("arm_cell").ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot="ur10e"))
     assert cell.arm is not None
     assert (len(cell.arm.joints), cell.max_speed, cell.lidar) == (6, 0.0, None)
+
+
+def test_the_map_has_what_stands_fixed(maze: Client) -> None:
+    grid = maze.ask(wire.GET_MAP, wire.Empty())
+    assert len(grid.cells) == grid.columns * grid.rows
+
+    def occupied(x: float, y: float) -> int:
+        column, row = int((x - grid.x) / grid.resolution), int((y - grid.y) / grid.resolution)
+        return grid.cells[row * grid.columns + column]
+
+    assert occupied(0.0, 0.0) == 0
+    for wall in maze.simulator.simulation.world.walls:
+        assert occupied(wall.x, wall.y) == 100

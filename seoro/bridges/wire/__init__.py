@@ -32,6 +32,7 @@ from seoro.bridges.wire.holding import BRIDGE_VERBS
 from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.localisation import *
+from seoro.bridges.wire.maps import *
 from seoro.bridges.wire.measurements import *
 from seoro.bridges.wire.message import *
 from seoro.bridges.wire.message import Verb

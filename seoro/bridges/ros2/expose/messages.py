@@ -65,6 +65,17 @@ def believed_pose(told: wire.StreamedPose, time: float) -> Fields:
     return {"header": header(MAP, time), "pose": {"pose": pose_message(told.base), "covariance": covariance}}
 
 
+def occupancy_grid(grid: wire.OccupancyGrid) -> Fields:
+    """A `nav_msgs/OccupancyGrid`, as a map server publishes it."""
+    info = {
+        "resolution": grid.resolution,
+        "width": grid.columns,
+        "height": grid.rows,
+        "origin": pose_message(wire.Pose(position=wire.Vector3(x=grid.x, y=grid.y))),
+    }
+    return {"header": header(MAP, 0.0), "info": info, "data": np.frombuffer(grid.cells, dtype=np.int8)}
+
+
 def joint_state(joints: wire.JointStates, time: float) -> Fields:
     """A `sensor_msgs/JointState`."""
     return {

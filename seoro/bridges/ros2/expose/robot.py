@@ -31,6 +31,7 @@ from seoro.errors import BackendRefused
 
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 LATEST = Bound(1)  # of what commands a robot, only the last counts
+POSED = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SENSED = ("lidar", "odometry", "imu")
 
 log = logging.getLogger(__name__)
@@ -38,11 +39,19 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class ExposedRobot:
-    """A robot: its name, what it is made of, and whether its commands of velocity have stamps."""
+    """A robot.
+
+    Attributes:
+        name: Its name.
+        description: What it is made of.
+        stamped: Whether commands of velocity have stamps.
+        navigates: Whether it finds its way by itself, if it drives.
+    """
 
     name: str
     description: wire.RobotDescription
     stamped: bool = False
+    navigates: bool = True
 
     @property
     def drives(self) -> bool:
@@ -56,7 +65,7 @@ class ExposedRobot:
         return wire.OpenStream(
             id="",
             sensors=tuple(wire.SensorName(robot=self.name, sensor=sensor) for sensor in sensors),
-            poses=(self.name,) if self.drives else (),
+            poses=(self.name,) if self.drives and self.navigates else (),
             joints=(self.name,),
         )
 
@@ -141,6 +150,9 @@ async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -
         told.describe(None if robot.drives else await _place(node, robot.name))
         if robot.drives:
             await stack.enter_async_context(_commanding(ros, node, robot))
+        if robot.drives and robot.navigates:
+            topics["map"].publish(messages.occupancy_grid(await node.ask(wire.GET_MAP, wire.Empty())))
+            await stack.enter_async_context(_locating(ros, node, robot))
             await stack.enter_async_context(serving_navigation(ros, node, robot.name, lambda: told.believed))
         if robot.description.arm is not None:
             arm = ExposedArm(node, robot.name, told.links, lambda: told.positions)
@@ -159,8 +171,9 @@ def _published(robot: ExposedRobot) -> list[tuple[str, str, Qos | None]]:
         topics += [
             ("scan", "sensor_msgs/msg/LaserScan", None),
             ("odom", "nav_msgs/msg/Odometry", None),
-            ("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", LATCHED),
         ]
+    if robot.drives and robot.navigates:
+        topics += [("amcl_pose", POSED, LATCHED), ("map", "nav_msgs/msg/OccupancyGrid", LATCHED)]
     if "imu" in robot.description.sensors:
         topics.append(("imu", "sensor_msgs/msg/Imu", None))
     return topics
@@ -172,11 +185,21 @@ async def _place(node: ExposedNode, robot: str) -> wire.Pose:
 
 @asynccontextmanager
 async def _commanding(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> AsyncIterator[None]:
-    """Take velocities and initial poses."""
+    """Take velocities."""
 
     async def command(message: Any) -> None:
         twist = _within(robot.description, geometry.twist(message.twist if robot.stamped else message))
         await node.ask(wire.CMD_VEL, wire.CmdVel(robot=robot.name, twist=twist))
+
+    velocity = "geometry_msgs/msg/TwistStamped" if robot.stamped else "geometry_msgs/msg/Twist"
+    async with ros.subscribing("cmd_vel", velocity, bound=LATEST) as velocities, background() as tasks:
+        tasks.start_soon(_obey, velocities, command)
+        yield
+
+
+@asynccontextmanager
+async def _locating(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> AsyncIterator[None]:
+    """Take initial poses."""
 
     async def place(message: Any) -> None:
         if (frame := message.header.frame_id) not in ("", MAP):
@@ -184,14 +207,7 @@ async def _commanding(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> A
         pose = geometry.pose(message.pose.pose)
         await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=robot.name, pose=pose))
 
-    velocity = "geometry_msgs/msg/TwistStamped" if robot.stamped else "geometry_msgs/msg/Twist"
-    posed = "geometry_msgs/msg/PoseWithCovarianceStamped"
-    async with (
-        ros.subscribing("cmd_vel", velocity, bound=LATEST) as velocities,
-        ros.subscribing("initialpose", posed, bound=LATEST) as poses,
-        background() as tasks,
-    ):
-        tasks.start_soon(_obey, velocities, command)
+    async with ros.subscribing("initialpose", POSED, bound=LATEST) as poses, background() as tasks:
         tasks.start_soon(_obey, poses, place)
         yield
 

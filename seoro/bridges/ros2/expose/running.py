@@ -39,6 +39,7 @@ class ExposeSettings:
         domain: ROS_DOMAIN_ID.
         root: The robot that has its topics without a namespace, as if it were alone; empty for none.
         stamped: Whether commands of velocity are `TwistStamped`.
+        navigation: Whether robots find their way by themselves; without, that is left to others, such as Nav2.
     """
 
     simulator: str
@@ -47,6 +48,7 @@ class ExposeSettings:
     domain: int = 0
     root: str = ""
     stamped: bool = False
+    navigation: bool = True
 
 
 async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatures], None]) -> None:
@@ -114,7 +116,7 @@ async def _world(
         wanted = wire.OpenStream(id="")
         for name in names:
             description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
-            robot = ExposedRobot(name, description, settings.stamped)
+            robot = ExposedRobot(name, description, settings.stamped, settings.navigation)
             namespace = "/" if name == settings.root else f"/{name}"
             ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))

@@ -113,3 +113,27 @@ async def test_bad_commands_are_said_and_change_nothing(
             [at] = await first(odometry)
         assert at.pose.pose.position.x == pytest.approx(0.0, abs=1e-3)
         assert caplog.text.count("no number") == 1
+
+
+async def test_others_may_find_the_way(simulator: str, router: str, types: TypeStore) -> None:
+    async with (
+        exposed(simulator, router, types, "maze", navigation=False) as node,
+        node.ros.subscribing("/turtlebot4/tf", "tf2_msgs/msg/TFMessage", KEEPING) as tf,
+    ):
+        graph = node.ros.graph
+        assert graph.actions().keys() == {"/simulate_steps"}
+        assert not {"/turtlebot4/amcl_pose", "/turtlebot4/map", "/turtlebot4/initialpose"} & graph.topics().keys()
+        await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot="turtlebot4", pose=wire.Pose()))
+        await step(node, 100)
+        assert {parent for parent, _ in await transforms(tf, 40)} == {"odom", "base_link"}
+
+
+async def test_the_map_is_published_for_late_subscriptions(simulator: str, router: str, types: TypeStore) -> None:
+    async with (
+        exposed(simulator, router, types, "maze") as node,
+        node.ros.subscribing("/turtlebot4/map", "nav_msgs/msg/OccupancyGrid", LATCHED) as maps,
+    ):
+        [grid] = await first(maps)
+        assert grid.info.resolution == pytest.approx(0.05)
+        assert len(grid.data) == grid.info.width * grid.info.height
+        assert set(np.unique(grid.data)) == {0, 100}
