@@ -83,10 +83,7 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
     try:
         anyio.run(serve)
     except SessionError as error:
-        raise InvalidUse(
-            str(error),
-            help="`--ros` is where the robots' router listens: start it with `ros2 run rmw_zenoh_cpp rmw_zenohd`",
-        ) from error
+        raise InvalidUse(str(error), help="`--listen` or `--connect` says where runs reach the bridge") from error
 
 
 def _robots(texts: Sequence[str]) -> list[BridgedRobot]:

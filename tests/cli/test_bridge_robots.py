@@ -20,7 +20,6 @@ from seoro.cli.main import main
         (["--robot", "turtlebot4", "--robot", "turtlebot4"], "two robots are called 'turtlebot4'"),
         (["--robot", "turtlebot4", "--name", "Hall"], "'Hall' cannot name a bridge"),
         (["--robot", "turtlebot4", "--ros-listen", "tcp/127.0.0.1:1"], "`--ros-listen` goes with `--expose`"),
-        (["--robot", "turtlebot4", "--ros", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
     ],
 )
 def test_what_cannot_be_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
@@ -33,3 +32,8 @@ def test_profiles_are_wrong_with_their_line(capsys: pytest.CaptureFixture[str], 
     profile.write_text("model: rover\nkinds: [robot]\nbase:\n  limits: {linear: -1, angular: 1}\n")
     assert main(["bridge", "ros2", "--robot", str(profile)]) == Exit.INVALID
     assert f"{profile}:4: base.limits.linear: Input should be greater than 0" in capsys.readouterr().err
+
+
+def test_a_router_that_is_not_there_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bridge", "ros2", "--robot", "turtlebot4", "--ros", "tcp/127.0.0.1:1"]) == Exit.ERROR
+    assert "cannot connect to tcp/127.0.0.1:1" in capsys.readouterr().err

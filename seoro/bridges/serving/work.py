@@ -25,9 +25,10 @@ class Aborted(Exception):
 
 @dataclass
 class _Item:
-    """A goal or a watch: of which robot (none for a watch), what cancels it, and when it is over."""
+    """A goal or a watch: of which robot and part (none for a watch), what cancels it, and when it is over."""
 
     robot: str | None
+    part: str
     scope: anyio.CancelScope = field(default_factory=anyio.CancelScope)
     over: anyio.Event = field(default_factory=anyio.Event)
     reason: str = ""  # why it is ended from outside, if that is to be told as aborted
@@ -46,14 +47,17 @@ class Work:
         self._happenings = happenings
         self._items: dict[str, _Item] = {}
 
-    def start(self, identifier: str, work: Callable[[], Awaitable[str]], *, robot: str | None = None) -> None:
+    def start(
+        self, identifier: str, work: Callable[[], Awaitable[str]], *, robot: str | None = None, part: str = ""
+    ) -> None:
         """Start a goal of a robot, or a watch.
 
         Args:
             identifier: Its id.
             work: Succeeds when it returns, with a sentence for people, and aborts by `Aborted`. When it is
                 cancelled, it leaves everything in order before it goes on with that.
-            robot: Whose goal it is; a robot has one at a time. None for a watch.
+            robot: Whose goal it is; None for a watch.
+            part: Of the robot, which has one goal at a time, such as its gripper.
 
         Raises:
             RequestRefused: The id is in use, or the robot has a goal.
@@ -61,18 +65,18 @@ class Work:
         check_id(identifier)
         if identifier in self._items:
             raise RequestRefused(Result.INCORRECT_STATE, f"there is a goal or a watch '{identifier}' already")
-        if robot is not None and (active := self.goal_of(robot)) is not None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"the robot '{robot}' has a goal, '{active}': cancel it first"
-            )
+        if robot is not None and (active := self._goal_of(robot, part)) is not None:
+            whose = f"the {part} of the robot '{robot}'" if part else f"the robot '{robot}'"
+            raise RequestRefused(Result.INCORRECT_STATE, f"{whose} has a goal, '{active}': cancel it first")
         if len(self._items) >= MOST:
             raise RequestRefused(Result.OPERATION_FAILED, f"there are {MOST} goals and watches already")
-        item = self._items[identifier] = _Item(robot)
+        item = self._items[identifier] = _Item(robot, part)
         self._tasks.start_soon(self._carry, identifier, item, work)
 
-    def goal_of(self, robot: str) -> str | None:
-        """The id of the goal that a robot has, if it has one."""
-        return next((name for name, item in self._items.items() if item.robot == robot), None)
+    def _goal_of(self, robot: str, part: str) -> str | None:
+        """The id of the goal that a part of a robot has, if it has one."""
+        whose = (robot, part)
+        return next((name for name, item in self._items.items() if (item.robot, item.part) == whose), None)
 
     async def cancel(self, identifier: str) -> None:
         """Cancel a goal or a watch, and wait until it has left everything in order.

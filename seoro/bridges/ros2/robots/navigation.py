@@ -55,7 +55,11 @@ class Navigation:
         told = self._teller(request.feedback_period, len(poses))
         if request.stop_at_each:
             return ActionGoal(
-                base.follow_waypoints, "nav2_msgs/action/FollowWaypoints", {"poses": poses}, told, _all_reached
+                base.follow_waypoints,
+                "nav2_msgs/action/FollowWaypoints",
+                {"poses": poses},
+                told,
+                judge=_all_reached,
             )
         if len(poses) == 1:
             return ActionGoal(base.navigate_to_pose, "nav2_msgs/action/NavigateToPose", {"pose": poses[0]}, told)

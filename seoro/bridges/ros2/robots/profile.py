@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -63,22 +63,36 @@ class Gripper(_Part):
     """A gripper.
 
     Args:
-        action: Its action.
-        type: `control_msgs/action/GripperCommand`, or `ParallelGripperCommand`.
+        action: Its action, a `control_msgs/action/GripperCommand`.
         joint: The joint whose position the action commands.
         closed: Position of that joint at an opening of zero [rad, m].
         per_metre: How much further it is for each metre of opening [rad/m, m/m].
         widest: Opening [m].
-        force: That it presses with when nothing else is asked for, the most that may be [N].
+        force: With which it presses when nothing else is asked for [N].
     """
 
     action: Name
-    type: Literal["control_msgs/action/GripperCommand"] = "control_msgs/action/GripperCommand"
     joint: str
     closed: float
     per_metre: float
     widest: Positive
     force: Positive
+
+
+class MoveGroup(_Part):
+    """What plans the motions of an arm, so that it runs into nothing that is known.
+
+    Args:
+        action: Action of MoveIt 2.
+        group: Its group of the joints.
+        base_frame: Frame of the base of the arm.
+        tool: Link that is moved to poses.
+    """
+
+    action: Name = "move_action"
+    group: str
+    base_frame: Frame = "base_link"
+    tool: Frame
 
 
 class Arm(_Part):
@@ -88,20 +102,14 @@ class Arm(_Part):
         joints: Its joints in order, with the speed that each can have [rad/s].
         trajectory: Action `control_msgs/action/FollowJointTrajectory` of its controller.
         joint_states: Topic of the positions of the joints.
-        move_group: Action of MoveIt 2.
-        group: MoveIt's group of the joints.
-        base_frame: Frame in which MoveIt plans.
-        tool: Link that is moved to poses.
+        move_group: What plans motions; without it, joints move straight to where they are told to.
         gripper: Its gripper, if it has one.
     """
 
-    joints: Mapping[str, Positive]
+    joints: Annotated[Mapping[str, Positive], Field(min_length=1)]
     trajectory: Name
     joint_states: Name = "joint_states"
-    move_group: Name = "move_action"
-    group: str
-    base_frame: Frame = "base_link"
-    tool: Frame
+    move_group: MoveGroup | None = None
     gripper: Gripper | None = None
 
 

@@ -28,13 +28,15 @@ class ActionGoal:
         type: Its type.
         goal: The goal.
         feedback: Called with feedback.
-        judge: Called with the result of a goal that succeeded; says something of it, or raises `Aborted`.
+        part: Of the robot that is at work, such as its gripper.
+        judge: Called with the result of a goal that has ended; says something of it, or raises `Aborted`.
     """
 
     action: str
     type: str
     goal: Mapping[str, Any]
     feedback: Callable[[Members], None] = lambda _feedback: None
+    part: str = ""
     judge: Callable[[Mapping[str, Any]], str] = lambda _result: ""
 
 
@@ -60,7 +62,7 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
                 answer.refusal = answer.refusal or "the goal was canceled before the robot had accepted it"
                 answer.known.set()
 
-    work.start(identifier, carry, robot=robot)
+    work.start(identifier, carry, robot=robot, part=goal.part)
     await answer.known.wait()
     if answer.refusal:
         raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
@@ -91,6 +93,7 @@ def _judged(goal: ActionGoal, end: GoalResult) -> str:
         case GoalStatus.CANCELED:
             raise Aborted(f"{goal.action}: somebody else has canceled the goal")
         case GoalStatus.ABORTED:
+            goal.judge(end.result)  # which may know more of why
             raise Aborted(f"{goal.action}: the robot has aborted the goal{_reason(end.result)}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges import wire
+from seoro.bridges.ros2.robots.arm import MovingArm
 from seoro.bridges.ros2.robots.base import DrivingBase
 from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.link import Link
@@ -36,6 +37,7 @@ class RosRobot:
         self._base: DrivingBase | None = None
         if profile.base is not None:
             self._base = DrivingBase(link, profile.base, self._frames, name, work, happenings)
+        self._arm = None if profile.arm is None else MovingArm(link, profile.arm, name, work)
 
     @property
     def info(self) -> wire.RobotInfo:
@@ -45,7 +47,8 @@ class RosRobot:
     @property
     def handlers(self) -> Handlers:
         """The verbs that it serves."""
-        return {} if self._base is None else self._base.handlers
+        parts = [part.handlers for part in (self._base, self._arm) if part is not None]
+        return {verb: carry for handlers in parts for verb, carry in handlers.items()}
 
     async def open(self) -> None:
         """Listen to it, and be ready to command it."""
@@ -53,8 +56,10 @@ class RosRobot:
         await self._link.listen(self._profile.tf_static, TRANSFORMS, self._frames.take_static, FIXED)
         if self._base is not None:
             await self._base.open()
+        if self._arm is not None:
+            await self._arm.open()
 
     async def stop(self) -> None:
-        """Command zero velocity."""
+        """Command zero velocity; an arm stands still when its goal is canceled."""
         if self._base is not None:
             self._base.stop()

@@ -1,0 +1,98 @@
+"""Where the joints of a robot are, as it says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.signal import Signal
+from seoro.bridges.serving.refusal import RequestRefused, check_finite, check_positive, listed
+from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.work import Work
+from seoro.bridges.wire import Result
+
+MOST = 1000  # joints of a robot
+
+
+class Joints:
+    """The joints of a robot.
+
+    Args:
+        link: To the robot.
+        topic: On which it says where they are.
+        names: Those of its arm and gripper, in order.
+        work: Where watches run.
+    """
+
+    def __init__(self, link: Link, topic: str, names: Sequence[str], work: Work) -> None:
+        self._link = link
+        self._topic = topic
+        self._names = tuple(names)
+        self._work = work
+        self._states: dict[str, tuple[float, float, float]] = {}  # position, velocity, effort
+        self._changes = Signal()
+
+    @property
+    def handlers(self) -> Handlers:
+        """The verbs that are served."""
+        return {wire.GET_JOINT_STATES: self._get, wire.WATCH_JOINT: self._watch}
+
+    async def open(self) -> None:
+        """Listen to what it says."""
+        await self._link.listen(self._topic, "sensor_msgs/msg/JointState", self._take)
+
+    def _take(self, message: Message) -> None:
+        count = len(message.name)
+        columns = [
+            list(each) if len(each) == count else [0.0] * count
+            for each in (message.position, message.velocity, message.effort)
+        ]
+        for name, *state in zip(message.name, *columns, strict=True):
+            if name in self._states or len(self._states) < MOST:
+                self._states[name] = (float(state[0]), float(state[1]), float(state[2]))
+        self._changes.change()
+
+    async def position(self, joint: str) -> float:
+        """Where a joint is [rad, m]; waits a while for the robot to say so.
+
+        Raises:
+            RequestRefused: It does not.
+        """
+        with anyio.move_on_after(FOUND_WITHIN):
+            await self._changes.wait_until(lambda: joint in self._states)
+        if joint not in self._states:
+            topic = self._link.node.resolve(self._topic)
+            raise RequestRefused(
+                Result.NOT_FOUND,
+                f"the robot says nothing of a joint '{joint}' on {topic}: it tells of {listed(self._states)}",
+            )
+        return self._states[joint][0]
+
+    async def _get(self, _request: wire.RobotName) -> wire.JointStates:
+        for name in self._names:
+            await self.position(name)
+        states = [self._states[name] for name in self._names]
+        positions, velocities, efforts = zip(*states, strict=True)
+        return wire.JointStates(names=self._names, positions=positions, velocities=velocities, efforts=efforts)
+
+    async def _watch(self, request: wire.WatchJoint) -> wire.Empty:
+        check_finite("position", request.position)
+        check_positive("tolerance", request.tolerance)
+        began = await self.position(request.joint)
+        self._work.start(request.id, partial(self._come_to, request, began))
+        return wire.Empty()
+
+    async def _come_to(self, request: wire.WatchJoint, began: float) -> str:
+        def is_there() -> bool:
+            off = self._states[request.joint][0] - request.position
+            return abs(off) <= request.tolerance or math.copysign(1.0, off) != side
+
+        side = math.copysign(1.0, began - request.position)
+        await self._changes.wait_until(is_there)
+        return ""

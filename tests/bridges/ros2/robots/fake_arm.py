@@ -1,0 +1,101 @@
+"""An arm of ROS 2 with MoveIt 2, as far as the bridge sees of it: `python fake_arm.py FOLDER ROUTER NAME`.
+
+Joints move as their controller is told, or at once when MoveIt is; for a joint beyond 3 rad there is no plan.
+Fingers are stopped at 0.03 m of opening when they close. It notes the goals that it gets in a file, as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from pathlib import Path
+
+import anyio
+
+from seoro.bridges.ros2 import geometry
+from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.robots.profile import read_profile
+from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import RmwZenoh
+
+TICK = 0.02  # [s]
+FOLLOWS = "control_msgs/action/FollowJointTrajectory"
+GRIPS = "control_msgs/action/GripperCommand"
+PLANS = "moveit_msgs/action/MoveGroup"
+
+
+class Arm:
+    """The joints of the arm and of its gripper, and what it is told."""
+
+    def __init__(self, file: Path, types: TypeStore) -> None:
+        self._file = file
+        self._types = types
+        profile = read_profile("ur10e").arm
+        assert profile is not None
+        assert profile.gripper is not None
+        self.profile, self.gripper = profile, profile.gripper
+        self.joints = dict.fromkeys(profile.joints, 0.0)
+        self.finger = 0.0  # open
+
+    def note(self, kind: str, goal: ServedGoal) -> None:
+        with self._file.open("a") as file:
+            file.write(json.dumps([kind, self._types.plain(f"{kind}_Goal", goal.goal)]) + "\n")
+
+    async def publish(self, states: Publication) -> None:
+        while True:
+            positions = [*self.joints.values(), self.finger]
+            states.publish({"name": [*self.joints, self.gripper.joint], "position": positions})
+            await anyio.sleep(TICK)
+
+    async def follow(self, goal: ServedGoal) -> GoalEnd:
+        self.note(FOLLOWS, goal)
+        trajectory, elapsed = goal.goal.trajectory, 0.0
+        for point in trajectory.points:
+            until = geometry.seconds(point.time_from_start)
+            await anyio.sleep(until - elapsed)
+            elapsed = until
+            self.joints.update(zip(trajectory.joint_names, map(float, point.positions), strict=True))
+        return GoalEnd(Status.SUCCEEDED)
+
+    async def plan(self, goal: ServedGoal) -> GoalEnd:
+        self.note(PLANS, goal)
+        wanted = goal.goal.request.goal_constraints[0].joint_constraints
+        if any(each.position > 3.0 for each in wanted):
+            return GoalEnd(Status.ABORTED, {"error_code": {"val": -12}})
+        if not goal.goal.planning_options.plan_only:
+            self.joints.update({each.joint_name: each.position for each in wanted})
+        return GoalEnd(Status.SUCCEEDED, {"error_code": {"val": 1}})
+
+    async def grip(self, goal: ServedGoal) -> GoalEnd:
+        self.note(GRIPS, goal)
+        stopped = self.gripper.closed + self.gripper.per_metre * 0.03
+        wanted = float(goal.goal.command.position)
+        stalled = wanted > stopped
+        self.finger = min(wanted, stopped)
+        result = {"position": self.finger, "stalled": stalled, "reached_goal": not stalled}
+        return GoalEnd(Status.SUCCEEDED, result)
+
+
+async def main(folder: str, router: str, name: str) -> None:
+    """Be an arm until the process is killed."""
+    types = TypeStore.bundled()
+    arm = Arm(Path(folder) / name, types)
+    async with (
+        connect(router, types=types, dialect=RmwZenoh()) as system,
+        system.node("arm", f"/{name}") as node,
+        node.publishing("joint_states", "sensor_msgs/msg/JointState") as states,
+        serving_action(node, arm.profile.trajectory, FOLLOWS, arm.follow),
+        serving_action(node, "move_action", PLANS, arm.plan),
+        serving_action(node, arm.gripper.action, GRIPS, arm.grip),
+        anyio.create_task_group() as tasks,
+    ):
+        tasks.start_soon(arm.publish, states)
+        sys.stdout.write("ready\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    anyio.run(partial(main, *sys.argv[1:]))
