@@ -10,7 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.embed import Lab, Run, Scenario, Simulator, load, run, start
+    from seoro.embed import Scenario, load, run, start
+    from seoro.embed.options import Lab, Ros, Simulator
+    from seoro.embed.runs import Run
     from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
     from seoro.lang.plan.types import EnumValue
     from seoro.runtime.actions import action
@@ -42,6 +44,7 @@ __all__ = [
     "Pose3D",
     "Position3D",
     "Range",
+    "Ros",
     "Run",
     "RunStatus",
     "Scenario",
@@ -61,7 +64,9 @@ __all__ = [
 ]
 
 _MODULES = {
-    "seoro.embed": ("Lab", "Run", "Scenario", "Simulator", "load", "run", "start"),
+    "seoro.embed": ("Scenario", "load", "run", "start"),
+    "seoro.embed.options": ("Lab", "Ros", "Simulator"),
+    "seoro.embed.runs": ("Run",),
     "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
     "seoro.lang.plan.types": ("EnumValue",),
     "seoro.runtime.actions": ("action",),

@@ -19,7 +19,8 @@ from typing import Any
 import pytest
 
 from seoro.cli import exec_command
-from seoro.embed import Options, accept, check_file, load, prepare
+from seoro.embed import accept, check_file, load, prepare
+from seoro.embed.options import Options
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Severity
 

@@ -7,7 +7,7 @@ from typing import get_type_hints
 import pytest
 
 import seoro
-from seoro.embed import OptionFields, Options
+from seoro.embed.options import OptionFields, Options
 
 TEXT = """import osc.helpers
 import osc.types

@@ -3,7 +3,7 @@
 import pytest
 
 import seoro
-from seoro.embed import OptionFields
+from seoro.embed.options import OptionFields
 
 
 @pytest.fixture

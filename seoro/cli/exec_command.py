@@ -23,7 +23,9 @@ from seoro.cli.film_arguments import add_film_arguments, film_of
 from seoro.cli.output import Progress, error_text, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, result, unproved
 from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
-from seoro.embed import Options, Run, Scenario, check_file, load, prepare
+from seoro.embed import Scenario, check_file, load, prepare
+from seoro.embed.options import Options
+from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
 from seoro.reasons import fault_text, reason_text

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.cli.arguments import seed
-from seoro.embed import ROS_ROUTER, Lab, Ros, Simulator
+from seoro.embed.options import ROS_ROUTER, Lab, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second

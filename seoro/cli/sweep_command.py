@@ -21,7 +21,8 @@ from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
 from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
-from seoro.embed import SEED_BITS, Options, Scenario, load, prepare
+from seoro.embed import SEED_BITS, Scenario, load, prepare
+from seoro.embed.options import Options
 from seoro.errors import InvalidUse
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from seoro.embed import OptionFields
+    from seoro.embed.options import OptionFields
     from seoro.pytest_plugin.collecting import OscFile
     from seoro.pytest_plugin.running import RunScenario
 

@@ -17,7 +17,8 @@ from typing import Any
 import pytest
 
 from seoro.cli.output import error_text
-from seoro.embed import OptionFields, Scenario, check_file
+from seoro.embed import Scenario, check_file
+from seoro.embed.options import OptionFields
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.symbols import TypeSymbol

@@ -16,7 +16,8 @@ import pytest
 import seoro
 from seoro.bridges.launch import is_installed
 from seoro.cli.output import error_text
-from seoro.embed import ClockName, OptionFields, Scenario, Simulator, load, start
+from seoro.embed import Scenario, load, start
+from seoro.embed.options import ClockName, OptionFields, Simulator
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.pytest_plugin.directives import INVALID, Directives
 from seoro.reasons import reason_text

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from seoro import InvalidUse
-from seoro.embed import Options
+from seoro.embed.options import Options
 from tests.runtime.conftest import Prepare, RunText
 
 SCENARIO = """

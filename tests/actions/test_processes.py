@@ -11,7 +11,7 @@ import anyio
 import pytest
 
 from seoro.actions import processes
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime.verdict import RunStatus
 from tests.integration.conftest import is_alive, wait_until
 from tests.runtime.conftest import Prepare, RunText

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from seoro.embed import Options, prepare
+from seoro.embed import prepare
+from seoro.embed.options import Options
 from tests.bindings.conftest import Check
 
 PYTHON = """

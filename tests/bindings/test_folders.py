@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 import seoro
-from seoro.embed import Options, prepare
+from seoro.embed import prepare
+from seoro.embed.options import Options
 from tests.bindings.conftest import Check
 
 DECLARATION = "action greet\n"

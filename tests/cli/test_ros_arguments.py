@@ -7,7 +7,7 @@ import pytest
 
 from seoro.cli.main import main
 from seoro.cli.run_arguments import add_run_arguments, ros_of
-from seoro.embed import ROS_ROUTER, Ros
+from seoro.embed.options import ROS_ROUTER, Ros
 from seoro.errors import InvalidUse
 
 

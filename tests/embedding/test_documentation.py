@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.embed import Options
+from seoro.embed.options import Options
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = ROOT / "docs" / "embedding.md"

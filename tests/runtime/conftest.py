@@ -10,7 +10,9 @@ from typing import Any, Protocol
 
 import pytest
 
-from seoro.embed import Options, Run, Scenario, accept, load, prepare
+from seoro.embed import Scenario, accept, load, prepare
+from seoro.embed.options import Options
+from seoro.embed.runs import Run
 from seoro.runtime.actions import ActionFunction
 from seoro.runtime.modifiers import ModifierFunction
 from seoro.runtime.verdict import Verdict

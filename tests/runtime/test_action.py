@@ -8,7 +8,7 @@ import anyio
 import pytest
 
 from seoro import ActionContext, ActionFailed, InvalidUse, action
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime.actions import ActionFunction
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare, RunText

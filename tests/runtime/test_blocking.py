@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from seoro import ActionContext, action
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime import blocking
 from tests.runtime.conftest import Prepare, Ran, RunText
 

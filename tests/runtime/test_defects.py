@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from seoro import ActionContext, action
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime.agenda import Agenda
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.services import Services

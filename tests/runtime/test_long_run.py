@@ -18,7 +18,8 @@ from typing import Any
 
 import pytest
 
-from seoro.embed import Options, load, prepare
+from seoro.embed import load, prepare
+from seoro.embed.options import Options
 
 DAY = 24 * 3600.0
 PAGE = os.sysconf("SC_PAGE_SIZE")

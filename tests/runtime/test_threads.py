@@ -8,7 +8,7 @@ import anyio
 import pytest
 
 from seoro import ActionFailed, ThreadContext, Variable, action
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare, RunText
 

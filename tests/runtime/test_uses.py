@@ -6,7 +6,7 @@ import anyio
 import pytest
 
 from seoro import ActionContext, Actor, action
-from seoro.embed import Options
+from seoro.embed.options import Options
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare, RunText
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import seoro.runtime.trace
-from seoro.embed import Options
+from seoro.embed.options import Options
 from tests.runtime.conftest import Prepare
 
 TEXT = """

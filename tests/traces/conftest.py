@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from seoro.embed import Options
+from seoro.embed.options import Options
 from tests.runtime.conftest import Prepare, prepare_text
 
 __all__ = ["prepare_text"]

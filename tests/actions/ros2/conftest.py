@@ -12,7 +12,9 @@ import anyio
 import pytest
 
 from seoro.bridges.session import Session
-from seoro.embed import Options, Ros, Run, prepare
+from seoro.embed import prepare
+from seoro.embed.options import Options, Ros
+from seoro.embed.runs import Run
 from seoro.runtime.actions import ActionFunction
 from tests.runtime.conftest import Ran, load_text
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from seoro.embed import Options, Scenario, accept, load, prepare
+from seoro.embed import Scenario, accept, load, prepare
+from seoro.embed.options import Options
 from seoro.runtime.accept import Acceptance
 from seoro.runtime.actions import ActionFunction
 from seoro.runtime.modifiers import ModifierFunction

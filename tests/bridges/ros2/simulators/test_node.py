@@ -21,7 +21,7 @@ from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.serving.node import NodeAt
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.embed import Ros
+from seoro.embed.options import Ros
 from seoro.errors import BackendRefused, InvalidUse
 from seoro.runtime.contracts import Pose3D, Position3D
 from tests.bridges.ros2.expose.exposed import Exposed, exposed

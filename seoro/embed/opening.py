@@ -1,0 +1,105 @@
+"""Opening what a run needs: simulators, robots, ROS 2 systems; and the clock that follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import asynccontextmanager, contextmanager
+from typing import TYPE_CHECKING
+
+from seoro.embed.options import OF_ROS, ROS_ROUTER, ClockName, Options, Ros, Simulator
+from seoro.errors import InvalidUse
+from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
+from seoro.runtime.contracts import Backend, Clock
+from seoro.runtime.homes import Placement
+from seoro.runtime.reading import ReadClock, Readers
+
+if TYPE_CHECKING:
+    from seoro.bridges.ros2.backend import RosBackend
+    from seoro.bridges.sim.node import SimulatorNode
+
+
+@asynccontextmanager
+async def open_backends(
+    options: Options, seed: int, purpose: str
+) -> AsyncIterator[tuple[SimulatorNode | None, tuple[Backend, ...], Mapping[str, Placement]]]:
+    """The simulator of a run, all its backends, and where actors live for whom that is said."""
+    if options.lab is not None:
+        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
+        from seoro.lab.opening import open_lab  # noqa: PLC0415 - the same
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+        lab = read_lab(options.lab.file)
+        async with open_lab(lab, seed, ModelPath(options.lab.model_path), f"the scenario {purpose}") as opened:
+            yield opened.simulator, opened.backends, opened.placements
+    elif options.simulator is not None:
+        async with _open(options.simulator, seed, options.ros) as node:
+            yield node, (node,), {}
+    else:
+        yield None, (), {}
+
+
+@asynccontextmanager
+async def _open(simulator: Simulator, seed: int, ros: Ros | None) -> AsyncIterator[SimulatorNode]:
+    # Zenoh and the message models are loaded for runs that have a simulator only.
+    from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
+    from seoro.bridges.models import ModelPath  # noqa: PLC0415
+    from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415
+
+    snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
+    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path), snapshot)
+    if simulator.endpoint is not None:
+        async with connect_simulator(simulator.endpoint, options) as node:
+            yield node
+        return
+    name = simulator.name or (snapshot.engine if snapshot is not None else None)
+    assert name is not None, "checked before"
+    if name == OF_ROS:
+        system = ros or Ros(ROS_ROUTER)
+        with _asking_for_ros():
+            from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
+            from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - the same
+        reached = RosOptions(system.endpoint, system.domain, system.dialect, system.interfaces)
+        async with open_simulator(reached, options) as node:
+            yield node
+        return
+    async with start_simulator(name, options) as node:
+        yield node
+
+
+@asynccontextmanager
+async def open_ros(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
+    """The ROS 2 system of a run, if it has one."""
+    if options.ros is None:
+        yield ()
+        return
+    with _asking_for_ros():
+        from seoro.bridges.ros2.backend import RosOptions, open_backend  # noqa: PLC0415 - an extra
+    ros = options.ros
+    async with open_backend(RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)) as system:
+        yield (system,)
+
+
+@contextmanager
+def _asking_for_ros() -> Iterator[None]:
+    """Say how to install what speaks with ROS 2, which is an extra, where it is loaded and is not there."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise InvalidUse(
+            f"what reaches ROS 2 systems is not installed: there is no module '{error.name}'",
+            help="pip install 'seoro[ros2]'",
+        ) from error
+
+
+def clock_of(name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers) -> Clock:
+    """The clock of a run.
+
+    Args:
+        name: What it is called.
+        node: The simulator whose clock it is, if there is one.
+        rate: Of that simulator, in simulated seconds per second.
+        readers: Of the trace, who must not be left behind where time does not pass by itself.
+    """
+    if node is not None:
+        return ReadClock(SimulatorClock(node, rate), readers)
+    return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()

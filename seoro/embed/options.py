@@ -1,0 +1,123 @@
+"""How to run a scenario: what programs say by keyword arguments, and the command line by options."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, TypedDict
+
+from seoro.runtime.contracts import Observer
+
+ROS_ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen
+OF_ROS = "ros"  # names the simulator of a ROS 2 system
+
+ClockName = Literal["real", "virtual", "sim"]
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The simulator of a run.
+
+    Args:
+        name: Of the simulator to start for the run, such as `mujoco`; `ros` for the one that runs in the ROS 2
+            system of the run. None to connect to one that is running.
+        endpoint: Zenoh endpoint of the one that is running, such as `tcp/127.0.0.1:7450`.
+        world: Name or file of the world; None for the simulator's own choice.
+        rate: Simulated seconds per second; infinite for as fast as possible.
+        model_path: Folders in which models are looked up first.
+        snapshot: File with the state to begin at, which a run left with `-o`; it has its own world, and its own
+            simulator if none is named.
+    """
+
+    name: str | None = None
+    endpoint: str | None = None
+    world: str | None = None
+    rate: float = math.inf
+    model_path: Sequence[Path] = ()
+    snapshot: Path | None = None
+
+
+@dataclass(frozen=True)
+class Ros:
+    """The ROS 2 system of a run.
+
+    Args:
+        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of its bridge for DDS, such as
+            `tcp/192.168.0.7:7447`.
+        domain: ROS_DOMAIN_ID of the robot's nodes.
+        dialect: `rmw_zenoh` or `ros2dds`; None to find that out, for which something of the system has to be seen.
+        interfaces: Folders with definitions of messages, services and actions that seoro does not bring.
+    """
+
+    endpoint: str
+    domain: int = 0
+    dialect: str | None = None
+    interfaces: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A lab file: which simulator or robot serves which actor.
+
+    Args:
+        file: The file.
+        rate: Simulated seconds per second of its simulator; None for 1 beside robots, which move in real time, and
+            as fast as possible otherwise.
+        model_path: Folders in which models are looked up first.
+    """
+
+    file: Path
+    rate: float | None = None
+    model_path: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run a scenario.
+
+    Args:
+        name: Of the scenario to run, if the file has several.
+        seed: Of everything that is drawn; drawn itself if it is None.
+        overrides: Values of parameters, by path, as expressions of the language: `{"robot.goal.x": "3m"}`.
+        parameters: A parameter file (see `seoro.parameters`); `overrides` go before what it says.
+        clock: `real` if it is not given, `sim` if there is a simulator.
+        simulator: To start or to connect to.
+        ros: To reach.
+        lab: The simulator and the robots of the run, in the place of `simulator`.
+        observers: Called with every record of the trace.
+        output_directory: Where the results of the run go; methods of libraries may ask for it.
+        keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
+        grace: Time for the clean-up of a cancelled action [s].
+    """
+
+    name: str | None = None
+    seed: int | None = None
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    parameters: Path | None = None
+    clock: ClockName | None = None
+    simulator: Simulator | None = None
+    ros: Ros | None = None
+    lab: Lab | None = None
+    observers: Sequence[Observer] = ()
+    output_directory: Path | None = None
+    keep_trace: bool = False
+    grace: float = 5.0
+
+
+class OptionFields(TypedDict, total=False):
+    """The fields of `Options`, as keyword arguments."""
+
+    name: str | None
+    seed: int | None
+    overrides: Mapping[str, str]
+    parameters: Path | None
+    clock: ClockName | None
+    simulator: Simulator | None
+    ros: Ros | None
+    lab: Lab | None
+    observers: Sequence[Observer]
+    output_directory: Path | None
+    keep_trace: bool
+    grace: float
