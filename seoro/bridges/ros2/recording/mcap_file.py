@@ -9,7 +9,6 @@ import contextlib
 import fcntl
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib.metadata import version
 from io import BufferedWriter, FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
+from seoro import __version__
 from seoro.bridges.ros2.recording.metadata import BagTopic, Extent, dump, information
 from seoro.bridges.ros2.recording.profiles import profile
 
@@ -61,7 +61,7 @@ class McapFile:
         with contextlib.suppress(OSError):  # not all file systems have locks
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody mends what is being written
         self._writer = Writer(self._stream, chunk_size=CHUNK, compression=_COMPRESSIONS[compression])
-        self._writer.start(profile=Profile.ROS2, library=f"seoro-{version('seoro')}")
+        self._writer.start(profile=Profile.ROS2, library=f"seoro-{__version__}")
         self._stream.flush()  # an empty file could not be read, if it came to that
         self._schemas: dict[str, int] = {}
         self._topics: dict[int, BagTopic] = {}

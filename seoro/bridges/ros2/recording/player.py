@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Final
 
 import anyio
@@ -62,7 +62,8 @@ async def play(
     """Play a bag to its end.
 
     Whoever subscribes before gets everything; messages that are late, since the disk or the machine is slow, are
-    published at once.
+    published at once. Of what is left out at the beginning, messages that their publishers kept for those who come
+    later are published nonetheless, such as maps and static frames.
 
     Args:
         node: Publishes.
@@ -93,6 +94,10 @@ async def play(
     published: Counter[str] = Counter({topic.name: 0 for topic in topics})
     with unwrapped():
         async with _publishing(node, topics) as publications, _reading(bag, list(publications), begin) as batches:
+            if playback.start_offset:
+                for message in await anyio.to_thread.run_sync(_kept, bag, topics, begin):
+                    publications[message.topic].send(message.payload)
+                    published[message.topic] += 1
             pace = _Pace(begin, playback.rate)
             async with _clock(node, pace, playback.clock_rate):
                 async for batch in batches:
@@ -157,6 +162,19 @@ async def _read(messages: Iterator[BagMessage], send: ObjectSendStream[list[BagM
     async with send:
         while batch := await anyio.to_thread.run_sync(_batch, messages):
             await send.send(batch)
+
+
+def _kept(bag: Bag, topics: Sequence[BagTopic], begin: int) -> list[BagMessage]:
+    """What publishers still kept at some time for those who come later, in the order of the bag."""
+    kept: dict[str, deque[BagMessage]] = {}
+    for topic in topics:
+        depths = [qos.depth for qos in topic.qos if qos.is_transient_local]
+        if depths:
+            kept[topic.name] = deque(maxlen=sum(depths))
+    if kept:
+        for message in takewhile(lambda message: message.received < begin, bag.messages(kept)):
+            kept[message.topic].append(message)
+    return sorted((message for each in kept.values() for message in each), key=lambda message: message.received)
 
 
 def _batch(messages: Iterator[BagMessage]) -> list[BagMessage]:

@@ -92,6 +92,19 @@ async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tm
     assert [subscription.decode(each).data for each in received] == [str(number) for number in range(15, 20)]
 
 
+async def test_what_was_kept_for_latecomers_is_played_from_an_offset_too(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    latched = BagTopic("/map_name", STRING, CHATTER.type_hash, (LATCHED, LATCHED, Qos()))
+    names = [("/map_name", text(name), number) for number, name in enumerate(("attic", "hall", "cellar"))]
+    bag = open_bag(await write(tmp_path / "bag", [*names, *talk(20)], CHATTER, latched))
+    async with listening(router, types, "/map_name") as (here, subscription):
+        counts = await play(here, bag, Playback(rate=1000, start_offset=1.0))
+        received = await take(subscription, 2)
+    assert counts == {"/chatter": 10, "/map_name": 2}
+    assert [subscription.decode(each).data for each in received] == ["hall", "cellar"]
+
+
 async def test_the_clock_tells_the_time_of_the_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
     told: list[str] = []
     clock = BagTopic("/clock", "rosgraph_msgs/msg/Clock", types.type_hash("rosgraph_msgs/msg/Clock"))
