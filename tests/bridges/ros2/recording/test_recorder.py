@@ -194,6 +194,19 @@ async def test_definitions_that_seoro_does_not_have_are_not_made_up(
         assert connection.msgcount == 1
 
 
+async def test_what_has_arrived_is_recorded_to_the_last(router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"]) as recording,
+    ):
+        await recording.wait_complete()
+        await talk_to(chatter, *map(str, range(20)))
+        time.sleep(0.2)  # everything arrives, and nobody takes it
+    assert said(open_bag(tmp_path / "bag")) == [str(number) for number in range(20)]
+
+
 async def test_of_two_definitions_the_one_that_seoro_has_is_recorded(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
