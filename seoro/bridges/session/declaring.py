@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import TypeVar
 
 import anyio
@@ -18,23 +19,38 @@ async def declared(make: Callable[[], T], undo: Callable[[T], object]) -> AsyncI
     """Make something in a worker thread, and undo it in one, on every path.
 
     A task that is cancelled while it waits for the thread does not stop the thread: what that makes all the same
-    is undone, too.
+    is undone, too. Neither does a task that is cancelled while it undoes something leave it there.
 
     Args:
         make: Makes it; what it raises comes out.
         undo: Undoes what was made.
     """
-    making = asyncio.ensure_future(anyio.to_thread.run_sync(make))
-    try:
-        made = await asyncio.shield(making)
-    except asyncio.CancelledError:
-        with anyio.CancelScope(shield=True):
-            await asyncio.wait([making])
-            if making.exception() is None:
-                await anyio.to_thread.run_sync(undo, making.result())
-        raise
+    made = await _carry(make, lambda made: _carry(partial(undo, made)))
     try:
         yield made
     finally:
-        with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(undo, made)
+        await _carry(partial(undo, made))
+
+
+async def _carry(work: Callable[[], T], undo: Callable[[T], Awaitable[object]] | None = None) -> T:
+    """Carry something out in a worker thread, to its end.
+
+    If the task is cancelled meanwhile, from which no scope of anyio's shields, it is afterwards.
+
+    Args:
+        work: What is carried out.
+        undo: Carried out if the task was cancelled.
+    """
+    cancelled: asyncio.CancelledError | None = None
+    with anyio.CancelScope(shield=True):
+        task = asyncio.ensure_future(anyio.to_thread.run_sync(work))
+        while not task.done():
+            try:
+                await asyncio.wait([task])
+            except asyncio.CancelledError as error:
+                cancelled = error
+        if cancelled is not None:
+            if undo is not None and task.exception() is None:
+                await undo(task.result())
+            raise cancelled
+    return task.result()

@@ -61,6 +61,9 @@ class Fibonacci:
     async def result(self, request: Message) -> Members:
         return await self.goals[bytes(request.goal_id.uuid)][1]
 
+    async def active(self, request: Message) -> Members:
+        return {"message": str(sum(not end.done() for _, end in self.goals.values()))}
+
     async def cancel(self, request: Message) -> Members:
         goal = self.goals.get(bytes(request.goal_info.goal_id.uuid))
         if goal is None:
@@ -77,11 +80,14 @@ class Fibonacci:
         topic = node.publishing(f"{under}/feedback", f"{FIBONACCI}_FeedbackMessage")
         self.feedback = await stack.enter_async_context(topic)
         for name, type_name, handler in (
+            ("/goals", "std_srvs/srv/Trigger", self.active),
             ("get_result", f"{FIBONACCI}_GetResult", self.result),
             ("cancel_goal", "action_msgs/srv/CancelGoal", self.cancel),
             ("send_goal", f"{FIBONACCI}_SendGoal", self.send),
         ):
-            await stack.enter_async_context(node.serving(f"{under}/{name}", type_name, handler))
+            await stack.enter_async_context(
+                node.serving(name if name[0] == "/" else f"{under}/{name}", type_name, handler)
+            )
 
 
 class Robot:

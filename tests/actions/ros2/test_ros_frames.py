@@ -34,18 +34,20 @@ async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
             "robot.tf_close_to(0.2m, position_3d(), robot_frame_id: 'base_lin')",
             "a pose of `base_lin` in `map`: there is no frame `base_lin`; did you mean `base_link`",
         ),
-        (
+        pytest.param(
             "robot.tf_close_to(0.2m, position_3d(), namespace_override: 'r2')",
             "there is no frame `base_link`: nothing was told of any frame",
+            marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "robot.odometry_distance_traveled(1m, namespace_override: '/r1')",
             "1 m on /r1/odom; it has counted 0 m",
+            marks=pytest.mark.slow,
         ),
     ],
 )
 async def test_what_does_not_arrive_says_how_far_it_came(invocation: str, missing: str, run_ros: RunRos) -> None:
-    ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(1s)\n")
+    ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(0.6s)\n")
     assert ran.verdict.status is RunStatus.FAILED
     with pytest.raises(AssertionError, match=missing):
         raise AssertionError(ran.logs)
@@ -68,7 +70,7 @@ scenario main:
     ("invocation", "reason"),
     [
         ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: at 0 m/s and 0 rad/s"),
-        ("'box', timeout: 0.5s, use_sim_time: true", "`box` has not moved in `map` for 0.5 s"),
+        ("'box', timeout: 0.4s, use_sim_time: true", "`box` has not moved in `map` for 0.4 s"),
         (
             "'base_link', timeout: 0.5s, threshold_translation: 50mps",
             "`base_link` has not moved in `map` for 0.5 s",
