@@ -1,5 +1,5 @@
 """A bridge to robots on rails."""
 
-from tests.bridges.robot.conftest import rails, start_rails
+from tests.bridges.robot.conftest import all_rails, rails, start_rails
 
-__all__ = ["rails", "start_rails"]
+__all__ = ["all_rails", "rails", "start_rails"]

@@ -60,8 +60,9 @@ def test_what_a_robot_cannot_do_fails_the_run_with_its_reason(rails: Rails, tmp_
 
 
 def test_a_robot_that_dies_with_its_bridge_ends_the_run_as_an_error(
-    rails: Rails, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start_rails: Callable[..., Rails], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
     monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
 
     class Killer:
@@ -115,7 +116,7 @@ def test_options_that_do_not_go_with_a_lab_are_refused(rails: Rails, tmp_path: P
 MIXED = """import osc.helpers
 import osc.robotics
 import osc.nav2
-import osc.ros
+import osc.driving
 
 scenario go:
     timeout(20s)
@@ -125,7 +126,7 @@ scenario go:
         follower.init_nav2(pose_3d())
         parallel:
             leader.nav_to_pose(pose_3d(position: position_3d(x: 0.3m)))
-            follower.nav_to_pose(pose_3d(position: position_3d(x: 0.3m)))
+            follower.drive(linear: 0.2mps, duration: 0.5s)
 """
 
 

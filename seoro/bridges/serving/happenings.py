@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 
 import anyio
@@ -19,12 +20,22 @@ class HappeningLog:
     def __init__(self) -> None:
         self._kept: deque[wire.Happening] = deque(maxlen=KEPT)
         self._number = 0
+        self._began = time.monotonic()
         self._happened = anyio.Event()
 
     @property
     def number(self) -> int:
         """Of the last thing that happened; 0 when nothing has."""
         return self._number
+
+    @property
+    def now(self) -> float:
+        """The time of the node [s]: since robots were taken, as that of a run is since it began."""
+        return time.monotonic() - self._began
+
+    def begin(self) -> None:
+        """Robots were taken: this is time zero."""
+        self._began = time.monotonic()
 
     def tell(
         self,

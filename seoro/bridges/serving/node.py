@@ -189,6 +189,7 @@ class RobotServer:
         self.hold.take(holder)
         await self._work.forget()  # of a holder that is gone
         self.hold.renew(holder.holder)
+        self._happenings.begin()
         return await self._features(wire.Empty())
 
     async def _hold(self, request: wire.HoldRobots) -> wire.Happenings:

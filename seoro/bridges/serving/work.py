@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
@@ -121,6 +120,6 @@ class Work:
             if outcome is Outcome.CANCELED and item.reason:
                 outcome, message = Outcome.ABORTED, item.reason
             self._happenings.tell(
-                occurrence=Occurrence(id=identifier, time=time.monotonic(), outcome=outcome, message=message)
+                occurrence=Occurrence(id=identifier, time=self._happenings.now, outcome=outcome, message=message)
             )
             item.over.set()

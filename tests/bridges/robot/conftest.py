@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -16,15 +16,23 @@ LINE_ROBOT = Path(__file__).with_name("line_robot.py")
 
 @dataclass(frozen=True)
 class Rails:
-    """A bridge that runs: where it is, its process, and the file to which velocities are written."""
+    """A bridge that runs: where it is, its process, and the file to which velocities are written.
+
+    `before` is how many were written before the test.
+    """
 
     endpoint: str
     process: subprocess.Popen[bytes]
     log: Path
+    before: int = 0
+
+    def begun(self) -> Rails:
+        """The same, at the beginning of a test."""
+        return replace(self, before=len(self.log.read_text().splitlines()))
 
     def commands(self) -> list[tuple[float, str, float]]:
-        """All velocities so far: when [s of the machine's clock], of which robot, and which [m/s]."""
-        lines = [line.split() for line in self.log.read_text().splitlines()]
+        """The last velocity before, and all since: when [s, by the machine], of which robot, and which [m/s]."""
+        lines = [line.split() for line in self.log.read_text().splitlines()[max(0, self.before - 1) :]]
         return [(float(when), name, float(velocity)) for when, name, velocity in lines]
 
     def stopped_after(self, moment: float) -> float | None:
@@ -50,10 +58,17 @@ def rails_at(folder: Path, how: str, endpoint: str, *names: str) -> Iterator[Rai
             process.kill()
 
 
-@pytest.fixture
-def rails(tmp_path: Path) -> Iterator[Rails]:
-    with rails_at(tmp_path, "--listen", f"unixsock-stream/{tmp_path}/rails") as running:
+@pytest.fixture(scope="module")
+def all_rails(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rails]:
+    folder = tmp_path_factory.mktemp("rails")
+    with rails_at(folder, "--listen", f"unixsock-stream/{folder}/rails") as running:
         yield running
+
+
+@pytest.fixture
+def rails(all_rails: Rails) -> Rails:
+    """A bridge that several tests share."""
+    return all_rails.begun()
 
 
 @pytest.fixture

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import anyio
 import pytest
@@ -102,7 +104,10 @@ async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails
         assert (await again.wait()).status is GoalStatus.SUCCEEDED
 
 
-async def test_the_end_of_the_bridge_is_told(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_end_of_the_bridge_is_told(
+    start_rails: Callable[..., Rails], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
     monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
     lost: list[str] = []
     async with connect_robots(rails.endpoint, "a test") as node:

@@ -93,6 +93,7 @@ def test_robots_stop_when_the_router_between_them_and_the_run_dies(
             assert stopping_time(rails, moment) < DEADLINE
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_aborted(
     start_rails: Callable[..., Rails], tmp_path: Path

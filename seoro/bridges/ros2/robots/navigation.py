@@ -79,12 +79,13 @@ class Navigation:
             now = time.monotonic()
             if period > 0.0 and now >= due:
                 due = now + period
-                self._happenings.tell(feedback=_feedback(self._robot, feedback, poses))
+                told = _feedback(self._robot, self._happenings.now, feedback, poses)
+                self._happenings.tell(feedback=told)
 
         return tell
 
 
-def _feedback(robot: str, told: Members, poses: int) -> wire.NavigationFeedback:
+def _feedback(robot: str, now: float, told: Members, poses: int) -> wire.NavigationFeedback:
     """What an action of Nav2 tells; following waypoints, it only tells which one."""
     times = {
         name: geometry.seconds(getattr(told.message, name)) if name in told else 0.0
@@ -93,7 +94,7 @@ def _feedback(robot: str, told: Members, poses: int) -> wire.NavigationFeedback:
     left = told.get("number_of_poses_remaining")
     return wire.NavigationFeedback(
         robot=robot,
-        time=time.monotonic(),
+        time=now,
         navigation_time=times["navigation_time"],
         distance_remaining=float(told.get("distance_remaining", 0.0)),
         estimated_time_remaining=times["estimated_time_remaining"],

@@ -1,4 +1,4 @@
-"""A robot of ROS 2 with Nav2, as far as the bridge sees of it: `python fake_robot.py FOLDER ROUTER NAME TWIST`.
+"""A robot of ROS 2 with Nav2, for the bridge: `python fake_robot.py FOLDER ROUTER NAME TWIST [ros2dds]`.
 
 It drives as it is told by velocity or by goals, in straight lines and without anything in its way; goals are seen
 from where it is. Those at x = 13 are rejected, at x = 66 aborted, and at x = 99 it never answers. It notes in a
@@ -20,7 +20,7 @@ import anyio
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.topics import Publication, Subscription
-from seoro.bridges.ros2.wire import Durability, Qos, RmwZenoh
+from seoro.bridges.ros2.wire import Durability, Qos, RmwZenoh, Ros2Dds
 from seoro.bridges.wire import Orientation, Pose, Vector3
 
 TICK = 0.02  # [s]
@@ -167,11 +167,12 @@ async def _serve(robot: Robot, node: RosNode, name: str, type_name: str) -> None
         await anyio.sleep_forever()
 
 
-async def main(folder: str, router: str, name: str, twist: str) -> None:
+async def main(folder: str, router: str, name: str, twist: str, dialect: str = "rmw_zenoh") -> None:
     """Be a robot until the process is killed."""
+    spoken = RmwZenoh() if dialect == "rmw_zenoh" else Ros2Dds()
     robot = Robot(Path(folder) / name)
     async with (
-        connect(router, dialect=RmwZenoh()) as system,
+        connect(router, dialect=spoken) as system,
         system.node("robot", f"/{name}") as node,
         node.subscribing("cmd_vel", twist) as commands,
         node.subscribing("initialpose", POSE) as told,

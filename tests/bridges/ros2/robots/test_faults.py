@@ -1,0 +1,76 @@
+"""Robots that fail, and robots behind a bridge for DDS."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.robot.connecting import connect_robots
+from seoro.errors import BackendRefused
+from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
+from tests.bridges.robot.test_connecting import Ends
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+
+pytestmark = [pytest.mark.anyio, pytest.mark.slow]
+
+ALIKE = "geometry_msgs/msg/Twist"
+
+
+@contextmanager
+def alone(folder: Path, dialect: str = "rmw_zenoh") -> Iterator[tuple[Bridged, subprocess.Popen[bytes]]]:
+    """A robot `tb` of this test only, which may die, behind a bridge."""
+    router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
+    with (
+        process("-c", ROUTER, router),
+        process(str(FAKE_ROBOT), str(folder), router, "tb", ALIKE, dialect) as robot,
+        process("-c", BRIDGE, router, endpoint, "tb"),
+    ):
+        yield Bridged(endpoint, folder / "tb"), robot
+
+
+def at(x: float) -> Pose3D:
+    return Pose3D(Position3D(x=x))
+
+
+async def test_a_robot_that_dies_on_its_way_has_not_arrived(tmp_path: Path) -> None:
+    end = Ends()
+    with alone(tmp_path) as (bridged, robot):
+        async with connect_robots(bridged.endpoint, "a test") as node:
+            await node.navigate("tb", [at(50.0)], stop_at_each=False, report=end)
+            robot.kill()
+            report = await end.wait()
+            assert report.status is GoalStatus.ABORTED
+            assert "navigate_to_pose" in report.message
+            with pytest.raises(BackendRefused, match="nobody on the robot serves the action /tb/navigate_to_pose"):
+                await node.navigate("tb", [at(1.0)], stop_at_each=False, report=end)
+
+
+async def test_a_robot_that_never_answers_is_given_up(tmp_path: Path) -> None:
+    with alone(tmp_path) as (bridged, _):
+        async with connect_robots(bridged.endpoint, "a test") as node:
+            began = time.monotonic()
+            with pytest.raises(BackendRefused, match="send_goal"):
+                await node.navigate("tb", [at(99.0)], stop_at_each=False, report=Ends())
+            assert time.monotonic() - began < 15.0
+
+
+async def test_robots_behind_a_bridge_for_dds_drive_too(tmp_path: Path) -> None:
+    end, near = Ends(), Ends()
+    with alone(tmp_path, "ros2dds") as (bridged, _):
+        async with connect_robots(bridged.endpoint, "a test") as node:
+            await node.set_initial_pose("tb", at(5.0))
+            await node.watch_proximity("tb", "base_link", "map", Position3D(x=5.3), 0.05, near)
+            await node.navigate("tb", [at(0.6)], stop_at_each=False, report=end)
+            for each in (near, end):
+                assert (await each.wait()).status is GoalStatus.SUCCEEDED
+            goal = await node.navigate("tb", [at(50.0)], stop_at_each=False, report=Ends())
+            await node.cancel_goal(goal)
+        with anyio.fail_after(2.0):
+            while bridged.notes("goal")[-1][1] != -5.0:
+                await anyio.sleep(0.02)
