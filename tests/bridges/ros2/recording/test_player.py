@@ -1,8 +1,8 @@
 """Playing bags, over real sessions and a router."""
 
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from itertools import pairwise
 from pathlib import Path
 
 import anyio
@@ -75,10 +75,13 @@ async def test_publishers_offer_what_satisfies_all_who_were_satisfied(
 async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: TypeStore, tmp_path: Path) -> None:
     bag = open_bag(await write(tmp_path / "bag", talk(4, 200 * MILLISECOND), CHATTER))
     async with listening(router, types) as (here, subscription):
+        started = time.time_ns()
         await play(here, bag, Playback(rate=4))
-        arrived = [each.arrived for each in await take(subscription, 4)]
-    assert 140 < (arrived[-1] - arrived[0]) / MILLISECOND < 1000
-    assert all(later - before > 10 * MILLISECOND for before, later in pairwise(arrived))
+        received = await take(subscription, 4)
+    for number, each in enumerate(received):
+        assert (
+            each.arrived - started > number * 50 * MILLISECOND
+        )  # never early; busy machines are late
 
 
 async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tmp_path: Path) -> None:
@@ -111,14 +114,16 @@ async def test_the_clock_tells_the_time_of_the_bag(router: str, types: TypeStore
     recorded = ("/clock", types.encode(clock.type, {"clock": {"sec": 1}}), 0)
     bag = open_bag(await write(tmp_path / "bag", [recorded, *talk(11)], CHATTER, clock))
     async with listening(router, types, "/clock", clock.type) as (here, subscription):
+        started = time.monotonic()
         await play(here, bag, Playback(rate=5, clock_rate=50), on_note=told.append)
+        most = (time.monotonic() - started) * 50 + 2  # one at the beginning, one at the end
         subscription.close()
         times = [subscription.decode(each).clock async for each in subscription]
-    nanoseconds = [time.sec * SECOND + time.nanosec - START for time in times]
+    nanoseconds = [each.sec * SECOND + each.nanosec - START for each in times]
     assert nanoseconds == sorted(nanoseconds)
     assert nanoseconds[0] >= 0
     assert nanoseconds[-1] > SECOND * 0.95
-    assert 2 <= len(times) <= 14
+    assert 2 <= len(times) <= most
     assert told == ["/clock of the bag is not played, since the clock is published"]
 
 
