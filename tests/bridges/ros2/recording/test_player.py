@@ -79,9 +79,7 @@ async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: Ty
         await play(here, bag, Playback(rate=4))
         received = await take(subscription, 4)
     for number, each in enumerate(received):
-        assert (
-            each.arrived - started > number * 50 * MILLISECOND
-        )  # never early; busy machines are late
+        assert each.arrived - started > number * 50 * MILLISECOND  # never early; busy machines are late
 
 
 async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tmp_path: Path) -> None:
