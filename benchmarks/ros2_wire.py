@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode, connect
@@ -85,9 +86,10 @@ def show(name: str, times: list[float]) -> None:
 
 
 @contextmanager
-def another(role: str) -> Iterator[None]:
-    """A process with a role of this script."""
-    process = subprocess.Popen([sys.executable, __file__, role], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+def another_of(script: str, role: str) -> Iterator[None]:
+    """A process with a role of a script beside this one."""
+    command = [sys.executable, str(Path(__file__).with_name(script)), role]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert process.stdout is not None
     try:
         process.stdout.readline()
@@ -108,7 +110,7 @@ def main() -> None:
         case ["publisher"]:
             asyncio.run(publish())
         case _:
-            with another("router"), another("publisher"):
+            with another_of("ros2_wire.py", "router"), another_of("ros2_wire.py", "publisher"):
                 asyncio.run(measure())
 
 

@@ -19,13 +19,17 @@ from seoro.runtime.actions import ActionFunction
 from tests.runtime.conftest import Ran, load_text
 
 
+def free_endpoint() -> str:
+    """An endpoint at which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
 @contextmanager
 def routing() -> Iterator[str]:
     """The endpoint of a router, such as rmw_zenohd is one."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    endpoint = f"tcp/127.0.0.1:{port}"
+    endpoint = free_endpoint()
     hub = Session(listen=endpoint)
     try:
         yield endpoint

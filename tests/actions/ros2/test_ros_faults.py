@@ -1,0 +1,81 @@
+"""What becomes of actions of `osc.ros` when the router restarts, and when messages come too fast."""
+
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.session import Session
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import free_endpoint, running, starting_robot
+
+
+@pytest.mark.slow
+async def test_waits_go_on_when_the_router_restarts_and_calls_fail(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    text = """
+scenario main:
+    var last: int = 0
+    do serial:
+        wait_for_data("/count", "std_msgs/msg/Int64")
+        log("there")
+        parallel:
+            service_call("/never", "std_srvs/srv/Empty", "{}") with:
+                inverter()
+            topic_monitor("/count", "std_msgs/msg/Int64", last, member_name: "data", duration: 6s)
+        wait_for_nodes(["/robot"])
+        wait_for_data("/count", "std_msgs/msg/Int64")
+        service_call("/add", "example_interfaces/srv/AddTwoInts", "{a: 1}")
+"""
+    hub = Session(listen=endpoint)
+    with starting_robot(endpoint):
+        async with running(tmp_path, endpoint, text) as run:
+            async for record in run.trace():
+                if record["kind"] == "log":
+                    break
+            await anyio.sleep(0.5)
+            await anyio.to_thread.run_sync(hub.close)
+            await anyio.sleep(0.5)
+            hub = Session(listen=endpoint)
+            with anyio.fail_after(30.0):
+                verdict = await run.result()
+    hub.close()
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+
+
+async def test_a_flood_does_not_hold_a_run_up(tmp_path: Path, router: str) -> None:
+    text = """
+scenario main:
+    var size: int = 0
+    event enough
+    do parallel:
+        serial:
+            wait elapsed(1s)
+            emit enough
+        topic_monitor("/flood", "sensor_msgs/msg/Image", size, member_name: "width") with:
+            until @enough
+"""
+    image = {"width": 640, "height": 480, "encoding": "rgb8", "step": 1920, "data": bytes(640 * 480 * 3)}
+    async with (
+        connect(router, dialect=RmwZenoh()) as system,
+        system.node("camera") as node,
+        node.publishing("/flood", "sensor_msgs/msg/Image") as flood,
+    ):
+        payload = system.types.encode("sensor_msgs/msg/Image", image)
+        async with running(tmp_path, router, text) as run, anyio.create_task_group() as tasks:
+
+            async def pour() -> None:
+                while True:
+                    flood.send(payload)
+                    await anyio.sleep(0.001)
+
+            tasks.start_soon(pour)
+            records = [record async for record in run.trace()]
+            tasks.cancel_scope.cancel()
+        verdict = await run.result()
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert verdict.duration < 3.0
+    changes = [record for record in records if record["kind"] == "variable" and record["value"] == 640]
+    assert changes
