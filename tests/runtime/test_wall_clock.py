@@ -11,6 +11,8 @@ import pytest
 
 import seoro.runtime.trace
 from seoro.embed.options import Options
+from seoro.runtime.actions import action
+from seoro.runtime.context import ActionContext
 from tests.runtime.conftest import Prepare
 
 TEXT = """
@@ -82,3 +84,27 @@ async def test_timers_of_the_machine_are_never_early(prepare_text: Prepare) -> N
     assert len(logged) == TIMERS
     for at, seconds in logged:
         assert at >= seconds
+
+
+@action("hum", open_ended=True)
+async def hum(ctx: ActionContext) -> None:
+    """Goes on, and takes a moment of the real world to stop."""
+    try:
+        await ctx.sleep(60.0)
+    finally:
+        await asyncio.sleep(0.02)
+
+
+async def test_what_ends_with_the_primary_member_may_take_time_to_clean_up(prepare_text: Prepare) -> None:
+    text = """
+action hum
+
+scenario main:
+    do parallel(overlap: equal):
+        wait elapsed(50ms)
+        hum()
+        hum()
+"""
+    async with prepare_text(text, Options(clock="real"), [hum]) as run, asyncio.timeout(20.0), run.running():
+        verdict = await run.result()
+    assert verdict.passed, verdict.reason

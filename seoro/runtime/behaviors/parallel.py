@@ -59,6 +59,7 @@ class _Course:
         self._timing = timing
         self._started: dict[Flow, int] = {}
         self._ended: dict[int, float] = {}  # when each member ended [s]
+        self._cut: set[int] = set()  # those that were ended when they were due; their clean-up may take time
         self._limits: list[Limit] = []
 
     async def run(self) -> None:
@@ -94,7 +95,8 @@ class _Course:
         if index == 0:
             self._primary_ended()
         elif 0 in self._ended:
-            self._check_end(index)
+            if index not in self._cut:
+                self._check_end(index)
         elif self._timing.ends.low > -inf:
             self._later(max(-self._timing.ends.low, 0.0), partial(self._check_early, index))
 
@@ -115,6 +117,7 @@ class _Course:
             index = self._started[flow]
             is_due = self._timing.cuts[index] <= offset <= high
             if is_due and is_open_ended(self._agenda, flow.scopes[0]):
+                self._cut.add(index)
                 self.members.end(flow, SUCCEEDED)
             elif offset >= high:
                 when = (
