@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.robots import motions
+from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.joints import Joints
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Arm, Gripper, MoveGroup
@@ -23,6 +25,11 @@ PLANS, FOLLOWS, GRIPS = (
     "control_msgs/action/GripperCommand",
 )
 ARM, GRIPPER = "arm", "gripper"
+MAP = "map"
+SOMETHING = "something"  # is all that a gripper can say of what it holds
+CLOSED = 3e-3  # opening [m] at which fingers are stopped by each other, and hold nothing
+HELD_WITHIN = 2e-3  # [m] of where the fingers were stopped
+TOLD_WITHIN = 0.2  # [s] from the end of a motion until positions of joints that were told before it count no more
 
 
 class MovingArm:
@@ -31,13 +38,17 @@ class MovingArm:
     Args:
         link: To the robot.
         arm: What it calls things.
+        frames: Where its frames are.
         robot: Its name.
         work: Where goals and watches run.
     """
 
-    def __init__(self, link: Link, arm: Arm, robot: str, work: Work) -> None:
+    def __init__(self, link: Link, arm: Arm, frames: Frames, robot: str, work: Work) -> None:
         self._link = link
         self._arm = arm
+        self._frames = frames
+        self._stopped_at: float | None = None  # opening at which something stopped the fingers [m]
+        self._stopped = 0.0  # when that was, by the machine's clock [s]
         self._robot = robot
         self._work = work
         gripper = () if arm.gripper is None else (arm.gripper.joint,)
@@ -49,6 +60,7 @@ class MovingArm:
         served: dict[wire.Verb[Any, Any], Carry] = {
             **self._joints.handlers,
             wire.FOLLOW_JOINT_TRAJECTORY: self._follow,
+            wire.GET_ARM_STATE: self._state,
         }
         if self._arm.move_group is not None:
             served[wire.MOVE_TO_POSE] = self._move_to_pose
@@ -101,7 +113,7 @@ class MovingArm:
         check_finite("pose", place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
         group = self._arm.move_group
         assert group is not None, "only then the verb is served"
-        await self._plan(request, group, motions.pose_goal(group, request))
+        await self._plan(request, group, motions.pose_goal(self._arm, group, request))
         return wire.Empty()
 
     async def _plan(self, request: wire.ArmMotion, group: MoveGroup, goal: Mapping[str, Any]) -> None:
@@ -119,16 +131,50 @@ class MovingArm:
         force = gripper.force if request.force is None else request.force
         check_positive("force", force)
         position = gripper.closed + gripper.per_metre * request.opening
-        now = (await self._joints.position(gripper.joint) - gripper.closed) / gripper.per_metre
-        closes = request.opening < now
+        closes = request.opening < await self._opening(gripper)
 
         def judge(result: Mapping[str, Any]) -> str:
-            return _gripped(result, gripper, request, closes=closes)
+            return self._judge_grip(result, gripper, request, closes=closes)
 
         goal = {"command": {"position": position, "max_effort": force}}
         action = ActionGoal(gripper.action, GRIPS, goal, part=GRIPPER, judge=judge)
         await pursue(self._link, self._work, request.id, self._robot, action)
         return wire.Empty()
+
+    def _judge_grip(
+        self, result: Mapping[str, Any], gripper: Gripper, request: wire.GripperCommand, *, closes: bool
+    ) -> str:
+        """What a gripper says: the opening is reached, or something stopped fingers that closed."""
+        opening = (float(result["position"]) - gripper.closed) / gripper.per_metre
+        meets_itself = closes and opening <= CLOSED
+        if result["reached_goal"] or meets_itself or abs(opening - request.opening) <= request.tolerance:
+            self._stopped_at = None
+            return ""
+        if result["stalled"] and closes:
+            self._stopped_at, self._stopped = opening, time.monotonic()
+            return f"something stopped the fingers at {opening:.3f} m"
+        raise Aborted(f"the gripper has an opening of {opening:.3f} m, not of {request.opening:.3f} m")
+
+    async def _opening(self, gripper: Gripper) -> float:
+        return (await self._joints.position(gripper.joint) - gripper.closed) / gripper.per_metre
+
+    async def _state(self, _request: wire.RobotName) -> wire.ArmState:
+        gripper = self._arm.gripper
+        opening = 0.0 if gripper is None else await self._opening(gripper)
+        is_fresh = time.monotonic() < self._stopped + TOLD_WITHIN
+        holds = self._stopped_at is not None and (is_fresh or abs(opening - self._stopped_at) <= HELD_WITHIN)
+        return wire.ArmState(tool=self._tool(), opening=opening, held=SOMETHING if holds else "", remaining=0.0)
+
+    def _tool(self) -> wire.Pose:
+        """Where the tool is, in the map if there is one, else in the frame of the arm's base."""
+        parent = MAP if MAP in self._frames.names else self._arm.base_frame
+        pose = self._frames.pose(self._arm.tool, parent)
+        if pose is None:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"where the tool is, frame '{self._arm.tool}' in '{parent}', the robot does not say",
+            )
+        return pose
 
 
 def _check_motion(request: wire.ArmMotion) -> None:
@@ -143,13 +189,3 @@ def _check_motion(request: wire.ArmMotion) -> None:
             Result.FEATURE_UNSUPPORTED,
             f"the planner of the robot cannot be told that it may touch {listed(request.may_touch)}",
         )
-
-
-def _gripped(result: Mapping[str, Any], gripper: Gripper, request: wire.GripperCommand, *, closes: bool) -> str:
-    """What a gripper says: the opening is reached, or something stopped fingers that closed."""
-    opening = (float(result["position"]) - gripper.closed) / gripper.per_metre
-    if result["reached_goal"] or abs(opening - request.opening) <= request.tolerance:
-        return ""
-    if result["stalled"] and closes:
-        return f"something stopped the fingers at {opening:.3f} m"
-    raise Aborted(f"the gripper has an opening of {opening:.3f} m, not of {request.opening:.3f} m")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import math
 
+from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.tf import TransformBuffer
+from seoro.bridges.wire import Pose, Vector3
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +39,15 @@ class Frames:
         """Take in a `tf2_msgs/TFMessage` of what does not move."""
         self._buffer.put_message(message, is_static=True)
         self.changes.change()
+
+    def pose(self, frame: str, parent: str) -> Pose | None:
+        """The pose of a frame in another; None if that is not known."""
+        found = self._buffer.find(frame, parent)
+        if found is None:
+            return None
+        x, y, z = found.transform.translation
+        turned = geometry.orientation(geometry.Quaternion(*found.transform.rotation))
+        return Pose(position=Vector3(x=x, y=y, z=z), orientation=turned)
 
     def distance(self, frame: str, parent: str, x: float, y: float) -> float:
         """How far a frame is from a point of another [m], in the plane; infinite if that is not known."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
-from seoro.bridges.ros2.robots.profile import MoveGroup
+from seoro.bridges.ros2.robots.profile import Arm, MoveGroup
 from seoro.bridges.serving.work import Aborted
 
 SPHERE = 2  # shape_msgs/msg/SolidPrimitive
@@ -51,14 +51,14 @@ def joint_goal(group: MoveGroup, positions: Mapping[str, float], motion: wire.Ar
     return _planned(group, {"joint_constraints": constraints}, motion)
 
 
-def pose_goal(group: MoveGroup, request: wire.MoveToPose) -> Fields:
+def pose_goal(arm: Arm, group: MoveGroup, request: wire.MoveToPose) -> Fields:
     """A goal of MoveIt: the tool at a pose; in a straight line by the planner of Pilz Industrial Motion."""
     pose, tolerance = geometry.pose_message(request.pose), request.tolerance
-    header = geometry.header(group.base_frame if request.frame == "base_link" else request.frame, 0.0)
+    header = geometry.header(arm.base_frame if request.frame == "base_link" else request.frame, 0.0)
     ball = {"type": SPHERE, "dimensions": [tolerance]}
     place = {
         "header": header,
-        "link_name": group.tool,
+        "link_name": arm.tool,
         "constraint_region": {
             "primitives": [ball],
             "primitive_poses": [{"position": pose["position"], "orientation": {"w": 1.0}}],
@@ -67,7 +67,7 @@ def pose_goal(group: MoveGroup, request: wire.MoveToPose) -> Fields:
     }
     turn = {
         "header": header,
-        "link_name": group.tool,
+        "link_name": arm.tool,
         "orientation": pose["orientation"],
         **{f"absolute_{axis}_axis_tolerance": tolerance for axis in "xyz"},
         "weight": 1.0,

@@ -85,14 +85,10 @@ class MoveGroup(_Part):
     Args:
         action: Action of MoveIt 2.
         group: Its group of the joints.
-        base_frame: Frame of the base of the arm.
-        tool: Link that is moved to poses.
     """
 
     action: Name = "move_action"
     group: str
-    base_frame: Frame = "base_link"
-    tool: Frame
 
 
 class Arm(_Part):
@@ -102,6 +98,8 @@ class Arm(_Part):
         joints: Its joints in order, with the speed that each can have [rad/s].
         trajectory: Action `control_msgs/action/FollowJointTrajectory` of its controller.
         joint_states: Topic of the positions of the joints.
+        base_frame: Frame of its base.
+        tool: Frame of its tool, which is moved to poses.
         move_group: What plans motions; without it, joints move straight to where they are told to.
         gripper: Its gripper, if it has one.
     """
@@ -109,6 +107,8 @@ class Arm(_Part):
     joints: Annotated[Mapping[str, Positive], Field(min_length=1)]
     trajectory: Name
     joint_states: Name = "joint_states"
+    base_frame: Frame = "base_link"
+    tool: Frame = "tool0"
     move_group: MoveGroup | None = None
     gripper: Gripper | None = None
 

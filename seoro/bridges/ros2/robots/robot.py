@@ -37,7 +37,7 @@ class RosRobot:
         self._base: DrivingBase | None = None
         if profile.base is not None:
             self._base = DrivingBase(link, profile.base, self._frames, name, work, happenings)
-        self._arm = None if profile.arm is None else MovingArm(link, profile.arm, name, work)
+        self._arm = None if profile.arm is None else MovingArm(link, profile.arm, self._frames, name, work)
 
     @property
     def info(self) -> wire.RobotInfo:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from functools import partial
 from pathlib import Path
 
@@ -50,6 +51,17 @@ class Arm:
             states.publish({"name": [*self.joints, self.gripper.joint], "position": positions})
             await anyio.sleep(TICK)
 
+    async def tell_tool(self, transforms: Publication) -> None:
+        while True:
+            place = {"translation": {"x": 0.5, "z": 0.4}, "rotation": {"w": 1.0}}
+            told = {
+                "header": geometry.header("base_link", time.time()),
+                "child_frame_id": "tool0",
+                "transform": place,
+            }
+            transforms.publish({"transforms": [told]})
+            await anyio.sleep(TICK)
+
     async def follow(self, goal: ServedGoal) -> GoalEnd:
         self.note(FOLLOWS, goal)
         trajectory, elapsed = goal.goal.trajectory, 0.0
@@ -87,12 +99,14 @@ async def main(folder: str, router: str, name: str) -> None:
         connect(router, types=types, dialect=RmwZenoh()) as system,
         system.node("arm", f"/{name}") as node,
         node.publishing("joint_states", "sensor_msgs/msg/JointState") as states,
+        node.publishing("tf", "tf2_msgs/msg/TFMessage") as transforms,
         serving_action(node, arm.profile.trajectory, FOLLOWS, arm.follow),
         serving_action(node, "move_action", PLANS, arm.plan),
         serving_action(node, arm.gripper.action, GRIPS, arm.grip),
         anyio.create_task_group() as tasks,
     ):
         tasks.start_soon(arm.publish, states)
+        tasks.start_soon(arm.tell_tool, transforms)
         sys.stdout.write("ready\n")
         sys.stdout.flush()
 

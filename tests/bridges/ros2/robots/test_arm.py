@@ -112,6 +112,9 @@ async def test_grippers_reach_an_opening_or_are_stopped_by_what_they_grip(arm: B
             await node.move_gripper("planned", opening, 30.0, MANNER, end)
             report = await end.wait()
             assert (report.status, report.message) == (GoalStatus.SUCCEEDED, message)
+            state = await node.arm_state("planned")
+            assert state.held == ("something" if message else "")
+            assert (state.tool.position.x, state.tool.position.z) == (0.5, 0.4)
         with pytest.raises(BackendRefused, match=r"the gripper opens 0 to 0\.085 m"):
             await node.move_gripper("planned", 0.2, None, MANNER, Ends())
     command = arm.goals("GripperCommand")[0]["command"]
