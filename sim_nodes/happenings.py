@@ -123,7 +123,8 @@ class Log:
                 f"there is nothing to be told after number {number}: known are the last {len(self._kept)} things, "
                 f"up to number {self._number}",
             )
-        return Happenings(number=self._number, happenings=tuple(self._after(number)))
+        return Happenings(number=self._number, happenings=tuple(self.after(number)))
 
-    def _after(self, number: int) -> Iterator[Happening]:
+    def after(self, number: int) -> Iterator[Happening]:
+        """What has happened after a number of which all is kept."""
         return islice(self._kept, len(self._kept) - (self._number - number), None)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 
 from seoro.bridges.models import ModelPath
@@ -18,6 +19,8 @@ from seoro.bridges.wire import (
     SAVE_STATE,
     VERBS,
     Advanced,
+    Occurrence,
+    Outcome,
     Purpose,
     ResetScope,
     Result,
@@ -48,6 +51,7 @@ NEEDS: Mapping[str, type] = {
 }
 """What an engine has to offer beyond `Engine`, by verb."""
 OWN_MODELS = ModelPath()
+FORGOTTEN = "the simulation was started over"  # which goals do not outlast
 MAX_STEPS = 1_000_000  # of one request
 
 
@@ -79,7 +83,7 @@ class Simulator:
         self.log = Log()
         self._origin: str | World  # of the world that is loaded where none is named
         self._source = ""  # of the one that is loaded
-        self._simulation: Simulation | None
+        self._simulation: Simulation | None = None
         if isinstance(beginning, Snapshot):
             contents = snapshots.check(beginning, engine, _version())
             self._origin, self._state = contents.world, SimulationState.PAUSED
@@ -102,13 +106,28 @@ class Simulator:
     def _go_on(self, simulation: Simulation) -> None:
         """Go on with a simulation, and tell of it by the streams that there are."""
         simulation.tell(self.streams, self.log)
-        self._simulation = simulation
+        with self._telling_of_the_forgotten():
+            self._simulation = simulation
+
+    @contextmanager
+    def _telling_of_the_forgotten(self) -> Iterator[None]:
+        """Tell those who follow of goals that there are no more after the block, unless it has done so."""
+        before, number = self._goals(), self.log.number
+        yield
+        told = {each.occurrence.id for each in self.log.after(number) if each.occurrence is not None}
+        for goal in sorted(before - self._goals() - told):
+            self.log.add(Occurrence(id=goal, time=self.time, outcome=Outcome.ABORTED, message=FORGOTTEN))
+
+    def _goals(self) -> set[str]:
+        robots = {} if self._simulation is None else self._simulation.robots
+        return {goal for robot in robots.values() for goal in robot.goals}
 
     def unload(self) -> None:
         """Be without a world, until one is loaded."""
         extent = self.simulation.world.extent
         self._engine.build(Scene((), (), extent))
-        self._simulation, self._state = None, SimulationState.NO_WORLD
+        with self._telling_of_the_forgotten():
+            self._simulation, self._state = None, SimulationState.NO_WORLD
 
     def load(self, world: str, seed: int) -> None:
         """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
@@ -128,7 +147,8 @@ class Simulator:
         except RequestRefused:
             if before is not None:
                 self._state = SimulationState.STOPPED
-                before.reset(ResetScope.ALL)
+                with self._telling_of_the_forgotten():
+                    before.reset(ResetScope.ALL)
             raise
         self._state = SimulationState.STOPPED
         self._origin, self._source = origin, origin if isinstance(origin, str) else ""
@@ -324,7 +344,8 @@ class Simulator:
         if state is self._state:
             raise RequestRefused(StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is {state} already")
         if state is SimulationState.STOPPED:
-            world.reset(ResetScope.ALL)
+            with self._telling_of_the_forgotten():
+                world.reset(ResetScope.ALL)
         self._state = state
         self._pace = Pace(rate)
 
@@ -337,7 +358,8 @@ class Simulator:
                 f"the reset scope {scope} is not known: it is 0 or 255 for everything, or a sum of "
                 "1 (time), 2 (state) and 4 (spawned)",
             )
-        self.simulation.reset(ResetScope(scope))
+        with self._telling_of_the_forgotten():
+            self.simulation.reset(ResetScope(scope))
         self._pace.start_over()
 
     def keep_pace(self, clock: float) -> float | None:

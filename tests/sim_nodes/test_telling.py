@@ -101,3 +101,22 @@ def test_a_log_forgets_what_is_long_ago() -> None:
     assert [each.number for each in log.since(KEPT + 8).happenings] == [KEPT + 9, KEPT + 10]
     with pytest.raises(Exception, match="nothing to be told after number 9"):
         log.since(9)
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        (wire.RESET_SIMULATION, wire.ResetSimulation()),
+        (wire.LOAD_WORLD, wire.LoadWorld(world="empty")),
+        (wire.UNLOAD_WORLD, wire.Empty()),
+        (wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.STATE)),
+    ],
+)
+def test_those_who_follow_are_told_of_goals_that_were_forgotten(
+    empty: Client, end: tuple[wire.Verb[wire.Message, wire.Message], wire.Message]
+) -> None:
+    empty.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=9.0))
+    empty.advance(0.1)
+    empty.ask(*end)
+    told = empty.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings()).happenings
+    assert [each.occurrence.id for each in told if each.occurrence is not None] == ["go"]

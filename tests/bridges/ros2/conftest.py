@@ -1,12 +1,15 @@
 """Systems of ROS 2 for tests: a router, and what is behind it."""
 
 import socket
-from collections.abc import AsyncIterator
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Iterator
 
 import pytest
 
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.session import open_session
+from tests.sim_nodes.engines import make_engine
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +26,18 @@ async def router() -> AsyncIterator[str]:
     endpoint = f"tcp/127.0.0.1:{port}"
     async with open_session(listen=endpoint):
         yield endpoint
+
+
+@pytest.fixture(scope="session")
+def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The endpoint of a simulator node, in which each test loads a world."""
+    make_engine("mujoco")
+    endpoint = f"unixsock-stream/{tmp_path_factory.mktemp('simulator')}/sim"
+    command = [sys.executable, "-m", "sim_nodes", "mujoco", "--node", "sim", "--listen", endpoint]
+    with subprocess.Popen([*command, "--world", "empty"], stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            yield endpoint
+        finally:
+            process.kill()

@@ -83,17 +83,9 @@ class ExposedNode:
 
     async def change_world(self) -> None:
         """Have the robots of another world exposed, in the place of those before; waits until they are."""
-        self.give_up("another world was loaded")
         self.world_exposed.clear()
         self.world_changed.set()
         await self.world_exposed.wait()
-
-    def give_up(self, reason: str) -> None:
-        """End all goals as aborted: the simulator has forgotten them."""
-        for goal, end in self._ends.items():
-            if not end.done():
-                lost = wire.Occurrence(id=goal, time=0.0, outcome=wire.Outcome.ABORTED, message=reason)
-                end.set_result(lost)
 
     @asynccontextmanager
     async def on_its_way(self, robot: str, told: Told) -> AsyncIterator[None]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
 
 from seoro.background import background
 from seoro.bridges import wire
@@ -124,7 +125,7 @@ async def _world(
         if features.state is not wire.SimulationState.NO_WORLD:
             told = await stack.enter_async_context(node.streaming(wanted))
             tasks = await stack.enter_async_context(background())
-            tasks.start_soon(_pass_on, told, clock, robots)
+            tasks.start_soon(_pass_on, told, clock, robots, partial(_look_again, node, features))
         yield
 
 
@@ -137,9 +138,25 @@ def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
     )
 
 
-async def _pass_on(stream: Mailbox[wire.Streamed], clock: Publication, robots: Mapping[str, RobotTopics]) -> None:
+async def _look_again(node: ExposedNode, before: wire.SimulatorFeatures) -> None:
+    """After the clock was set back, which others may have done: the world may be another then."""
+    now = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    if (now.world, now.robots) != (before.world, before.robots):
+        node.world_changed.set()
+
+
+async def _pass_on(
+    stream: Mailbox[wire.Streamed],
+    clock: Publication,
+    robots: Mapping[str, RobotTopics],
+    look_again: Callable[[], Awaitable[None]],
+) -> None:
     """Publish what the simulator node publishes."""
+    last = 0.0
     async for told in stream:
+        if told.time < last:
+            await look_again()
+        last = told.time
         clock.publish(messages.clock(told.time))
         for each in told.samples:
             robots[each.robot].publish_sample(each.sample)

@@ -15,7 +15,7 @@ from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Handler
-from seoro.bridges.wire import Empty, ResetScope, Result, SimulationState
+from seoro.bridges.wire import Empty, Result
 from seoro.errors import BackendRefused
 
 LONG = 120.0  # [s] that a request may take: many steps, a world with many bodies
@@ -214,8 +214,6 @@ class SimulationServices:
                 Result.FEATURE_UNSUPPORTED,
             )
         await self._ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=wanted))
-        if wanted is SimulationState.STOPPED:
-            self._node.give_up("the simulation was stopped")
         return {"result": done()}
 
     async def _step(self, request: Any) -> Fields:
@@ -223,10 +221,7 @@ class SimulationServices:
         return {"result": done()}
 
     async def _reset(self, request: Any) -> Fields:
-        scope = int(request.scope)
-        await self._ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=scope))
-        if scope == ResetScope.DEFAULT or scope & ResetScope.STATE:
-            self._node.give_up("the simulation was reset")
+        await self._ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=int(request.scope)))
         return {"result": done()}
 
     async def _load_world(self, request: Any) -> Fields:

@@ -121,4 +121,7 @@ async def test_a_reset_ends_goals(simulator: str, router: str, types: TypeStore)
         ):
             assert (await reset.call({}, 5.0)).result.result == 1
             ended = await goal.ended()
-            assert (ended.status, ended.result["error_msg"]) == (GoalStatus.ABORTED, "the simulation was reset")
+            assert (ended.status, ended.result["error_msg"]) == (
+                GoalStatus.ABORTED,
+                "the simulation was started over",
+            )

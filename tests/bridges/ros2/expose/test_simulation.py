@@ -176,3 +176,21 @@ def test_all_services_of_simulators_that_there_are_are_served(types: TypeStore) 
     served = {kind for kind, _ in SimulationServices(None).all().values()}  # type: ignore[arg-type]
     assert {f"simulation_interfaces/srv/{kind}" for kind in served} == services
     assert FEATURES.keys() <= {verb.name for verb in wire.VERBS}
+
+
+async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router: str, types: TypeStore) -> None:
+    async with exposed(simulator, router, types, "maze") as node:
+        await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot="turtlebot4", pose=wire.Pose()))
+        await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
+        far = {"pose": {"pose": {"position": {"x": 3.0, "y": -3.0}, "orientation": {"w": 1.0}}}}
+        action = ("/turtlebot4/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
+        async with pursuing(node.ros, *action, far, lambda _: None) as goal:
+            await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
+            await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
+            ended = await goal.ended()
+            assert (ended.status, ended.result["error_msg"]) == (
+                GoalStatus.ABORTED,
+                "the simulation was started over",
+            )
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)

@@ -1,3 +1,0 @@
-from tests.bridges.ros2.expose.conftest import simulator
-
-__all__ = ["simulator"]
