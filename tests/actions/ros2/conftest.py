@@ -89,11 +89,11 @@ def run_ros(tmp_path: Path, robot: str) -> RunRos:
     async def run_it(text: str, actions: Sequence[ActionFunction] = ()) -> Ran:
         with anyio.fail_after(60.0):  # which no test should take, however busy the machine is
             async with running(tmp_path, robot, text, actions) as run:
-                return await _ran(run)
+                return await ran_of(run)
 
     return run_it
 
 
-async def _ran(run: Run) -> Ran:
+async def ran_of(run: Run) -> Ran:
     records = [record async for record in run.trace()]
     return Ran(await run.result(), records)
