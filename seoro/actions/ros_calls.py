@@ -54,8 +54,14 @@ async def action_call(
     """Send a goal to an action, and wait for its end; it is canceled when this is."""
     goal = to_members(data, f"a goal of {action_name}")
     _note_absence(ctx, Wanted("action", action_name))
+    feedback = _Feedback(ctx, action_name).take
     pursuing = system_of(ctx).pursuing(
-        action_name, action_type, goal, _Feedback(ctx, action_name).take, late=transient_local
+        action_name,
+        action_type,
+        goal,
+        feedback,
+        lambda text: ctx.relay([text], "warning"),
+        late=transient_local,
     )
     with failing():
         if success_on_acceptance:

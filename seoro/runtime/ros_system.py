@@ -154,7 +154,14 @@ class Ros2System(Protocol):
         ...
 
     def pursuing(
-        self, action: str, type_name: str, goal: Members, feedback: Callable[[Members], None], *, late: bool
+        self,
+        action: str,
+        type_name: str,
+        goal: Members,
+        feedback: Callable[[Members], None],
+        note: Note,
+        *,
+        late: bool,
     ) -> AbstractAsyncContextManager[RosGoal]:
         """Send a goal to an action, once there is a server of it; at the end of the block it is canceled.
 
@@ -163,6 +170,7 @@ class Ros2System(Protocol):
             type_name: Its type.
             goal: The goal.
             feedback: Called with what the server tells on the way.
+            note: Told if the goal cannot be canceled.
             late: Whether to ask for feedback that was published before.
         """
         ...

@@ -226,11 +226,12 @@ class RosBackend:
         type_name: str,
         goal: contract.Members,
         feedback: Callable[[contract.Members], None],
+        note: contract.Note,
         *,
         late: bool,
     ) -> AbstractAsyncContextManager[contract.RosGoal]:
         """Send a goal to an action; at the end of the block it is canceled."""
-        return pursuing(self._node, action, type_name, goal, feedback, late=late)
+        return pursuing(self._node, action, type_name, goal, feedback, note, late=late)
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a parameter of a node."""

@@ -26,10 +26,13 @@ ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = 1, 2, 4, 5, 6
 
 
 class Fibonacci:
-    """The action `/fibonacci`: it counts up to its order, one number each 50 ms; 13 is rejected, 7 is aborted."""
+    """The action `/fibonacci`: it counts up to its order, one number each 50 ms.
+
+    An order of 13 is rejected, 7 is aborted, and 10 cannot be canceled.
+    """
 
     def __init__(self) -> None:
-        self.goals: dict[bytes, tuple[asyncio.Event, asyncio.Future[Members]]] = {}
+        self.goals: dict[bytes, tuple[asyncio.Event, asyncio.Future[Members], int]] = {}
         self.feedback: Publication | None = None
         self.said: Publication | None = None
 
@@ -38,12 +41,12 @@ class Fibonacci:
             return {"accepted": False}
         number = bytes(request.goal_id.uuid)
         cancel, end = asyncio.Event(), asyncio.get_running_loop().create_future()
-        self.goals[number] = cancel, end
+        self.goals[number] = cancel, end, request.goal.order
         self.task = asyncio.ensure_future(self.count(number, request.goal.order))
         return {"accepted": True}
 
     async def count(self, number: bytes, order: int) -> None:
-        cancel, end = self.goals[number]
+        cancel, end, _ = self.goals[number]
         sequence = [0, 1]
         assert self.feedback is not None
         while len(sequence) < order and not cancel.is_set():
@@ -62,12 +65,14 @@ class Fibonacci:
         return await self.goals[bytes(request.goal_id.uuid)][1]
 
     async def active(self, request: Message) -> Members:
-        return {"message": str(sum(not end.done() for _, end in self.goals.values()))}
+        return {"message": str(sum(not end.done() for _, end, _ in self.goals.values()))}
 
     async def cancel(self, request: Message) -> Members:
         goal = self.goals.get(bytes(request.goal_info.goal_id.uuid))
         if goal is None:
             return {"return_code": 2}
+        if goal[2] == 10:
+            return {"return_code": 1}
         goal[0].set()
         return {"return_code": 0}
 

@@ -164,6 +164,24 @@ scenario main:
     assert again.verdict.status is RunStatus.PASSED, again.verdict.reason
 
 
+@pytest.mark.parametrize("arguments", ["", ", success_on_acceptance: true"])
+async def test_a_goal_that_cannot_be_canceled_is_told(arguments: str, run_ros: RunRos) -> None:
+    ran = await run_ros(
+        f"""
+scenario main:
+    do one_of:
+        serial:
+            action_call("/fibonacci", "{FIBONACCI}", "{{order: 10}}"{arguments})
+            wait elapsed(20s)
+        wait elapsed(0.15s)
+"""
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    warnings = [r["message"] for r in ran.records if r["kind"] == "log" and r["level"] == "warning"]
+    assert len(warnings) == 1
+    assert "a goal cannot be canceled: it rejects that" in warnings[0]
+
+
 async def test_a_robot_that_dies_in_the_middle_of_a_goal_ends_it(tmp_path: Path, router: str) -> None:
     text = f'scenario main:\n    do action_call("/fibonacci", "{FIBONACCI}", "{{order: 1000}}")\n'
     with starting_robot(router) as process:

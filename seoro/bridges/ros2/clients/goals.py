@@ -105,6 +105,7 @@ async def pursuing(
     type_name: str,
     goal: Mapping[str, Any],
     feedback: Callable[[Members], None],
+    note: Callable[[str], None] | None = None,
     *,
     late: bool = False,
 ) -> AsyncIterator[Goal]:
@@ -116,6 +117,7 @@ async def pursuing(
         type_name: Its type.
         goal: The goal.
         feedback: Called with what the server tells on the way.
+        note: Told that the goal cannot be canceled; without it, that is raised.
         late: Whether to ask for feedback that was published before.
 
     Raises:
@@ -141,7 +143,16 @@ async def pursuing(
             yield pursued
         finally:
             with anyio.CancelScope(shield=True):
-                await pursued.cancel()
+                await _cancel(pursued, note)
+
+
+async def _cancel(goal: Goal, note: Callable[[str], None] | None) -> None:
+    try:
+        await goal.cancel()
+    except SeoroError as error:
+        if note is None:
+            raise
+        note(str(error))
 
 
 async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name: str) -> _Clients:
