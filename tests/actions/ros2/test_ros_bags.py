@@ -57,7 +57,7 @@ async def test_topics_that_are_not_there_are_named(tmp_path: Path, robot: str) -
     ran = await run_with_results(
         tmp_path,
         robot,
-        "scenario main:\n    do bag_record(['/count', '/nowhere']) with:\n        timeout(0.5s)\n",
+        "scenario main:\n    do bag_record(['/count', '/nowhere']) with:\n        timeout(0.3s)\n",
     )
     assert ran.verdict.status is RunStatus.FAILED
     assert "`bag_record` ends without: /nowhere" in [text for _, text in ran.logs]

@@ -45,6 +45,7 @@ scenario main:
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
+@pytest.mark.slow
 async def test_a_flood_does_not_hold_a_run_up(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:

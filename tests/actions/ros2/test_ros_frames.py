@@ -15,7 +15,7 @@ ROBOT = "scenario main:\n    robot: differential_drive_robot\n"
         "robot.tf_close_to(0.2m, position_3d(x: 10.5m))",
         "robot.tf_close_to(0.1m, position_3d(x: 0.5m), parent_frame_id: 'odom')",
         "robot.odometry_distance_traveled(0.3m)",
-        "assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)",
+        pytest.param("assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)", marks=pytest.mark.slow),
     ],
 )
 async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
@@ -26,9 +26,10 @@ async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
 @pytest.mark.parametrize(
     ("invocation", "missing"),
     [
-        (
+        pytest.param(
             "robot.tf_close_to(0.2m, position_3d(x: 20m))",
             "`base_link` being within 0.2 m of the point; it is [0-9.]+ m away",
+            marks=pytest.mark.slow,
         ),
         (
             "robot.tf_close_to(0.2m, position_3d(), robot_frame_id: 'base_lin')",
@@ -60,7 +61,7 @@ scenario main:
     robot: differential_drive_robot with:
         keep(it.namespace == '/r1')
     do robot.odometry_distance_traveled(1m) with:
-        timeout(0.5s)
+        timeout(0.3s)
 """
     )
     assert "1 m on /r1/odom" in ran.logs[-1][1]
@@ -70,14 +71,20 @@ scenario main:
     ("invocation", "reason"),
     [
         ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: at 0 m/s and 0 rad/s"),
-        ("'box', timeout: 0.4s, use_sim_time: true", "`box` has not moved in `map` for 0.4 s"),
-        (
+        pytest.param(
+            "'box', timeout: 0.4s, use_sim_time: true",
+            "`box` has not moved in `map` for 0.4 s",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
             "'base_link', timeout: 0.5s, threshold_translation: 50mps",
             "`base_link` has not moved in `map` for 0.5 s",
+            marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "'bus', timeout: 0.5s, wait_for_first_transform: false",
             "there is no frame `bus`; there are `base_link`, `box`",
+            marks=pytest.mark.slow,
         ),
     ],
 )
