@@ -74,3 +74,23 @@ async def test_robots_behind_a_bridge_for_dds_drive_too(tmp_path: Path) -> None:
         with anyio.fail_after(2.0):
             while bridged.notes("goal")[-1][1] != -5.0:
                 await anyio.sleep(0.02)
+
+
+async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: Path) -> None:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
+    end, again, driven = Ends(), Ends(), Ends()
+    with (
+        process("-c", ROUTER, router) as first,
+        process(str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE),
+        process("-c", BRIDGE, router, endpoint, "tb"),
+    ):
+        async with connect_robots(endpoint, "a test") as node:
+            await node.navigate("tb", [at(50.0)], stop_at_each=False, report=end)
+            first.kill()
+            first.wait()
+            assert (await end.wait()).status is GoalStatus.ABORTED
+            with process("-c", ROUTER, router):
+                await node.drive("tb", 0.1, 0.0, 0.2, driven)
+                assert (await driven.wait()).status is GoalStatus.SUCCEEDED
+                await node.navigate("tb", [at(0.1)], stop_at_each=False, report=again)
+                assert (await again.wait()).status is GoalStatus.SUCCEEDED
