@@ -58,7 +58,7 @@ class Goal:
     """
 
     def __init__(self, number: bytes, clients: _Clients) -> None:
-        self._number = number
+        self.number = number
         self._clients = clients
         self._end: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
@@ -73,7 +73,7 @@ class Goal:
     async def fetch(self) -> None:
         """Ask for its result, and wait for it."""
         try:
-            response = await self._clients.result.call({"goal_id": {"uuid": list(self._number)}})
+            response = await self._clients.result.call({"goal_id": {"uuid": list(self.number)}})
             status = ENDS.get(response.status)
             if status is None:
                 raise BackendError(f"the server of {self._clients.result.service} does not know the goal any more")
@@ -89,7 +89,7 @@ class Goal:
         """Call it off, unless it has ended, and wait until it has; each within a deadline."""
         if self._end.done():
             return
-        info = {"goal_id": {"uuid": list(self._number)}}
+        info = {"goal_id": {"uuid": list(self.number)}}
         response = await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)
         code = response.return_code
         if code and code != ENDED:
@@ -138,7 +138,7 @@ async def pursuing(
         pursued = await _send(clients, goal, action)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(pursued.fetch)
-        tasks.start_soon(_listen, messages, pursued._number, feedback)
+        tasks.start_soon(_listen, messages, pursued.number, feedback)
         try:
             yield pursued
         finally:

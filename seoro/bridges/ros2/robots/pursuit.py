@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,11 @@ from seoro.bridges.wire import Result
 from seoro.errors import SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult
+
+RECALLED_WITHIN = 3600.0  # [s]
+RETRY = 0.2  # [s] between two attempts to cancel a goal that was lost sight of
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -52,9 +58,12 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
     async def carry() -> str:
         try:
             async with pursuing(link.node, goal.action, goal.type, goal.goal, goal.feedback) as pursued:
+                answer.number = pursued.number
                 answer.known.set()
                 return _judged(goal, await pursued.ended())
         except SeoroError as error:
+            if answer.number:
+                link.tasks.start_soon(_recall, link, goal.action, answer.number)
             answer.refusal = str(error)
             raise Aborted(str(error)) from error
         finally:
@@ -70,10 +79,27 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
 
 @dataclass
 class _Answer:
-    """What a robot says to a goal: when it is known, and why it does not take it, if it does not."""
+    """What a robot says to a goal: when it is known, the number of the goal, or why it is not taken."""
 
+    number: bytes = b""
     known: anyio.Event = field(default_factory=anyio.Event)
     refusal: str = ""
+
+
+async def _recall(link: Link, action: str, number: bytes) -> None:
+    """Cancel a goal of which the robot's link has lost sight, as soon as its server can be asked again."""
+    name = link.node.resolve(action)
+    info = {"goal_id": {"uuid": list(number)}}
+    with anyio.move_on_after(RECALLED_WITHIN):
+        while True:
+            await link.node.graph.wait_for(lambda graph: graph.action_servers(name) or None)
+            try:
+                await link.call(f"{name}/_action/cancel_goal", "action_msgs/srv/CancelGoal", {"goal_info": info})
+            except RequestRefused:
+                await anyio.sleep(RETRY)
+            else:
+                log.warning("%s: a goal was canceled after the connection to the robot was lost", name)
+                return
 
 
 async def _find(link: Link, goal: ActionGoal) -> None:

@@ -89,7 +89,11 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
             first.kill()
             first.wait()
             assert (await end.wait()).status is GoalStatus.ABORTED
+            assert [value for _, value in Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")] == [1.0]
             with process("-c", ROUTER, router):
+                with anyio.fail_after(5.0):
+                    while Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")[-1][1] != -5.0:
+                        await anyio.sleep(0.02)
                 await node.drive("tb", 0.1, 0.0, 0.2, driven)
                 assert (await driven.wait()).status is GoalStatus.SUCCEEDED
                 await node.navigate("tb", [at(0.1)], stop_at_each=False, report=again)
