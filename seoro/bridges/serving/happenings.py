@@ -15,10 +15,14 @@ KEPT = 10_000  # the last of them; a client asks several times a second
 
 
 class HappeningLog:
-    """The last things that happened; for one event loop."""
+    """The last things that happened; for one event loop.
 
-    def __init__(self) -> None:
-        self._kept: deque[wire.Happening] = deque(maxlen=KEPT)
+    Args:
+        kept: How many of them.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept: deque[wire.Happening] = deque(maxlen=kept)
         self._number = 0
         self._began = time.monotonic()
         self._happened = anyio.Event()
@@ -75,5 +79,6 @@ class HappeningLog:
             )
         if since < self._number - len(self._kept):
             raise RequestRefused(
-                Result.INCORRECT_STATE, f"only the last {KEPT} things that happened are kept: connect again"
+                Result.INCORRECT_STATE,
+                f"only the last {len(self._kept)} things that happened are kept: connect again",
             )
