@@ -6,6 +6,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import ResetScope, SensorName, SimulationState
+from sim_nodes.__main__ import ENGINES
 from sim_nodes.node import keep_pace
 from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
@@ -45,9 +46,11 @@ def streaming(client: Client, name: str = "view", **wanted: object) -> Tray:
     return tray
 
 
-def test_samples_are_published_in_the_tick_in_which_they_arrive(empty: Client) -> None:
-    tray = streaming(empty, sensors=(LIDAR, ODOMETRY))
-    empty.advance(0.21)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_samples_are_published_in_the_tick_in_which_they_arrive(engine: str) -> None:
+    client = Client("empty", engine=engine)
+    tray = streaming(client, sensors=(LIDAR, ODOMETRY))
+    client.advance(0.21)
     assert [told.time for told in tray.told] == pytest.approx([0.02 * tick for tick in range(1, 11)])
     assert [told.number for told in tray.told] == list(range(1, 11))
     assert [sample.time for sample in tray.of("lidar")] == pytest.approx([0.1, 0.2])

@@ -17,7 +17,7 @@ from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError
 
 WAIT = 5.0  # [s] for what happens, until the node is asked again
-PROMPTLY = 20.0  # [s] until an answer has to be there; a node may be in the midst of many steps
+PATIENCE = 3600.0  # [s] for an answer: a node may be amid many steps; one that is gone is noticed at once
 WAITING = Bound(500)  # what was published and not passed on yet: 10 s of it
 
 Told = Callable[[wire.NavigationFeedback], None]
@@ -43,14 +43,14 @@ class ExposedNode:
         self.world_changed = asyncio.Event()
         self.world_exposed = asyncio.Event()
 
-    async def ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = PROMPTLY) -> wire.A:
+    async def ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
         """Ask it to carry out a verb.
 
         Raises:
             BackendRefused: It said no.
             BackendLost: It is gone, or does not answer.
         """
-        return await ask(self.address, verb, request, timeout)
+        return await ask(self.address, verb, request, PATIENCE)
 
     async def pursue(
         self, verb: wire.Verb[wire.Q, wire.Empty], request: Callable[[str], wire.Q]
@@ -105,7 +105,7 @@ class ExposedNode:
         number = (await self.ask(wire.AWAIT_HAPPENINGS, wire.AwaitHappenings())).number
         while True:
             asked = wire.AwaitHappenings(since=number, wait=WAIT)
-            happened = await self.ask(wire.AWAIT_HAPPENINGS, asked, WAIT + PROMPTLY)
+            happened = await self.ask(wire.AWAIT_HAPPENINGS, asked)
             number = happened.number
             for each in happened.happenings:
                 self._tell(each)

@@ -18,7 +18,6 @@ from seoro.bridges.ros2.services import Handler
 from seoro.bridges.wire import Empty, Result
 from seoro.errors import BackendRefused
 
-LONG = 120.0  # [s] that a request may take: many steps, a world with many bodies
 FEATURES: Mapping[str, tuple[int, ...]] = {
     "spawn_entity": (0, 9),
     "delete_entity": (1,),
@@ -86,7 +85,7 @@ class SimulationServices:
         }
 
     async def _ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
-        return await self._node.ask(verb, request, LONG)
+        return await self._node.ask(verb, request)
 
     async def _features(self, _: Any) -> Fields:
         features = await self._ask(wire.GET_SIMULATOR_FEATURES, Empty())

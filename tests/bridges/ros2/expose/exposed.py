@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from seoro.bridges.ros2.wire import Qos, RmwZenoh
 from seoro.bridges.session import AsyncSession, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire import SimulationState
+from seoro.errors import BackendRefused
 from tests.sim_nodes.client import A, Q
 
 STARTED_WITHIN = 30.0  # [s]
@@ -78,6 +79,15 @@ async def exposed(
                     playing = wire.SetSimulationState(state=SimulationState.PLAYING, rate=rate)
                     await ask(address, wire.SET_SIMULATION_STATE, playing)
                 yield Exposed(ros, session)
+
+
+async def under_way(node: Exposed) -> None:
+    """Wait until the robot has taken up a goal."""
+    with anyio.fail_after(10.0):
+        while True:
+            with suppress(BackendRefused):
+                await node.ask(wire.GET_NAVIGATION_FEEDBACK, wire.FeedbackRequest(robot="turtlebot4"))
+                return
 
 
 async def first(subscription: Subscription, count: int = 1, within: float = 10.0) -> list[Any]:

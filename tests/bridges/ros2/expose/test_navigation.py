@@ -13,7 +13,7 @@ from seoro.bridges.ros2.clients.goals import Goal, pursuing
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.runtime.contracts import GoalStatus
-from tests.bridges.ros2.expose.exposed import Exposed, exposed
+from tests.bridges.ros2.expose.exposed import Exposed, exposed, under_way
 from tests.sim_nodes.client import pose
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -119,6 +119,7 @@ async def test_a_reset_ends_goals(simulator: str, router: str, types: TypeStore)
             robot.pursuing("navigate_to_pose", {"pose": stamped(3.0, -3.0)}) as goal,
             node.ros.calling("/reset_simulation", "simulation_interfaces/srv/ResetSimulation") as reset,
         ):
+            await under_way(node)
             assert (await reset.call({}, 5.0)).result.result == 1
             ended = await goal.ended()
             assert (ended.status, ended.result["error_msg"]) == (

@@ -13,7 +13,7 @@ from seoro.bridges.ros2.expose.simulation import FEATURES, SimulationServices
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.runtime.contracts import GoalStatus
-from tests.bridges.ros2.expose.exposed import Exposed, exposed, first
+from tests.bridges.ros2.expose.exposed import Exposed, exposed, first, under_way
 from tests.sim_nodes.client import BOX
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -185,6 +185,7 @@ async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router
         far = {"pose": {"pose": {"position": {"x": 3.0, "y": -3.0}, "orientation": {"w": 1.0}}}}
         action = ("/turtlebot4/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
         async with pursuing(node.ros, *action, far, lambda _: None) as goal:
+            await under_way(node)
             await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
             await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
             ended = await goal.ended()

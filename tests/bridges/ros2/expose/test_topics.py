@@ -1,8 +1,11 @@
 from __future__ import annotations
 
 import math
+import socket
+from contextlib import AsyncExitStack
 from typing import Any
 
+import anyio
 import numpy as np
 import pytest
 
@@ -11,6 +14,7 @@ from seoro.bridges.ros2.expose.robot import LATCHED
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.topics import Subscription
+from seoro.bridges.session import open_session
 from tests.bridges.ros2.expose.exposed import KEEPING, Exposed, exposed, first
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -137,3 +141,25 @@ async def test_the_map_is_published_for_late_subscriptions(simulator: str, route
         assert grid.info.resolution == pytest.approx(0.05)
         assert len(grid.data) == grid.info.width * grid.info.height
         assert set(np.unique(grid.data)) == {0, 100}
+
+
+@pytest.mark.slow
+async def test_it_is_there_again_after_a_restart_of_the_router(simulator: str, types: TypeStore) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    async with AsyncExitStack() as stack:
+        async with open_session(listen=endpoint):
+            node = await stack.enter_async_context(exposed(simulator, endpoint, types, rate=1.0))
+            odometry = node.ros.subscribing("/turtlebot4/odom", "nav_msgs/msg/Odometry")
+            told = await stack.enter_async_context(odometry)
+            calling = node.ros.calling("/get_entities", "simulation_interfaces/srv/GetEntities")
+            client = await stack.enter_async_context(calling)
+            [before] = await first(told)
+        async with open_session(listen=endpoint):
+            with anyio.fail_after(20.0):
+                while seconds((await told.message()).header.stamp) < seconds(before.header.stamp) + 2.0:
+                    pass
+                await client.wait_for_server()
+            assert list((await client.call({}, 5.0)).entities) == ["turtlebot4"]
+            await stack.aclose()
