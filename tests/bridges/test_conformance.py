@@ -30,6 +30,7 @@ from seoro.bridges.conformance import (
 from seoro.bridges.conformance.bench import Make
 from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
+from seoro.bridges.sim.requests import REQUEST_TIMEOUT
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Report, Reporter
 from tests.bridges.nodes import OPTIONS, Connect, running
@@ -154,7 +155,13 @@ def restless(node: SimulatorNode) -> None:
 
 def prescient(node: SimulatorNode) -> None:
     """It stays where it has gone ahead to."""
-    replace_method(node, _come_back=do_nothing)
+    ask = node.ask
+
+    async def spoiled(verb: Any, request: Any, timeout: float = REQUEST_TIMEOUT) -> Any:
+        node._back = None
+        return await ask(verb, request, timeout)
+
+    replace_method(node, ask=spoiled)
 
 
 def noisy(node: SimulatorNode) -> None:

@@ -51,6 +51,13 @@ async def grant_often(bench: Bench, until: float) -> None:
         await bench.grant(min(until, bench.time + GRANT))
 
 
+async def grant_to_the_end_of_what_is_known(bench: Bench, node: SimulatorNode) -> None:
+    """Grant until the next grant has to be asked for, and has a horizon."""
+    await grant_often(bench, bench.time + (FAMILIAR + 1) * GRANT)
+    while node._ahead is not None:
+        await bench.grant(bench.time + GRANT)
+
+
 async def test_a_hundred_small_grants_are_a_few_requests(make: Make) -> None:
     async with started(make) as bench:
         await bench.can(DrivenRobots).drive(bench.robot, 0.1, 0.0, 20.0, Reports())
@@ -96,7 +103,7 @@ async def test_a_grant_that_is_given_up_leaves_the_node_where_it_was_to_end(make
     async with started(make) as bench:
         await grant_often(bench, 2 * FAMILIAR * GRANT)
         assert isinstance(bench.backend, SimulatorNode)
-        bench.backend._ahead = None  # so that the next one has to be asked for
+        await grant_to_the_end_of_what_is_known(bench, bench.backend)
         before = bench.time
         granting = asyncio.ensure_future(bench.backend.advance(before + 0.1))
         await asyncio.sleep(0)
@@ -107,6 +114,23 @@ async def test_a_grant_that_is_given_up_leaves_the_node_where_it_was_to_end(make
         await bench.truth()
         features = await bench.backend.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
         assert features.time == pytest.approx(before + 0.1)
+
+
+async def test_what_is_asked_for_during_a_grant_is_done_where_that_was_to_end(make: Make) -> None:
+    async with started(make) as bench:
+        await grant_often(bench, 2 * FAMILIAR * GRANT)
+        node = bench.backend
+        assert isinstance(node, SimulatorNode)
+        await node.drive(bench.robot, 0.2, 0.0, 30.0, Reports())
+        await grant_to_the_end_of_what_is_known(bench, node)
+        end = bench.time + GRANT
+        granting = asyncio.ensure_future(node.advance(end))
+        await asyncio.sleep(0)
+        asked = [asyncio.ensure_future(node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())) for _ in range(3)]
+        features = await asyncio.gather(*asked)
+        assert [each.time for each in features] == [pytest.approx(end, abs=0.005)] * 3
+        assert await granting == pytest.approx(end, abs=0.005)
+        assert await node.advance(end + GRANT) == pytest.approx(end + GRANT, abs=0.005)
 
 
 def test_the_further_the_longer_nothing_is_asked_for() -> None:

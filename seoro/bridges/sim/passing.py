@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import anyio
-
 from seoro.bridges import wire
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress
@@ -66,7 +64,6 @@ class PassingRequests(RecordingRequests):
         super().__init__(address)
         self._happened: Happened = _ignore
         self._foresight = Foresight()
-        self._grant = anyio.Lock()
 
     def set_clock(self, features: wire.SimulatorFeatures) -> None:
         """Take the time of the run from what the node says of itself."""
@@ -78,28 +75,33 @@ class PassingRequests(RecordingRequests):
 
     async def advance(self, until: float) -> float:
         """Grant time; tells reporters what happened before the answer's time."""
-        if self._ahead is None:
-            async with self._grant:
-                self._ahead = await self._advance(until)
+        advanced, may_be_ahead = self._ahead, True
+        if advanced is None:
+            horizon = self._horizon(until)
+            advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
         reached = self._end_of(until)
-        if self._back is not None and reached < self._ahead.time:
-            self._back = self._time = max(self._time, reached)
+        if may_be_ahead and reached < advanced.time:
+            if self._back is not None:  # else something was asked for meanwhile, and it has come back
+                self._ahead, self._back = advanced, max(self._time, reached)
+            self._time = max(self._time, reached)
             return self._time
-        advanced, self._ahead, self._back = self._ahead, None, None
+        self._ahead = self._back = None
         self._time = advanced.time
         await self._tell(advanced)
         return advanced.time
+
+    def _horizon(self, until: float) -> float | None:
+        """How far the node is to simulate ahead; None for not at all."""
+        may_go_ahead = self._rewinds and not self.is_recording
+        return self._foresight.horizon(self._time, until) if may_go_ahead else None
 
     def _end_of(self, until: float) -> float:
         """The time at which a grant ends in which nothing happens [s]."""
         return wire.steps_until(until, self._steps_per_second) / self._steps_per_second
 
-    async def _advance(self, until: float) -> wire.Advanced:
-        horizon = None
+    async def _advance(self, until: float, horizon: float | None) -> wire.Advanced:
         if self.is_recording:  # which a grant may end before it is used up: the clock grants more
             until = min(until, self._time + RECORDED_GRANT)
-        elif self._rewinds:
-            horizon = self._foresight.horizon(self._time, until)
         self._back = None if horizon is None else self._end_of(until)
         request = wire.Advance(until=until, horizon=horizon)
         advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
@@ -113,14 +115,12 @@ class PassingRequests(RecordingRequests):
         """As `Requests.ask`; the node is at the time of the run when it is asked."""
         self._foresight.start_over()
         if self._back is not None:
-            async with self._grant:  # what is on its way has to arrive first
-                await self._come_back()
+            # Requests arrive in the order in which they are sent, also after a grant that is on its way; so who
+            # asks next need not wait for this.
+            rewind = wire.Rewind(time=self._back)
+            self._ahead = self._back = None
+            await super().ask(wire.REWIND, rewind)
         return await super().ask(verb, request, timeout)
-
-    async def _come_back(self) -> None:
-        if self._back is not None:
-            rewound = await super().ask(wire.REWIND, wire.Rewind(time=self._back))
-            self._ahead, self._back, self._time = None, None, rewound.time
 
     async def _tell(self, advanced: wire.Advanced) -> None:
         for contact in advanced.contacts:

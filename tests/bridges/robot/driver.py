@@ -10,12 +10,16 @@ from seoro.bridges.robot.connecting import connect_robots
 from seoro.runtime.contracts import Pose3D, Position3D
 
 
+def tell(what: object) -> None:
+    """Say something at once."""
+    sys.stdout.write(f"{what}\n")
+    sys.stdout.flush()
+
+
 async def main() -> None:
-    """Drive until the process is killed, and say when the robot moves."""
+    """Drive until the process is killed."""
     async with connect_robots(sys.argv[1], "a run that dies") as node:
-        await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=print)
-        sys.stdout.write("drives\n")
-        sys.stdout.flush()
+        await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=tell)
         await anyio.sleep_forever()
 
 
