@@ -17,9 +17,10 @@ def tell(what: object) -> None:
 
 
 async def main() -> None:
-    """Drive until the process is killed."""
+    """Drive until the process is killed, and say so when the robot has its goal."""
     async with connect_robots(sys.argv[1], "a run that dies") as node:
         await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=tell)
+        tell("drives")
         await anyio.sleep_forever()
 
 
