@@ -18,7 +18,7 @@ from seoro.runtime.contracts import GoalStatus, Happened, Report
 
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 FAMILIAR = 4  # grants in a row, between which nothing was asked for, until the node simulates ahead
-FURTHEST = 4.0  # [s] that it does so at most
+FURTHEST = 20.0  # [s] that it does so at most
 
 
 class Foresight:
