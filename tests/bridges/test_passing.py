@@ -149,7 +149,8 @@ def test_the_further_the_longer_nothing_is_asked_for() -> None:
 
 def test_long_grants_and_grants_of_the_past_are_granted_as_they_are() -> None:
     foresight = Foresight()
-    assert {foresight.horizon(0.0, until) for until in (2 * FURTHEST, 0.0, -1.0) for _ in range(FAMILIAR + 1)} == {None}
+    grants = [until for until in (2 * FURTHEST, 0.0, -1.0) for _ in range(FAMILIAR + 1)]
+    assert {foresight.horizon(0.0, until) for until in grants} == {None}
 
 
 def test_what_happens_at_once_is_not_gone_ahead_of() -> None:
