@@ -5,13 +5,13 @@ Comments move to where a line can end: behind a comma or an operator, they go be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Sequence
+from itertools import accumulate, pairwise
 from typing import TypeAlias
 
 from seoro.lang.format.lines import Gap
 from seoro.lang.format.roles import OPERATORS, SPLITTING, Role, is_spaced
-from seoro.lang.frozen import Value
+from seoro.lang.frozen import Frozen, Value
 
 
 class Atom(Value):
@@ -30,7 +30,7 @@ class Atom(Value):
     behind: tuple[str, ...] = ()
 
 
-class Group(Value):
+class Group(Frozen):
     """A pair of brackets.
 
     Args:
@@ -47,8 +47,16 @@ class Group(Value):
     is_broken: bool
 
 
+MAX_BRACKETS = 100  # in each other: functions that call themselves walk over them
+
 Element: TypeAlias = Atom | Group
 Elements: TypeAlias = tuple[Element, ...]
+
+
+def deepest(roles: Iterable[Role]) -> int:
+    """How many brackets stand in each other at most."""
+    steps = {Role.OPEN: 1, Role.CLOSE: -1}
+    return max(accumulate(steps.get(role, 0) for role in roles))
 
 
 def first_of(element: Element) -> Atom:

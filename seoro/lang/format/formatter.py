@@ -8,7 +8,7 @@ from enum import Enum, auto
 from seoro.errors import InvalidScenario
 from seoro.lang.diagnostic import Bag
 from seoro.lang.format.aligned import OutLine, align, take_continuation
-from seoro.lang.format.elements import read_elements
+from seoro.lang.format.elements import MAX_BRACKETS, deepest, read_elements
 from seoro.lang.format.fault import LayoutFault
 from seoro.lang.format.layout import INDENT, Place, lay_out
 from seoro.lang.format.lines import Comment, FileLines, Gap, LogicalLine, read_lines
@@ -16,7 +16,7 @@ from seoro.lang.format.roles import find_names, find_roles
 from seoro.lang.format.verify import is_same
 from seoro.lang.lexer import Lexer, Token
 from seoro.lang.parser import parse_file
-from seoro.lang.source import SourceFile
+from seoro.lang.source import SourceFile, Span
 
 
 def format_text(file: SourceFile) -> str:
@@ -29,16 +29,13 @@ def format_text(file: SourceFile) -> str:
 
     Raises:
         InvalidScenario: The text has syntax errors.
-        LayoutFault: It is nested too deeply, or the result would mean something else.
+        LayoutFault: Its brackets are nested too deeply, or the result would mean something else.
     """
     bag = Bag()
     tree = parse_file(file, bag)
     if len(bag):
         raise InvalidScenario(sorted(bag.diagnostics, key=lambda found: found.position))
-    try:
-        text = _write(file, read_lines(file, Lexer(file, bag).tokens()), find_names(tree))
-    except RecursionError:  # at brackets in brackets, some hundred deep
-        raise LayoutFault(f"the brackets in `{file.name}` are nested too deeply to be laid out") from None
+    text = _write(file, read_lines(file, Lexer(file, bag).tokens()), find_names(tree))
     if not is_same(file, tree, SourceFile(file.name, text)):
         raise LayoutFault(f"formatting `{file.name}` would change what it says; it is left as it is")
     return text
@@ -119,8 +116,15 @@ def _place(comments: tuple[Comment, ...], columns: tuple[int, ...], level: int) 
 
 
 def _lay_out_line(file: SourceFile, line: LogicalLine, names: Collection[int]) -> list[OutLine]:
-    """The lines of a logical line."""
+    """The lines of a logical line.
+
+    Raises:
+        LayoutFault: More than `MAX_BRACKETS` brackets stand in each other.
+    """
     roles = find_roles(line.tokens, names)
+    if deepest(roles) > MAX_BRACKETS:
+        at = Span(file, line.tokens[0].start, line.tokens[0].end)
+        raise LayoutFault(f"{at}: brackets that are nested more than {MAX_BRACKETS} deep cannot be laid out")
     elements = read_elements([_written(file, token) for token in line.tokens], roles, line.gaps)
     hang = 2 * INDENT if line.opens_block else INDENT
     *lines, last = lay_out(elements, Place(INDENT * line.level, hang, continued=hang, in_brackets=False))

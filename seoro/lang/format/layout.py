@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from functools import lru_cache
 
 from seoro.lang.format.elements import Atom, Elements, Group, blanks, first_of, flat, last_of
 from seoro.lang.format.roles import ARITHMETIC, LOGICAL, OPERATORS, Level, Role
@@ -182,8 +183,12 @@ def _hugged(group: Group) -> Elements | None:
     return group.items[0] if is_plain and fits else None
 
 
-def _lay_out_items(group: Group, place: Place, reserve: int) -> list[str]:
+@lru_cache(maxsize=1024)
+def _lay_out_items(group: Group, place: Place, reserve: int) -> tuple[str, ...]:
     """The lines behind an opening bracket, to the closing one.
+
+    They are kept for a while: an expression is tried with its brackets broken before it is taken apart at its
+    operators, and then they are wanted again. Without that, each bracket in another doubles the time.
 
     Args:
         group: The brackets.
@@ -206,7 +211,7 @@ def _lay_out_items(group: Group, place: Place, reserve: int) -> list[str]:
         lines.append(" " * place.column + group.closing.text)
     else:
         lines[-1] += group.closing.text
-    return lines
+    return tuple(lines)
 
 
 def _is_filled(group: Group) -> bool:
