@@ -33,6 +33,8 @@ PERSISTENCE = 2.0  # [s] for which processes are killed that do not go
 LOOK_INTERVAL = 0.05  # [s]; then what was started meanwhile is ended, too
 ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)  # of the keeper itself
 
+_Process = tuple[int, str]  # its number, and the program that it is at the moment
+
 
 class _Keeper:
     """Keeps one program.
@@ -49,7 +51,7 @@ class _Keeper:
         self._timeout = timeout
         self._program = 0
         self._is_listening = True  # whether the socket has not ended
-        self._asked: set[int] = set()  # processes that were sent the signal
+        self._asked: set[_Process] = set()  # what was sent the signal
         self._look_at = math.inf
         self._kill_at = math.inf
         self._give_up_at = math.inf
@@ -84,7 +86,9 @@ class _Keeper:
         """Kill what is left, or, as long as it has time, ask what was not asked yet.
 
         What a process that was asked starts in order to end is its own business, until it leaves that behind. So
-        is what it was just starting when it was asked, which is not among the descendants of that moment.
+        is what it was just starting when it was asked, which is not among the descendants of that moment. What
+        has become another program since it was asked is asked again: a shell's child takes the signal for the
+        shell until it is the program that it is to be.
         """
         if now >= self._kill_at:
             self._give_up_at = min(self._give_up_at, now + PERSISTENCE)
@@ -152,31 +156,32 @@ def _wake_on_signals() -> int:
     return wake
 
 
-def _signal_all(processes: Iterable[int], number: int) -> None:
-    for process in processes:
+def _signal_all(processes: Iterable[_Process], number: int) -> None:
+    for process, _ in processes:
         with suppress(ProcessLookupError, PermissionError):
             os.kill(process, number)
 
 
-def _descendants() -> list[int]:
+def _descendants() -> list[_Process]:
     """Children, their children and so on, as far as they are alive."""
     children = _children()
-    found = [os.getpid()]
-    for process in found:  # it grows
+    found = [(os.getpid(), "")]
+    for process, _ in found:  # it grows
         found.extend(children.get(process, ()))
     return found[1:]
 
 
-def _children() -> dict[int, list[int]]:
+def _children() -> dict[int, list[_Process]]:
     """The processes that are alive, by the processes whose children they are."""
-    children: dict[int, list[int]] = {}
+    children: dict[int, list[_Process]] = {}
     for entry in os.listdir("/proc"):  # noqa: PTH208 - pathlib takes longer to load than all else
         if entry.isdecimal():
             with suppress(OSError):
                 with open(f"/proc/{entry}/stat", encoding="utf-8", errors="replace") as file:  # noqa: PTH123
-                    state, parent = file.read().rpartition(")")[2].split()[:2]
+                    name, _, rest = file.read().rpartition(")")
+                state, parent = rest.split()[:2]
                 if state != "Z":
-                    children.setdefault(int(parent), []).append(int(entry))
+                    children.setdefault(int(parent), []).append((int(entry), name))
     return children
 
 

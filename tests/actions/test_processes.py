@@ -201,6 +201,27 @@ scenario main:
     assert cancelled.clean_up < 5.0  # it would be killed after 10 s
 
 
+async def test_what_becomes_another_program_after_it_was_asked_is_asked_again(
+    prepare_text: Prepare, tmp_path: Path
+) -> None:
+    script = tmp_path / "leaves.sh"
+    script.write_text("""
+trap '(trap "" TERM; sleep 0.3; trap - TERM; exec sleep 1000) & exit' TERM
+echo on
+while :; do sleep 0.01; done
+""")
+    text = f"""
+scenario main:
+    do serial:
+        old: run_process("sh {script}", wait_for_shutdown: false)
+        process_log_check("old", ["on"])
+"""
+    async with prepare_text(text, REAL) as run, run.running():
+        verdict = await run.result()
+    [cancelled] = verdict.cancelled
+    assert cancelled.clean_up < 5.0  # it would be killed after 10 s
+
+
 async def test_the_signal_is_the_one_that_was_asked_for(prepare_text: Prepare) -> None:
     text = """
 scenario main:

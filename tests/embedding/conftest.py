@@ -166,7 +166,8 @@ async def as_it_was() -> AsyncIterator[None]:
     before, held = (state_of_the_program(), state_of_the_loop()), holdings()
     yield
     assert (state_of_the_program(), state_of_the_loop()) == before
-    assert not holdings() - held
+    left = holdings() - held
+    assert not left
 
 
 def _umask() -> int:
