@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -42,7 +43,7 @@ class Renderer:
 
     def draw(self, model: Any, data: Any, view: View) -> Picture:
         """What is seen from a view."""
-        self._gl.make_current()  # another engine of the process may have drawn
+        self._gl.make_current()  # in this thread
         if model is not self._model:
             self._take(model)
         width, height = view.lens.width, view.lens.height
@@ -85,8 +86,13 @@ def _aim(camera: Any, view: View) -> None:
     camera.frustum_center, camera.frustum_width = 0.0, half * view.lens.aspect
 
 
+@cache
 def _gl_context() -> Any:
-    """A context of OpenGL without a window."""
+    """The process's context of OpenGL, without a window.
+
+    There is one for all renderers: MuJoCo takes what a renderer that is gone had in OpenGL out of the context that
+    is current at that moment, and from another's would take what has the same numbers there.
+    """
     try:
         if _wanted() == "egl":
             from mujoco.egl import GLContext  # noqa: PLC0415 - chooses how PyOpenGL works, for the whole process

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import io
 import math
 from pathlib import Path
@@ -242,6 +243,19 @@ def test_no_picture_where_there_is_no_rendering(empty: Client, monkeypatch: pyte
     with pytest.raises(RequestRefused, match="no picture can be taken: the lights are out") as refused:
         picture(empty, FRONT)
     assert refused.value.code == Result.FEATURE_UNSUPPORTED
+
+
+def test_an_engine_that_is_gone_takes_nothing_from_the_pictures_of_others() -> None:
+    needs_pictures("mujoco")
+    clients = [Client("empty") for _ in range(2)]
+    for client in clients:
+        spawn(client)
+    before = picture(clients[0])
+    picture(clients[1])
+    picture(clients[0])
+    del clients[1], client
+    gc.collect()
+    np.testing.assert_array_equal(picture(clients[0]), before)
 
 
 def test_cameras_are_nothing_to_physics_and_to_lidars() -> None:
