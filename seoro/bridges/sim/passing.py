@@ -18,7 +18,7 @@ from seoro.runtime.contracts import GoalStatus, Happened, Report
 
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 FAMILIAR = 4  # grants in a row, between which nothing was asked for, until the node simulates ahead
-FURTHEST = 20.0  # [s] that it does so at most
+FURTHEST = 60.0  # [s] that it does so at most
 
 
 class Foresight:
@@ -75,16 +75,21 @@ class PassingRequests(RecordingRequests):
 
     async def advance(self, until: float) -> float:
         """Grant time; tells reporters what happened before the answer's time."""
-        advanced, may_be_ahead = self._ahead, True
+        advanced = self._ahead
+        if advanced is not None and until < advanced.time:
+            reached = max(self._time, self._end_of(until))
+            if reached < advanced.time:
+                self._time = self._back = reached
+                return reached
         if advanced is None:
             horizon = self._horizon(until)
-            advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
-        reached = self._end_of(until)
-        if may_be_ahead and reached < advanced.time:
-            if self._back is not None:  # else something was asked for meanwhile, and it has come back
-                self._ahead, self._back = advanced, max(self._time, reached)
-            self._time = max(self._time, reached)
-            return self._time
+            advanced = await self._advance(until, horizon)
+            reached = max(self._time, self._end_of(until))
+            if horizon is not None and reached < advanced.time:
+                if self._back is not None:  # else something was asked for meanwhile, and it has come back
+                    self._ahead, self._back = advanced, reached
+                self._time = reached
+                return reached
         self._ahead = self._back = None
         self._time = advanced.time
         await self._tell(advanced)
