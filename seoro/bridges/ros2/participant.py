@@ -148,7 +148,13 @@ class RosNode:
 
     @asynccontextmanager
     async def subscribing(
-        self, topic: str, type_name: str, qos: Qos | None = None, bound: Bound | None = None
+        self,
+        topic: str,
+        type_name: str,
+        qos: Qos | None = None,
+        bound: Bound | None = None,
+        *,
+        is_decoded: bool = True,
     ) -> AsyncIterator[Subscription]:
         """Be a subscription of a topic for as long as the block lasts.
 
@@ -157,6 +163,7 @@ class RosNode:
             type_name: Type of the messages. If seoro has no definition of it, they can be received, not decoded.
             qos: What is asked for; reliable, volatile, with a depth of 10 when None.
             bound: How many messages wait to be taken, and which are lost of more; by the QoS when None.
+            is_decoded: Whether messages will be; what that needs is prepared before the first one comes.
 
         Raises:
             InvalidName: There is no such name.
@@ -168,6 +175,8 @@ class RosNode:
         if type_name not in {publisher.type for publisher in publishers}:
             type_name = system.types.canonical(type_name)
         check_type(topic, type_name, publishers)
+        if is_decoded and type_name in system.types.names():
+            system.types.prepare(type_name)
         endpoint = self._endpoint(
             Kind.SUBSCRIPTION, topic, type_name, announced_hash(type_name, publishers, system.types), asked
         )

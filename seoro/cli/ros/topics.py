@@ -78,7 +78,7 @@ def _agreement(node: RosNode, endpoint: Endpoint) -> str:
 
 async def echo(options: argparse.Namespace) -> int:
     """Print messages as they come."""
-    async with _following(options) as (node, subscription):
+    async with _following(options, is_decoded=True) as (node, subscription):
         count = 0
         async for received in subscription:
             print(_shown(options, node, subscription, received), flush=True)
@@ -99,7 +99,7 @@ def _shown(options: argparse.Namespace, node: RosNode, subscription: Subscriptio
 
 async def measure_rate(options: argparse.Namespace) -> int:
     """Print at which rate messages arrive, once a second."""
-    async with _following(options) as (_, subscription):
+    async with _following(options, is_decoded=False) as (_, subscription):
         arrivals: deque[int] = deque(maxlen=options.window or WINDOW)
         sizes: deque[int] = deque(maxlen=arrivals.maxlen)
         reported, count = time.monotonic(), 0
@@ -134,7 +134,9 @@ def _tell_losses(subscription: Subscription) -> None:
 
 
 @asynccontextmanager
-async def _following(options: argparse.Namespace) -> AsyncIterator[tuple[RosNode, Subscription]]:
+async def _following(
+    options: argparse.Namespace, *, is_decoded: bool
+) -> AsyncIterator[tuple[RosNode, Subscription]]:
     """Be subscribed to the topic of the options, by a type and a quality of service that fit its publishers."""
     async with reached(options) as node:
         topic = node.resolve(options.name)
@@ -142,7 +144,7 @@ async def _following(options: argparse.Namespace) -> AsyncIterator[tuple[RosNode
         found = _types((*publishers, *of_others(node, node.graph.subscriptions(topic))))
         type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         qos = PRESETS[options.qos] if options.qos else fitting_qos(publishers)
-        async with node.subscribing(topic, type_name, qos) as subscription:
+        async with node.subscribing(topic, type_name, qos, is_decoded=is_decoded) as subscription:
             yield node, subscription
 
 

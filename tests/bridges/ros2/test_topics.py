@@ -273,6 +273,18 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
     assert len(received) + subscription.lost + subscription.missed == received[-1].sequence == count + 1
 
 
+async def test_decoding_is_prepared_before_the_first_message_comes(
+    router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared: list[str] = []
+    monkeypatch.setattr(TypeStore, "prepare", lambda _, name: prepared.append(name))
+    async with two_nodes(router, types) as (_, here):
+        async with here.subscribing("raw", STRING, is_decoded=False):
+            assert prepared == []
+        async with here.subscribing("chatter", "std_msgs.msg.String"):
+            assert prepared == [STRING]
+
+
 async def test_reading_ends_with_the_subscription(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (_, here):
         async with here.subscribing("/chatter", STRING, PRESETS["sensor_data"]) as subscription:

@@ -132,7 +132,7 @@ async def _ask(node: RosNode, other: str, service: str, kind: str, request: Mapp
         try:
             await client.wait_for_server(ANSWER_WITHIN)
         except NoServiceServer:
-            nodes = ", ".join(node.graph.nodes()) or "none"
+            nodes = ", ".join(name for name in node.graph.nodes() if name != node.node.full_name) or "none"
             raise NodeRefused(f"there is no node {other} that has parameters; nodes are {nodes}") from None
         return await client.call(request, ANSWER_WITHIN)
 

@@ -172,6 +172,15 @@ class TypeStore:
         """
         return self._codec.decode(self._message_name(name), payload)
 
+    def prepare(self, name: str) -> None:
+        """Load and make what encodes and decodes a message, which takes some tenths of a second the first time.
+
+        Raises:
+            UnknownInterface: No package defines it, or it is no message but a service or an action.
+            InvalidDefinition: Its definition cannot be read, or has a type that cannot be encoded.
+        """
+        self.decode(name, self.encode(name, {}))
+
     def plain(self, name: str, message: Message) -> dict[str, Any]:
         """A message as dictionaries, lists, numbers and texts, in the order of the definition.
 

@@ -188,7 +188,9 @@ class Recording:
         self, name: str, publishers: tuple[Endpoint, ...], *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
     ) -> None:
         topic, definition = self._about(name, publishers)
-        async with self._node.subscribing(name, topic.type, _request(topic.qos), WAITING) as subscription:
+        async with self._node.subscribing(
+            name, topic.type, _request(topic.qos), WAITING, is_decoded=False
+        ) as subscription:
             self._writer.add_topic(topic, definition)
             self._subscriptions[name] = subscription
             self._taken[name] = anyio.Event()
