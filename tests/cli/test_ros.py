@@ -198,7 +198,8 @@ def test_what_a_node_refuses_is_told(ros: Ros) -> None:
     assert "/robot has no parameter `max_particle`; there is max_particles" in err
     status, _, err = ros("param", "get", "nobody")
     assert status != 0
-    assert "there is no node /nobody that has parameters" in err
+    assert "there is no node /nobody" in err
+    assert "did you mean `/robot`?" in err
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from tests.generated.strategies import programs
 
 MAX_SECONDS = 20.0  # of the wall clock, for one run
 QUICK = settings(
-    max_examples=500, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+    max_examples=250, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
 )
 LONG = settings(
     QUICK, derandomize=False, max_examples=int(os.environ.get("SEORO_FUZZ_EXAMPLES", "25000")), print_blob=True

@@ -12,10 +12,9 @@ from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.wire import Endpoint, Kind
 from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import of_others, reached
+from seoro.cli.ros.reaching import existing_node, of_others, reached, tells_nodes
 from seoro.cli.ros.values import as_json, counted, table
 from seoro.errors import InvalidUse
-from seoro.lang.diagnostics import near
 
 HAS: Final = {
     Kind.PUBLISHER: "publishes",
@@ -93,12 +92,9 @@ def _print_part(name: str, rows: list[list[str]]) -> None:
 
 
 async def _node(node: RosNode, name: str) -> dict[str, Any]:
-    full = name if name.startswith("/") else f"/{name}"
-    known = node.graph.nodes()
-    if full not in known:
-        raise InvalidUse(
-            f"there is no node {full}", help=near(full, known) or f"nodes are {', '.join(known) or 'none'}"
-        )
+    if not tells_nodes(node):
+        raise InvalidUse("a bridge for DDS does not say which nodes there are", help="leave out `--node`")
+    full = existing_node(node, name)
     endpoints = [each for each in node.graph.endpoints() if each.node is not None and each.node.full_name == full]
     found: dict[str, Any] = {"name": full}
     served = {each.name for each in endpoints if each.kind is Kind.SERVER}

@@ -5,16 +5,15 @@ from __future__ import annotations
 import argparse
 
 from seoro.bridges.ros2.clients.parameters import get_parameters, list_parameters, set_parameter
-from seoro.bridges.ros2.clients.presence import full_name
 from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import reached
+from seoro.cli.ros.reaching import existing_node, reached
 from seoro.cli.ros.values import as_json, as_yaml
 
 
 async def show(options: argparse.Namespace) -> int:
     """Print parameters of a node, those that are named or all, with their values."""
     async with reached(options) as node:
-        other = full_name(options.node)
+        other = existing_node(node, options.node)
         names = options.names or await list_parameters(node, other)
         values = await get_parameters(node, other, names)
     if options.json:
@@ -29,7 +28,7 @@ async def show(options: argparse.Namespace) -> int:
 async def change(options: argparse.Namespace) -> int:
     """Set a parameter of a node."""
     async with reached(options) as node:
-        other = full_name(options.node)
+        other = existing_node(node, options.node)
         await set_parameter(node, other, options.name, options.value)
         values = await get_parameters(node, other, [options.name])
     print(f"{options.name} of {other} is {as_yaml(values[options.name], full=True)}")

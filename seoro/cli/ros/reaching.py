@@ -6,6 +6,7 @@ import argparse
 from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 
+from seoro.bridges.ros2.clients.presence import full_name
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.wire import Dialect, Endpoint, RmwZenoh, Ros2Dds
@@ -38,6 +39,26 @@ def _dialect(options: argparse.Namespace) -> Dialect | None:
             return Ros2Dds()
         case _:
             return None
+
+
+def tells_nodes(node: RosNode) -> bool:
+    """Whether the system says which nodes it has; bridges for DDS do not."""
+    return isinstance(node.graph.dialect, RmwZenoh)
+
+
+def existing_node(node: RosNode, name: str) -> str:
+    """The full name of another node.
+
+    Raises:
+        InvalidUse: The system has no such node.
+    """
+    full = full_name(name)
+    known = [each for each in node.graph.nodes() if each != node.node.full_name]
+    if tells_nodes(node) and full not in known:
+        raise InvalidUse(
+            f"there is no node {full}", help=near(full, known) or f"nodes are {', '.join(known) or 'none'}"
+        )
+    return full
 
 
 def of_others(node: RosNode, endpoints: Iterable[Endpoint]) -> tuple[Endpoint, ...]:
