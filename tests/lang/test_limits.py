@@ -164,9 +164,9 @@ def test_an_enumeration_may_be_long(value: str, tmp_path: Path) -> None:
 def test_namespaces_may_export_each_other_in_many_ways(tmp_path: Path) -> None:
     first = "".join(f"namespace {name}0\nexport {name}\nstruct {name}\n" for name in ("a", "b"))
     layers = (
-        f"namespace {name}{n + 1} use a{n}, b{n}\nexport a, b\n" for n in range(LEVELS // 2) for name in "ab"
+        f"namespace {name}{n + 1} use a{n}, b{n}\nexport a, b\n" for n in range(LEVELS // 4) for name in "ab"
     )
-    last = f"namespace null use a{LEVELS // 2}\nscenario main:\n  x: a\n{DO}"
+    last = f"namespace null use a{LEVELS // 4}\nscenario main:\n  x: a\n{DO}"
     start = time.process_time()
     assert lower(tmp_path, f"import osc.types\n{first}{''.join(layers)}{last}")
     assert time.process_time() - start < 2.0
