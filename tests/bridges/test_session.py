@@ -14,6 +14,7 @@ import pytest
 
 from seoro.bridges.session import (
     AsyncSession,
+    InvalidEndpoint,
     NoAnswer,
     NoServer,
     Refused,
@@ -21,6 +22,7 @@ from seoro.bridges.session import (
     SessionError,
     open_session,
 )
+from seoro.bridges.session.endpoints import is_endpoint
 
 SERVER = Path(__file__).with_name("echo_server.py")
 KEY = "seoro/1/default/node/echo/cmd/echo"
@@ -126,6 +128,24 @@ async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> 
     with anyio.fail_after(10), pytest.raises(SessionError, match="cannot connect to unixsock-stream"):
         async with open_session(connect=f"unixsock-stream/{tmp_path}/nobody.sock"):
             pass
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    ["", "127.0.0.1:7447", "tcp/127.0.0.1", "tcq/127.0.0.1:7447", "tcp/::1:7447", "unixpipe/"],
+)
+def test_what_is_no_endpoint_is_told(endpoint: str) -> None:
+    with pytest.raises(InvalidEndpoint, match=r"is no endpoint; endpoints look like tcp/127.0.0.1:7447"):
+        Session(connect=endpoint)
+    with pytest.raises(InvalidEndpoint):
+        Session(listen=endpoint)
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/localhost:0", "tls/[::1]:7447", "tcp/1.2.3.4:7447#iface=lo", "unixsock-stream/tmp/a.sock"]
+)
+def test_what_is_an_endpoint_is_taken_for_one(endpoint: str) -> None:
+    assert is_endpoint(endpoint)
 
 
 def test_a_session_either_listens_or_connects() -> None:

@@ -5,6 +5,7 @@ import logging
 import os
 import sys
 from functools import partial
+from typing import Any
 
 import pytest
 
@@ -56,8 +57,8 @@ def test_engines_do_not_disturb_each_other() -> None:
 def test_engines_that_are_gone_leave_nothing_behind() -> None:
     """Bullet has room for 1024 worlds in a process."""
 
-    def place() -> int:
-        engine = make()
+    def place() -> object:
+        engine: Any = make()
         engine.build(Scene((), (), (-1.0, -1.0, 1.0, 1.0)))
         return engine._client
 

@@ -29,7 +29,15 @@ from seoro.bridges.ros2.wire import (
     resolve,
     resolve_namespace,
 )
-from seoro.bridges.session import AsyncSession, Bound, SessionError, open_session, publishing, subscribing
+from seoro.bridges.session import (
+    AsyncSession,
+    Bound,
+    InvalidEndpoint,
+    SessionError,
+    open_session,
+    publishing,
+    subscribing,
+)
 from seoro.errors import InvalidUse
 
 ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen on the robot itself
@@ -288,11 +296,11 @@ async def connect(
         NoSystem: Nobody listens there, or nothing is seen.
         InvalidUse: It is no endpoint, or both dialects are seen.
     """
-    if "/" not in endpoint:
-        raise InvalidUse(f"'{endpoint}' is no endpoint", help=f"endpoints look like {ROUTER}")
     async with AsyncExitStack() as stack:
         try:
             session = await stack.enter_async_context(open_session(connect=endpoint, patient=False))
+        except InvalidEndpoint as error:
+            raise InvalidUse(str(error)) from None
         except SessionError as error:
             raise NoSystem(f"cannot connect to {endpoint}: no router and no bridge answers there") from error
         system = open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain)

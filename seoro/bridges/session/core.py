@@ -27,6 +27,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from seoro.bridges.session.declaring import declared
+from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.mailbox import Bound, Mailbox
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -36,8 +37,18 @@ INBOX_SIZE = 256
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
 
+def _reason(error: Exception) -> str:
+    """What Zenoh says, without where in its sources it was raised, and in words for the most frequent case."""
+    said = str(error).partition(" at /")[0]
+    return "nothing answers there" if said.startswith("Unable to connect to any of") else said
+
+
 class SessionError(Exception):
     """Nothing could be sent: the session did not open, or it is closed."""
+
+
+class InvalidEndpoint(SessionError):
+    """What was given is no endpoint."""
 
 
 class NoServer(SessionError):
@@ -86,20 +97,25 @@ class Session:
             must not: it would stand still with a receiver that does.
 
     Raises:
+        InvalidEndpoint: It is none.
         SessionError: Exactly one of the two has to be given, and the endpoint has to work.
     """
 
     def __init__(self, *, listen: str | None = None, connect: str | None = None, patient: bool = True) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
+        endpoint = listen if connect is None else connect
+        assert endpoint is not None
+        if not is_endpoint(endpoint):
+            raise InvalidEndpoint(f"'{endpoint}' is no endpoint; endpoints look like tcp/127.0.0.1:7447")
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(_settings(listen, connect, patient))))
         except zenoh.ZError as error:
-            endpoint = listen or connect
-            reason = str(error).partition(" at /")[0]  # where in Zenoh's sources it was raised helps nobody
-            raise SessionError(f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {reason}") from error
+            raise SessionError(
+                f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
+            ) from error
 
     @property
     def handle(self) -> zenoh.Session:

@@ -1,0 +1,15 @@
+"""Endpoints of Zenoh, as people type them: what cannot be one is told, and not tried for a while."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+# With a port: IPv6 addresses stand in brackets. Metadata and configuration may follow, `?` and `#`.
+_NETWORK: Final = re.compile(r"(tcp|udp|tls|quic|ws)/(\[[^\]]+\]|[^\[\]:/?#]+):\d{1,5}([?#].*)?")
+_LOCAL: Final = re.compile(r"(unixsock-stream|unixpipe|vsock|serial)/.+")
+
+
+def is_endpoint(text: str) -> bool:
+    """Whether a text can be an endpoint of Zenoh: `tcp/127.0.0.1:7447`."""
+    return bool(_NETWORK.fullmatch(text) or _LOCAL.fullmatch(text))
