@@ -46,6 +46,7 @@ class Renderer:
         self._gl.make_current()  # in this thread
         if model is not self._model:
             self._take(model)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         width, height = view.lens.width, view.lens.height
         if (self._context.offWidth, self._context.offHeight) != (width, height):
             mujoco.mjr_resizeOffscreen(width, height, self._context)
@@ -69,7 +70,6 @@ class Renderer:
     def _take(self, model: Any) -> None:
         """Load what is drawn of a model."""
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_SHAPES)
         self._copy = mujoco.MjData(model)
         self._model = model

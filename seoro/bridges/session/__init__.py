@@ -1,9 +1,8 @@
 """Zenoh for the rest of seoro: sessions, requests, publications and liveliness, out of Zenoh's threads.
 
 `core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness;
-`publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the event
-loop; `declaring.py` sees to it that what was declared is undeclared. No other package
-imports zenoh.
+`publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the
+event loop; `declaring.py` sees to it that what was declared is undeclared. No other package imports zenoh.
 """
 
 from seoro.bridges.session.core import (
