@@ -14,10 +14,10 @@ from pathlib import Path
 from seoro.bridges.models import ModelPath
 from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"

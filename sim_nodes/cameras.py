@@ -14,10 +14,10 @@ from functools import partial
 from typing import assert_never
 
 from seoro.bridges.wire import CameraFault, Delay, Freeze, Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.sensors.camera_feed import PERIOD, CameraFeed, Exposure, Missing
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK

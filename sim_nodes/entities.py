@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot
 from sim_nodes.cameras import Cameras
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from seoro.bridges.wire import Result, StartRecording
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import render
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import Engine
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.video import RATES, Encoder, NoVideo, Recorder
 from sim_nodes.views import MAX_SIZE, MIN_SIZE, Lens, Picture, View, looking_at, overview
 from sim_nodes.worlds.loader import World

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Engine
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.robot import Robot
 
 

@@ -20,7 +20,7 @@ from seoro.bridges.wire import (
     Occurrence,
     Result,
 )
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.stateful import Stateful
 
 KEPT = 10_000  # things that a log has

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
 from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
-from sim_nodes.refusal import RequestRefused
 
 FARTHEST = 1000.0  # [m]
 

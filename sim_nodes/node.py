@@ -22,7 +22,7 @@ from types import FrameType
 
 from seoro.bridges.session import Publisher, Request, Session, declare_publisher
 from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_stream, node_token
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 from sim_nodes.waiting import WaitingRequests

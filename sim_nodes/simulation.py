@@ -23,6 +23,7 @@ from seoro.bridges.wire import (
     Result,
     steps_until,
 )
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.clearance import Surroundings
 from sim_nodes.contacts import Contacts
 from sim_nodes.entities import Entities
@@ -40,7 +41,6 @@ from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import Engine
 from sim_nodes.record import RobotRecord, Trails
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed

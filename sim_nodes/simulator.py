@@ -31,6 +31,7 @@ from seoro.bridges.wire import (
     StateResult,
     WorldResult,
 )
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes import snapshots
 from sim_nodes.ahead import Ahead, come_back, go_ahead
 from sim_nodes.happenings import Log
@@ -38,7 +39,6 @@ from sim_nodes.lacking import WithoutArms
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
 from sim_nodes.streams import Streams
 from sim_nodes.succession import check_successor, succeeded

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from seoro.bridges.wire import MAX_MESSAGE, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
 from sim_nodes.worlds.loader import World

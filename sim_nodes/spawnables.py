@@ -9,10 +9,10 @@ from pathlib import Path
 
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.bounds import BoundingBox, bounding_box
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.sources import FILE, files_of, folders_of
 from sim_nodes.worlds.loader import World
 

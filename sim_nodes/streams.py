@@ -14,9 +14,9 @@ import numpy as np
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.geometry import Array
 from sim_nodes.messages import flat_pose
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.robot import Robot
 from sim_nodes.samples import sample_message
 from sim_nodes.sensors.feed import Feed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from seoro.bridges.wire import Result
-from sim_nodes.refusal import RequestRefused, listed
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import World
 

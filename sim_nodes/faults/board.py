@@ -7,10 +7,10 @@ from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 
 from seoro.bridges.wire import Fault, Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.faults.check import Check
 from sim_nodes.faults.devices import Device
 from sim_nodes.goals import Ended
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 

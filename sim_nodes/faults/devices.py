@@ -23,11 +23,11 @@ from seoro.bridges.wire import (
     SensorFault,
     WheelSlip,
 )
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.faults.arrivals import arrival_check
 from sim_nodes.faults.check import Check, Observation, SensorCheck
 from sim_nodes.faults.fitting import check_fault
 from sim_nodes.faults.values import value_check
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.sensors.sensor import Sensor
 from sim_nodes.stateful import Stateful

@@ -24,8 +24,8 @@ from seoro.bridges.wire import (
     SensorFault,
     WheelSlip,
 )
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.faults.motors import LEAST_SLIP
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.beams import dead_beams, lost_beams
 from sim_nodes.sensors.pixels import BRIGHTEST
 from sim_nodes.sensors.sensor import Sensor

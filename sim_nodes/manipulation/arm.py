@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.chain import inverse, pose_matrix
@@ -18,7 +19,6 @@ from sim_nodes.manipulation.planner import Circumstances, Load, Planner, check_c
 from sim_nodes.manipulation.servos import Servos
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.physics import Engine, JointStates, PlacedRobot
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.robots.declaration import ArmDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

@@ -6,10 +6,10 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.fingers import Fingers, Pull
 from sim_nodes.physics import Engine, JointStates
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import GripperDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seoro.bridges.wire import ArmResult, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, quaternion_of, rotation_matrix
 from sim_nodes.manipulation.chain import Chain, inverse, pose_matrix
 from sim_nodes.manipulation.inverse_kinematics import pose_error, rotation_vector, solutions, solve
@@ -20,7 +21,6 @@ from sim_nodes.manipulation.links import colliding_pairs, hand
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.noise import Noise
 from sim_nodes.physics import OVERLAP, BodyState, Carried, Engine, Overlap, PlacedRobot
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import ArmDeclaration
 
 CHECK_STEP = 0.01  # [rad] that a joint moves between two configurations that are checked for collisions

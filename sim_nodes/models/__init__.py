@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from seoro.bridges.wire import SpawnResult
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.models.mjcf import read_mjcf
 from sim_nodes.models.reading import parse_xml
 from sim_nodes.models.sdf import read_sdf
 from sim_nodes.models.urdf import read_urdf
 from sim_nodes.physics import BodyModel
-from sim_nodes.refusal import RequestRefused
 
 # By the root elements of their files.
 _READERS: Mapping[str, Callable[..., BodyModel]] = {"sdf": read_sdf, "robot": read_urdf, "mujoco": read_mjcf}

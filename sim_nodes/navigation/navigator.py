@@ -17,13 +17,13 @@ import numpy as np
 from scipy.ndimage import label
 
 from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.goals import Ended
 from sim_nodes.navigation.controller import LocalController
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.planner import ESCAPE_RADIUS, Plan, plan_to
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan

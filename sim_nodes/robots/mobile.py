@@ -11,6 +11,7 @@ from collections.abc import Container
 from dataclasses import replace
 
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.faults.motors import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
@@ -20,7 +21,6 @@ from sim_nodes.navigation.navigator import Feedback, Goal, Navigator, Situation
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds, wheel_ways
 from sim_nodes.robots.sensing import base_sensors

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import Cameras
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuators
 from sim_nodes.faults.board import FaultBoard
@@ -19,7 +20,6 @@ from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine, PlacedRobot
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.bumper import Bumper
 from sim_nodes.sensors.feed import Feed

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.goals import Ended
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.declaration import DriveDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.stateful import Stateful

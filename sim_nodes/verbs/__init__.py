@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.physics import UnstablePhysics
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import (
     arms,

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_id, check_positive
 from sim_nodes.geometry import Array, quaternion_of, rotation_matrix
 from sim_nodes.manipulation.arm import Manner
 from sim_nodes.manipulation.chain import pose_matrix
 from sim_nodes.manipulation.gripper import GripperGoal
 from sim_nodes.messages import body_state, check_pose, pose_of
 from sim_nodes.physics import BodyState
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.checks import check_finite, check_id
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.watches import JointWatch
 
@@ -104,8 +101,7 @@ def _check_manner(scaling: float, tolerance: float) -> None:
             Result.OPERATION_FAILED,
             f"the velocity scaling factor is {scaling:g}: it is {MIN_SCALING:g} to 1",
         )
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise RequestRefused(Result.OPERATION_FAILED, f"the tolerance is {tolerance}: it has to be more than 0")
+    check_positive("tolerance", tolerance)
 
 
 def _matrix(pose: wire.Pose) -> Array:

@@ -6,10 +6,10 @@ import math
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import png
 from sim_nodes.geometry import Vector
 from sim_nodes.messages import FARTHEST, body_state, check_pose
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite, check_id
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.checks import check_finite, check_id
 from sim_nodes.verbs.handling import Handling
-
-LONGEST = 86_400.0  # [s] that a robot may be asked to drive
 
 
 def _drive(simulator: Simulator, request: wire.Drive) -> Empty:
     check_id(request.id)
     velocity = Velocity(request.linear, request.angular)
     check_finite("velocity", *velocity)
-    if not 0.0 < request.duration <= LONGEST:
-        raise RequestRefused(
-            Result.OPERATION_FAILED,
-            f"the duration is {request.duration} s: it has to be more than 0 and at most {LONGEST:g} s",
-        )
+    check_drive_duration(request.duration)
     simulator.simulation.drive(request.robot, request.id, velocity, request.duration)
     return Empty()
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.entities import Wish
 from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.spawnables import model_of
 from sim_nodes.verbs.filters import check_tags, chosen

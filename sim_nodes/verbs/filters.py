@@ -7,10 +7,9 @@ from collections.abc import Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, FilterMode, Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite
 from sim_nodes.entities import Entities
 from sim_nodes.physics import BodyState
-from sim_nodes.refusal import RequestRefused
-from sim_nodes.verbs.checks import check_finite
 from sim_nodes.worlds.schema import MAX_TAGS, TAG
 
 

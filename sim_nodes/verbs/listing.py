@@ -6,9 +6,9 @@ import numpy as np
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.entities import Info
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
-from sim_nodes.refusal import RequestRefused, listed
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, chosen, has_tags
 from sim_nodes.verbs.handling import Handling

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty
+from seoro.bridges.wire.refusal import check_id
 from sim_nodes.messages import flat_pose
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.checks import check_id
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.watches import LocalisationWatch
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_id, check_positive
 from sim_nodes.geometry import Pose2
 from sim_nodes.messages import flat_pose, planar
 from sim_nodes.navigation.navigator import Goal
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.checks import check_finite, check_id, check_length
 from sim_nodes.verbs.handling import Handling
 from sim_nodes.watches import DistanceWatch, ProximityWatch
 
@@ -52,7 +51,7 @@ def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empt
     check_id(request.id)
     point = (request.point.x, request.point.y)
     check_finite("point", *point)
-    check_length("threshold", request.threshold)
+    check_positive("threshold", request.threshold, "m")
     simulation = simulator.simulation
     frame, parent = (simulation.frames.own(name, request.robot) for name in (request.frame, request.parent_frame))
     watch = ProximityWatch(frame, parent, *point, request.threshold)
@@ -62,7 +61,7 @@ def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empt
 
 def _watch_distance(simulator: Simulator, request: wire.WatchDistance) -> Empty:
     check_id(request.id)
-    check_length("distance", request.distance)
+    check_positive("distance", request.distance, "m")
     simulation = simulator.simulation
     target = simulation.travelled(request.robot) + request.distance
     simulation.watch(request.id, DistanceWatch(request.robot, target))

@@ -6,13 +6,12 @@ import math
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_id, check_positive
 from sim_nodes.samples import sample_message
 from sim_nodes.sensors.bumper import Bumper
 from sim_nodes.sensors.watches import BumperWatch, RangeWatch, RateWatch, SampleWatch
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK
-from sim_nodes.verbs.checks import check_finite, check_id, check_length
 from sim_nodes.verbs.handling import Handling
 
 BUMPER = "bumper"
@@ -54,7 +53,7 @@ def _watch_bumper(simulator: Simulator, request: wire.WatchBumper) -> Empty:
 
 def _watch_range(simulator: Simulator, request: wire.WatchRange) -> Empty:
     check_id(request.id)
-    check_length("distance", request.distance)
+    check_positive("distance", request.distance, "m")
     check_finite("bearings", request.start, request.end)
     feed = simulator.simulation.feed(request.robot, request.sensor)
     if len(feed.sensor.bearings) == 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Empty, Result
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.handling import Handling
 

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.extents import lowest_of, outline
 from sim_nodes.files import FileError, Lines, problems, read_yaml
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.checking import check_urdf
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at

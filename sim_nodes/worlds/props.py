@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.files import FileError, read_text
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.worlds.schema import PropFile
 
 

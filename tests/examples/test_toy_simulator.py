@@ -15,9 +15,9 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.conformance import check_backend
+from seoro.bridges.wire.refusal import RequestRefused
 from seoro.cli.main import main
 from sim_nodes.check import check_physics, rules_for
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 from tests.bridges.nodes import running

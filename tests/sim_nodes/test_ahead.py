@@ -7,7 +7,7 @@ import random
 import pytest
 
 from seoro.bridges import wire
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, HOME

@@ -11,9 +11,9 @@ from PIL import Image
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Orientation, Pose, ResetScope, Result, SpawnResult, Vector3
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.geometry import rotation_matrix
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.views import NoRendering, Picture, View
 from sim_nodes.worlds.loader import WorldError, parse_world
 from tests.sim_nodes.client import BOX, ROBOT, Client, pose

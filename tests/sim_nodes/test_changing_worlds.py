@@ -8,8 +8,8 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
 

@@ -6,7 +6,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import EntityName, Result, SpawnResult, Twist, Vector3
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import BOX, ROBOT, Client, pose
 
 STATIC = BOX.replace('<link name="link">', '<static>true</static><link name="link">')

@@ -9,7 +9,7 @@ from seoro.bridges.wire import (
     NavigateThroughPoses,
     NavigationFeedback,
 )
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 
 

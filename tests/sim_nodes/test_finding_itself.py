@@ -12,7 +12,7 @@ from seoro.bridges.wire import (
     Result,
     WatchLocalization,
 )
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome, Result
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 
 

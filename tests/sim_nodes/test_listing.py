@@ -9,7 +9,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Bounds, Category, EntityFilter, SimulationState, Vector3
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.worlds.loader import available_worlds
 from tests.sim_nodes.client import BOX, ROBOT, TRUTH, Client, pose
 

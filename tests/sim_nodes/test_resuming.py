@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES, INVALID, main
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.test_node import start
 

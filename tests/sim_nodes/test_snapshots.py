@@ -9,10 +9,10 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity, WheelSlip
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.codec import pack
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.lidar import Lidar
 from sim_nodes.sensors.odometry import Odometry

@@ -8,8 +8,8 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import spawnables
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from tests.sim_nodes.client import BOX, Client, pose
 from tests.sim_nodes.engines import make_engine

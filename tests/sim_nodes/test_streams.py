@@ -6,9 +6,9 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import ResetScope, SensorName, SimulationState
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.node import keep_pace
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
 
 pytestmark = pytest.mark.engine("mujoco")

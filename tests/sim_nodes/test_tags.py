@@ -8,7 +8,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, EntityFilter, FilterMode, ResetScope, TagsFilter
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import BOX, ROBOT, Client, pose
 
 WORLD = """

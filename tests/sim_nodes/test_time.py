@@ -6,8 +6,8 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome, ResetScope, Result, SimulationState, StateResult, WorldResult
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.pace import LAG
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import BOX, ROBOT, TRUTH, Client, pose
 
 

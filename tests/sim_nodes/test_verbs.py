@@ -4,8 +4,8 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import verbs
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, TRUTH, Client
 
 

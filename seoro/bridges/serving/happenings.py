@@ -8,8 +8,8 @@ from collections import deque
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 
 KEPT = 10_000  # the last of them; a client asks several times a second
 

@@ -9,8 +9,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.wire import HOLD_DEADLINE, Result
+from seoro.bridges.wire.refusal import RequestRefused
 
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
 

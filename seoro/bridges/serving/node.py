@@ -18,11 +18,11 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.hold import Hold
-from seoro.bridges.serving.refusal import RequestRefused, listed
 from seoro.bridges.serving.robot import Handlers, ServedRobot
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 
 WAITING = Bound(256, lose="newest")  # requests
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end

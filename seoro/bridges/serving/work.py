@@ -10,8 +10,8 @@ import anyio
 from anyio.abc import TaskGroup
 
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.refusal import RequestRefused, check_id
 from seoro.bridges.wire import Occurrence, Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused, check_id
 
 MOST = 1000  # goals and watches at a time
 

@@ -10,6 +10,8 @@ is named after the ROS messages and actions for the same purpose.
 Units are SI, angles radians, the frame is the world's `map` unless a field says otherwise. Orientations are
 roll, pitch, yaw after ISO 8855 (yaw first). Times are seconds of the simulator's clock.
 
+How those who serve requests check and refuse them is in `refusal.py`.
+
 The major version stands in every key. Within a major version fields are only added, with defaults, and
 readers ignore what they do not know.
 """

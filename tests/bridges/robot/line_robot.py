@@ -17,10 +17,10 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.session import open_session
+from seoro.bridges.wire.refusal import RequestRefused
 
 SPEED = 0.5  # [m/s]
 TICK = 0.01  # [s]

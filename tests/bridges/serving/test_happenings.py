@@ -7,7 +7,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 
 pytestmark = pytest.mark.anyio
 

@@ -17,10 +17,10 @@ from seoro.bridges.wire import (
     Quantity,
     WheelSlip,
 )
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.manipulation.gripper import Gripper
 from sim_nodes.manipulation.servos import Servos
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, Cell, down
 from tests.sim_nodes.test_snapshots import restore, save

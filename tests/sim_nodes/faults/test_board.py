@@ -21,9 +21,9 @@ from seoro.bridges.wire import (
     Quantity,
     WheelSlip,
 )
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.faults.drives import Drive
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors.feed import Feed
 from tests.sim_nodes.client import ROBOT, Client
 

@@ -27,9 +27,9 @@ from seoro.bridges.wire import (
     Vector3,
     WheelSlip,
 )
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import cameras
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.refusal import RequestRefused
 from sim_nodes.sensors import camera_feed
 from sim_nodes.sensors.camera_feed import CameraFeed, Missing
 from sim_nodes.views import NoRendering, Picture

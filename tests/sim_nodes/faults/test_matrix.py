@@ -21,7 +21,7 @@ from seoro.bridges.wire import (
     Quantity,
     WheelSlip,
 )
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client
 from tests.sim_nodes.engines import needs_pictures
 from tests.sim_nodes.manipulation.cell import ARM, Cell

@@ -8,7 +8,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import ArmResult, Outcome, Result
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import Client, pose
 from tests.sim_nodes.manipulation.cell import ARM, HOME, TABLE, Cell, box, down
 

@@ -4,7 +4,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import pose
 from tests.sim_nodes.manipulation.cell import ARM, Cell, box, down
 from tests.sim_nodes.manipulation.test_arm import refused

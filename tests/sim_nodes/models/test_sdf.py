@@ -5,11 +5,11 @@ import math
 import pytest
 
 from seoro.bridges.wire import SpawnResult
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.extents import lowest_point
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyState, Box, Cylinder, Sphere
-from sim_nodes.refusal import RequestRefused
 from tests.sim_nodes.client import BOX
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import FilterMode, GetAvailableWorlds, TagsFilter
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.worlds import listing
 from sim_nodes.worlds.loader import available_worlds
 from tests.sim_nodes.client import Client

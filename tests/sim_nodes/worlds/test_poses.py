@@ -9,7 +9,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire import FilterMode, TagsFilter
-from sim_nodes.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.worlds.loader import WorldError, parse_world
 from tests.sim_nodes.client import Client
 

@@ -13,10 +13,10 @@ from seoro.bridges.ros2.robots.joints import Joints
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Arm, Gripper, MoveGroup
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
-from seoro.bridges.serving.refusal import RequestRefused, check_finite, check_positive, listed
 from seoro.bridges.serving.robot import Carry, Handlers
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, listed
 
 MAX_POINTS = 1000
 PLANS, FOLLOWS, GRIPS = (

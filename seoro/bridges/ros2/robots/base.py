@@ -17,12 +17,11 @@ from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.robots.velocity import DEADLINE, Velocity
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.refusal import RequestRefused, check_finite, check_positive, listed
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite, check_positive, listed
 
-LONGEST = 86_400.0  # [s] that a robot may be asked to drive
 SEEN_WITHIN = 1.0  # [s] that a frame may take to appear, such as `map` once the robot knows where it is
 LEAP = 1.0  # [m] between two messages of odometry, beyond which it has started over
 
@@ -86,11 +85,7 @@ class DrivingBase:
         self._moved.change()
 
     async def _drive(self, request: wire.Drive) -> wire.Empty:
-        if not 0.0 < request.duration <= LONGEST:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"the duration is {request.duration} s: it has to be more than 0 and at most {LONGEST:g} s",
-            )
+        check_drive_duration(request.duration)
         await self._velocity.check(request.linear, request.angular)
 
         async def drive() -> str:

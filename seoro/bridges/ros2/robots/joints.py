@@ -12,10 +12,10 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.ros2.robots.signal import Signal
-from seoro.bridges.serving.refusal import RequestRefused, check_finite, check_positive, listed
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, listed
 
 MOST = 1000  # joints of a robot
 

@@ -15,9 +15,9 @@ from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.session import Bound
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
 FOUND_WITHIN = 5.0  # [s] that what a request needs may take to appear

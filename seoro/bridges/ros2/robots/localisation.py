@@ -16,10 +16,10 @@ from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, Qos
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)

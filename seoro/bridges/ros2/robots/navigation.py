@@ -13,9 +13,9 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.refusal import RequestRefused, check_finite
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
 MAX_POSES = 100
 

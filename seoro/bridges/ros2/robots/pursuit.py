@@ -12,9 +12,9 @@ import anyio
 from seoro.bridges.ros2.clients.goals import pursuing
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult

@@ -14,8 +14,8 @@ from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.ros2.robots.profile import Limits
 from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.topics import Publication
-from seoro.bridges.serving.refusal import RequestRefused, check_finite
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
 PERIOD = 0.05  # [s] between two commands
 DEADLINE = 0.5  # [s] that a single command of velocity holds

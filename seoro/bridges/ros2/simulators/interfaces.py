@@ -12,8 +12,8 @@ from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.errors import CallFailed
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
-from seoro.bridges.serving.refusal import RequestRefused
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 
 MAP = "map"
 STOPPED, PLAYING, PAUSED = 0, 1, 2  # of `simulation_interfaces/SimulationState`

@@ -17,9 +17,9 @@ from seoro.bridges.ros2.participant import RosSystem
 from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, SimulationInterfaces
 from seoro.bridges.ros2.simulators.world import RosWorld, open_world, relative
 from seoro.bridges.serving.node import NodeAt
-from seoro.bridges.serving.refusal import RequestRefused, check_finite, listed
 from seoro.bridges.session import Bound, Mailbox, Request
 from seoro.bridges.wire import Empty, Result, SimulationState
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, listed
 from seoro.errors import InvalidUse
 
 WAITING = Bound(256, lose="newest")  # requests

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.simulators.interfaces import MAP, SimulationInterfaces, States
-from seoro.bridges.serving.refusal import RequestRefused, listed
 from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 
 TRIED = 10  # steps that are made to find out how long one is
 LONGEST = 5.0  # [s] that are stepped at a time
