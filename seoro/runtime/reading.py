@@ -15,6 +15,7 @@ from weakref import WeakSet
 
 import anyio
 
+from seoro.changes import Changes
 from seoro.errors import InvalidUse
 from seoro.runtime.contracts import Clock
 
@@ -36,15 +37,15 @@ class Readers:
         self._readers: WeakSet[TraceReader] = WeakSet()  # one that its program has dropped holds nothing up
         self._waits_for_none = keep_all
         self._over = False
-        self._more = anyio.Event()
-        self._moved = anyio.Event()
+        self._more = Changes()
+        self._moved = Changes()
 
     def record(self, record: dict[str, Any]) -> None:
         """Take a record."""
         self._records.append(record)
         if not self._keep_all and len(self._records) > WINDOW:
             self._forget()
-        self._more.set()
+        self._more.tell()
 
     def _forget(self) -> None:
         """Drop what is beyond the window, but nothing that a reader has not read."""
@@ -58,7 +59,7 @@ class Readers:
     def end(self) -> None:
         """The run is over: there will be no more records."""
         self._over = True
-        self._more.set()
+        self._more.tell()
 
     # -------------------------------------------------------- reading
 
@@ -82,14 +83,12 @@ class Readers:
         while position >= self._end:
             if self._over:
                 return None
-            if self._more.is_set():
-                self._more = anyio.Event()
             await self._more.wait()
         return self._records[position - self._first]
 
     def moved(self) -> None:
         """A reader has read on."""
-        self._moved.set()
+        self._moved.tell()
 
     def leave(self, reader: TraceReader) -> None:
         """A reader reads no more."""
@@ -114,7 +113,6 @@ class Readers:
         async with anyio.create_task_group() as group:
             group.start_soon(_call_when_set, interrupt, group.cancel_scope)
             while self.are_behind:
-                self._moved = anyio.Event()
                 with anyio.move_on_after(LOOK_AGAIN):
                     await self._moved.wait()
             group.cancel_scope.cancel()

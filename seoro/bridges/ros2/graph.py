@@ -6,7 +6,6 @@ itself. Waiting for something to appear or to go is waiting for tokens; nothing 
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -18,6 +17,7 @@ from seoro.background import background
 from seoro.bridges.ros2.errors import NoSystem, WrongType
 from seoro.bridges.ros2.wire import Dialect, Endpoint, Entity, Kind, Node, RmwZenoh, Ros2Dds, is_hidden
 from seoro.bridges.session import AsyncSession, Mailbox
+from seoro.changes import Changes
 from seoro.errors import BackendError, InvalidUse
 
 T = TypeVar("T")
@@ -44,7 +44,7 @@ class RosGraph:
         self._nodes: dict[str, Node] = {}
         self._endpoints: dict[tuple[Kind, str], dict[str, Endpoint]] = {}
         self._entities: dict[str, Entity] = {}
-        self._waiting: set[asyncio.Future[None]] = set()
+        self._changes = Changes()
 
     def is_without(self, session: str) -> bool:
         """Whether nobody is there but a session itself."""
@@ -126,15 +126,7 @@ class RosGraph:
         Raises:
             TimeoutError: It did not hold in time.
         """
-        with anyio.fail_after(timeout):
-            while not (found := condition(self)):
-                changed = asyncio.get_running_loop().create_future()
-                self._waiting.add(changed)
-                try:
-                    await changed
-                finally:
-                    self._waiting.discard(changed)
-        return found
+        return await self._changes.wait_for(lambda: condition(self), timeout)
 
     def change(self, changes: Iterable[tuple[str, bool]]) -> None:
         """Take over what has happened: (token, alive)."""
@@ -143,9 +135,7 @@ class RosGraph:
                 self._add(token)
             else:
                 self._remove(token)
-        for waiting in self._waiting:
-            if not waiting.done():
-                waiting.set_result(None)
+        self._changes.tell()
 
     @property
     def is_full(self) -> bool:

@@ -10,6 +10,7 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.changes import Changes
 
 KEPT = 10_000  # the last of them; a client asks several times a second
 
@@ -25,7 +26,7 @@ class HappeningLog:
         self._kept: deque[wire.Happening] = deque(maxlen=kept)
         self._number = 0
         self._began = time.monotonic()
-        self._happened = anyio.Event()
+        self._changes = Changes()
 
     @property
     def number(self) -> int:
@@ -53,8 +54,7 @@ class HappeningLog:
         self._kept.append(
             wire.Happening(number=self._number, occurrence=occurrence, contact=contact, feedback=feedback)
         )
-        self._happened.set()
-        self._happened = anyio.Event()
+        self._changes.tell()
 
     async def after(self, request: wire.AwaitHappenings) -> wire.Happenings:
         """Everything after a number; waits for something, as long as the request says.
@@ -63,9 +63,8 @@ class HappeningLog:
             RequestRefused: The number is not one of this log's, or what came after it is not kept any more.
         """
         self._check(request.since)
-        if self._number == request.since:
-            with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
-                await self._happened.wait()
+        with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
+            await self._changes.wait_for(lambda: self._number > request.since)
         missing = self._number - request.since
         return wire.Happenings(
             number=self._number, happenings=tuple(self._kept)[len(self._kept) - missing :] if missing else ()

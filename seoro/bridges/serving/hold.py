@@ -11,6 +11,7 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.wire import HOLD_DEADLINE, Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.changes import Changes
 
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
 
@@ -33,7 +34,7 @@ class Hold:
         self._alive = False
         self._stopping = False
         self._last = 0.0  # sign of life, by the machine's clock [s]
-        self._changed = anyio.Event()
+        self._changes = Changes()
 
     @property
     def holder(self) -> wire.Holder | None:
@@ -78,22 +79,17 @@ class Hold:
     def release(self) -> None:
         """The end of a hold."""
         self._holder, self._alive = None, False
-        self._change()
+        self._changes.tell()
 
     def _note_life(self) -> None:
         self._last, self._alive = time.monotonic(), True
-        self._change()
-
-    def _change(self) -> None:
-        self._changed.set()
-        self._changed = anyio.Event()
+        self._changes.tell()
 
     async def watch_deadline(self) -> None:
         """Stop the robots when a sign of life is overdue; runs as long as the node."""
         while True:
-            if not self._alive:
-                await self._changed.wait()
-            elif self._left > 0.0:
+            await self._changes.wait_for(lambda: self._alive)
+            if self._left > 0.0:
                 await anyio.sleep(self._left)
             else:
                 await anyio.sleep(ARRIVED)

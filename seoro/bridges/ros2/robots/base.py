@@ -14,13 +14,13 @@ from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.ros2.robots.localisation import Localisation
 from seoro.bridges.ros2.robots.navigation import Navigation
 from seoro.bridges.ros2.robots.profile import Base
-from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.robots.velocity import DEADLINE, Velocity
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite, check_positive, listed
+from seoro.changes import Changes
 
 SEEN_WITHIN = 1.0  # [s] that a frame may take to appear, such as `map` once the robot knows where it is
 LEAP = 1.0  # [m] between two messages of odometry, beyond which it has started over
@@ -51,7 +51,7 @@ class DrivingBase:
         self._navigation = Navigation(link, base, robot, work, happenings)
         self._place: tuple[float, float] | None = None
         self._travelled = 0.0  # [m]
-        self._moved = Signal()
+        self._moved = Changes()
 
     @property
     def handlers(self) -> Handlers:
@@ -82,7 +82,7 @@ class DrivingBase:
             step = math.dist((place.x, place.y), self._place)
             self._travelled += step if step < LEAP else 0.0
         self._place = (place.x, place.y)
-        self._moved.change()
+        self._moved.tell()
 
     async def _drive(self, request: wire.Drive) -> wire.Empty:
         check_drive_duration(request.duration)
@@ -115,7 +115,7 @@ class DrivingBase:
         check_positive("threshold", request.threshold)
         wanted = {request.frame, request.parent_frame}
         with anyio.move_on_after(SEEN_WITHIN):
-            await self._frames.changes.wait_until(lambda: wanted <= self._frames.names)
+            await self._frames.changes.wait_for(lambda: wanted <= self._frames.names)
         missing = wanted - self._frames.names
         if missing:
             raise RequestRefused(
@@ -131,20 +131,20 @@ class DrivingBase:
             away = self._frames.distance(request.frame, request.parent_frame, point.x, point.y)
             return away <= request.threshold
 
-        await self._frames.changes.wait_until(is_near)
+        await self._frames.changes.wait_for(is_near)
         return ""
 
     async def _watch_distance(self, request: wire.WatchDistance) -> wire.Empty:
         check_positive("distance", request.distance)
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._moved.wait_until(lambda: self._place is not None)
+            await self._moved.wait_for(lambda: self._place is not None)
         if self._place is None:
             topic = self._link.node.resolve(self._base.odometry)
             raise RequestRefused(Result.INCORRECT_STATE, f"the robot says nothing on {topic}, its odometry")
         target = self._travelled + request.distance
 
         async def travel() -> str:
-            await self._moved.wait_until(lambda: self._travelled >= target)
+            await self._moved.wait_for(lambda: self._travelled >= target)
             return ""
 
         self._work.start(request.id, travel)

@@ -7,9 +7,9 @@ import math
 
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
-from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.tf import TransformBuffer
 from seoro.bridges.wire import Pose, Vector3
+from seoro.changes import Changes
 
 log = logging.getLogger(__name__)
 
@@ -23,7 +23,7 @@ class Frames:
 
     def __init__(self) -> None:
         self._buffer = TransformBuffer(on_note=log.warning)
-        self.changes = Signal()
+        self.changes = Changes()
 
     @property
     def names(self) -> frozenset[str]:
@@ -33,12 +33,12 @@ class Frames:
     def take(self, message: Message) -> None:
         """Take in a `tf2_msgs/TFMessage` of what moves."""
         self._buffer.put_message(message)
-        self.changes.change()
+        self.changes.tell()
 
     def take_static(self, message: Message) -> None:
         """Take in a `tf2_msgs/TFMessage` of what does not move."""
         self._buffer.put_message(message, is_static=True)
-        self.changes.change()
+        self.changes.tell()
 
     def pose(self, frame: str, parent: str) -> Pose | None:
         """The pose of a frame in another; None if that is not known."""

@@ -11,11 +11,11 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, listed
+from seoro.changes import Changes
 
 MOST = 1000  # joints of a robot
 
@@ -36,7 +36,7 @@ class Joints:
         self._names = tuple(names)
         self._work = work
         self._states: dict[str, tuple[float, float, float]] = {}  # position, velocity, effort
-        self._changes = Signal()
+        self._changes = Changes()
 
     @property
     def handlers(self) -> Handlers:
@@ -56,7 +56,7 @@ class Joints:
         for name, *state in zip(message.name, *columns, strict=True):
             if name in self._states or len(self._states) < MOST:
                 self._states[name] = (float(state[0]), float(state[1]), float(state[2]))
-        self._changes.change()
+        self._changes.tell()
 
     async def position(self, joint: str) -> float:
         """Where a joint is [rad, m]; waits a while for the robot to say so.
@@ -65,7 +65,7 @@ class Joints:
             RequestRefused: It does not.
         """
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._changes.wait_until(lambda: joint in self._states)
+            await self._changes.wait_for(lambda: joint in self._states)
         if joint not in self._states:
             topic = self._link.node.resolve(self._topic)
             raise RequestRefused(
@@ -94,5 +94,5 @@ class Joints:
             return abs(off) <= request.tolerance or math.copysign(1.0, off) != side
 
         side = math.copysign(1.0, began - request.position)
-        await self._changes.wait_until(is_there)
+        await self._changes.wait_for(is_there)
         return ""

@@ -13,13 +13,13 @@ from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.ros2.robots.profile import Base
-from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.changes import Changes
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
@@ -46,7 +46,7 @@ class Localisation:
         self._work = work
         self._latest: Message | None = None
         self._since = 0.0  # by the machine's clock [s]
-        self._changes = Signal()
+        self._changes = Changes()
         self._publication: Publication | None = None
 
     @property
@@ -66,7 +66,7 @@ class Localisation:
 
     def _take(self, message: Message) -> None:
         self._latest, self._since = message, time.monotonic()
-        self._changes.change()
+        self._changes.tell()
 
     async def _set_initial_pose(self, request: wire.SetInitialPose) -> wire.Empty:
         topic, publication = self._link.node.resolve(self._base.initial_pose), self._publication
@@ -84,7 +84,7 @@ class Localisation:
             while self._since < began:
                 publication.publish(message)
                 with anyio.move_on_after(PUBLISHED_EVERY):
-                    await self._changes.wait_until(lambda: self._since >= began)
+                    await self._changes.wait_for(lambda: self._since >= began)
         if self._since < began:
             raise RequestRefused(
                 Result.OPERATION_FAILED,
@@ -112,7 +112,7 @@ class Localisation:
         return wire.Empty()
 
     async def _wait(self) -> str:
-        await self._changes.wait_until(lambda: self._latest is not None)
+        await self._changes.wait_for(lambda: self._latest is not None)
         return ""
 
     async def _get(self, _request: wire.LocalisedRobot) -> wire.Localization:

@@ -12,10 +12,10 @@ import anyio
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.ros2.robots.profile import Limits
-from seoro.bridges.ros2.robots.signal import Signal
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
+from seoro.changes import Changes
 
 PERIOD = 0.05  # [s] between two commands
 DEADLINE = 0.5  # [s] that a single command of velocity holds
@@ -40,8 +40,8 @@ class Velocity:
         self._topic = link.node.resolve(topic)
         self._limits = limits
         self._publication: Publication | None = None
-        self._found = Signal()
-        self._wanted = Signal()
+        self._found = Changes()
+        self._wanted = Changes()
         self._linear = self._angular = 0.0
         self._until = 0.0  # by the machine's clock [s]
 
@@ -56,7 +56,7 @@ class Velocity:
         type_name = await node.graph.wait_for(lambda _graph: _taken_type(node, self._topic))
         assert type_name is not None, "it is waited for"
         self._publication = await self._link.publishing(self._topic, type_name)
-        self._found.change()
+        self._found.tell()
 
     async def check(self, linear: float, angular: float) -> None:
         """Check that a velocity [m/s, rad/s] can be commanded; waits a while for somebody who takes commands.
@@ -73,7 +73,7 @@ class Velocity:
                 f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
             )
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._found.wait_until(lambda: self.is_found)
+            await self._found.wait_for(lambda: self.is_found)
         if not self.is_found:
             raise RequestRefused(
                 Result.INCORRECT_STATE, f"nobody on the robot subscribes to {self._topic}: its base does not run"
@@ -84,7 +84,7 @@ class Velocity:
         self._linear, self._angular = linear, angular
         self._until = time.monotonic() + duration
         self._publish()
-        self._wanted.change()
+        self._wanted.tell()
 
     def stop(self) -> None:
         """Command zero, for a while."""
@@ -93,7 +93,7 @@ class Velocity:
     async def run(self) -> None:
         """Repeat what is commanded; runs as long as the bridge."""
         while True:
-            await self._wanted.wait_until(lambda: time.monotonic() < self._until)
+            await self._wanted.wait_for(lambda: time.monotonic() < self._until)
             while (left := self._until - time.monotonic()) > 0.0:
                 await anyio.sleep(min(PERIOD, left))
                 if time.monotonic() < self._until:

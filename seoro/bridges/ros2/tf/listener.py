@@ -6,14 +6,13 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final, TypeVar
 
-import anyio
-
 from seoro.background import background
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.tf.buffer import TransformBuffer
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.session import Bound
+from seoro.changes import Changes
 
 T = TypeVar("T")
 
@@ -32,7 +31,7 @@ class TransformListener:
 
     def __init__(self, buffer: TransformBuffer) -> None:
         self.buffer = buffer
-        self._changed = anyio.Event()
+        self._changes = Changes()
 
     async def wait_for(self, condition: Callable[[TransformBuffer], T], timeout: float | None = None) -> T:
         """Wait until a condition holds, looking at it whenever something is told.
@@ -44,17 +43,13 @@ class TransformListener:
         Raises:
             TimeoutError: It did not hold in time.
         """
-        with anyio.fail_after(timeout):
-            while not (found := condition(self.buffer)):
-                await self._changed.wait()
-        return found
+        return await self._changes.wait_for(lambda: condition(self.buffer), timeout)
 
     async def take(self, subscription: Subscription, is_static: bool) -> None:
         """Take over what arrives, until the subscription ends."""
         async for received in subscription:
             self.buffer.put_message(subscription.decode(received), is_static=is_static)
-            self._changed.set()
-            self._changed = anyio.Event()
+            self._changes.tell()
 
 
 @asynccontextmanager
