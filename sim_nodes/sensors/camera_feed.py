@@ -7,23 +7,19 @@ late.
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from seoro.bridges.wire import CameraFault, DeadArea, DeadPixels, Delay, MessageLoss
+from seoro.bridges.wire import CameraFault, DeadArea, DeadPixels
 from sim_nodes.noise import Noise
 from sim_nodes.sensors.pixels import Mask, brightness_faults, dead_pixels, with_errors
-from sim_nodes.stateful import Stateful
-from sim_nodes.ticks import TICK
+from sim_nodes.sensors.way import Way
 from sim_nodes.views import Lens, Picture
 
 PERIOD = 5  # ticks between two pictures of a camera that is late, or measured
-ROUNDING = 1e-9
 
 
 class Missing(Enum):
@@ -42,7 +38,7 @@ class Exposure:
     picture: Picture
 
 
-class CameraFeed(Stateful):
+class CameraFeed(Way[CameraFault, bytes, bytes]):
     """The way of a camera's pictures to those who ask for them.
 
     Args:
@@ -50,44 +46,16 @@ class CameraFeed(Stateful):
         look: Takes a picture as a sound camera does.
         noise: Gives the source of the random numbers of a purpose.
 
-    Attributes:
-        faults: The faults that lie on the way, by their kinds.
+    Pictures that it keeps are bytes, which do not change, and so need not be copied with the state. Under way are
+    those that are late, by the ticks in which they were taken.
     """
 
-    STATE = ("faults", "_has_supply", "_frozen", "_kept")
-
     def __init__(self, lens: Lens, look: Callable[[], Picture], noise: Callable[[str], Noise]) -> None:
+        super().__init__(noise)
         self.lens = lens
         self._look = look
         self._noise = noise("gaussian_noise/brightness")
-        self._noise_of_messages = noise("message_loss")
         self._noise_of_pixels = noise("dead_pixels")
-        self.faults: dict[str, CameraFault] = {}
-        self._has_supply = True
-        # Pictures that are kept are bytes, which do not change, and so need not be copied with the state.
-        self._frozen: bytes | None = None
-        self._kept: deque[tuple[int, bytes]] = deque()  # those that are late, by tick, the oldest first
-
-    def put(self, fault: CameraFault) -> None:
-        """Lay a fault on the way, in the place of another of its kind."""
-        self.faults[fault.kind] = fault
-        self._start_over(fault.kind)
-
-    def lift(self, kind: str) -> None:
-        """Take a fault off the way."""
-        self.faults.pop(kind, None)
-        self._start_over(kind)
-
-    def supply(self, on: bool) -> None:
-        """Cut off the supply of power, or bring it back."""
-        self._has_supply = on
-        self._start_over("power_loss")
-
-    def _start_over(self, kind: str) -> None:
-        if kind == "freeze":
-            self._frozen = None
-        if kind in ("delay", "power_loss"):
-            self._kept.clear()  # what is under way then is lost
 
     @property
     def is_busy(self) -> bool:
@@ -99,22 +67,12 @@ class CameraFeed(Stateful):
         if not self._has_power:
             return
         if "delay" in self.faults and tick % PERIOD == 0:
-            self._kept.append((tick, self._look().tobytes()))
-            while len(self._kept) > 1 and self._kept[1][0] <= tick - self._lateness:
-                self._kept.popleft()
+            self._under_way.append((tick, self._look().tobytes()))
+            while len(self._under_way) > 1 and self._under_way[1][0] <= tick - self._lateness:
+                self._under_way.popleft()
         if "freeze" in self.faults and self._frozen is None:
             seen = self.exposure(tick)
             self._frozen = None if seen is None else self.distorted(seen).tobytes()
-
-    @property
-    def _has_power(self) -> bool:
-        return self._has_supply and "power_loss" not in self.faults
-
-    @property
-    def _lateness(self) -> int:
-        """How old pictures are at least [ticks]."""
-        delay = self.faults.get("delay")
-        return math.ceil(delay.time / TICK - ROUNDING) if isinstance(delay, Delay) else 0
 
     def missing(self, tick: int) -> Missing | None:
         """Why nobody gets a picture in a tick; None if everybody does."""
@@ -122,10 +80,7 @@ class CameraFeed(Stateful):
             return Missing.NO_POWER
         if self._lateness and self._late_one(tick) is None:
             return Missing.UNDER_WAY
-        loss = self.faults.get("message_loss")
-        if isinstance(loss, MessageLoss) and self._noise_of_messages.at(tick).random() < loss.probability:
-            return Missing.LOST
-        return None
+        return Missing.LOST if self._is_lost(tick) else None
 
     def exposure(self, tick: int) -> Exposure | None:
         """What a camera without faults but for its lateness gives in a tick; None if that has not come."""
@@ -136,7 +91,7 @@ class CameraFeed(Stateful):
         return self._look()
 
     def _late_one(self, tick: int) -> Exposure | None:
-        late_enough = (each for each in reversed(self._kept) if each[0] <= tick - self._lateness)
+        late_enough = (each for each in reversed(self._under_way) if each[0] <= tick - self._lateness)
         taken, pixels = next(late_enough, (tick, None))
         return None if pixels is None else Exposure(taken, self._picture(pixels))
 

@@ -264,7 +264,7 @@ def test_faults_of_cameras_are_in_snapshots(engine: str) -> None:
     for each in (client, fork):
         pass_time(each, 0.5)
     assert image(client).data == image(fork).data
-    assert (feed(client, FRONT)._frozen, len(feed(fork)._kept)) == (feed(fork, FRONT)._frozen, 5)
+    assert (feed(client, FRONT)._frozen, len(feed(fork)._under_way)) == (feed(fork, FRONT)._frozen, 5)
 
 
 def test_asking_for_pictures_changes_nothing() -> None:
@@ -340,4 +340,4 @@ def test_pictures_that_are_kept_have_a_limit(monkeypatch: pytest.MonkeyPatch) ->
     ):
         inject(client, Freeze(), "front", ROBOT)
     pass_time(client, 2.0)
-    assert len(feed(client)._kept) * camera_feed.PERIOD * 0.02 <= 1.2 + 0.2
+    assert len(feed(client)._under_way) * camera_feed.PERIOD * 0.02 <= 1.2 + 0.2

@@ -215,4 +215,4 @@ def test_a_late_camera_keeps_no_more_than_it_needs() -> None:
         if seen is not None:
             given.append(tick - seen.tick)
     assert (min(given), max(given)) == (50, 54)
-    assert len(way.feed._kept) <= 12
+    assert len(way.feed._under_way) <= 12
