@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import blake2b
 from typing import assert_never
@@ -91,24 +92,46 @@ class Errors:
         tally.add(int(self.found.sum()), found, expected.mean, without.mean, expected.variance)
 
 
-class PixelNoiseCheck(CameraCheck):
+class BrightnessCheck(CameraCheck):
+    """Whether the errors of pixels are those of a noise or a bias."""
+
+    def __init__(self, fault: GaussianNoise | Bias) -> None:
+        self._fault = fault
+
+    def observe(self, feed: CameraFeed, tick: int) -> None:
+        """Take in a tick."""
+        pictures = _pictures(feed, tick)
+        if pictures is not None:
+            seen, given = pictures
+            errors = Errors.of(feed, seen.picture, given.picture)
+            self.count(errors, *brightness_faults({**feed.faults, self._fault.kind: self._fault}))
+
+    @abstractmethod
+    def count(self, errors: Errors, deviation: float, offset: float) -> None:
+        """Count the errors of a picture; with the fault they have a deviation and are off [levels]."""
+
+
+def _figures(tally: Tally, what: str, figure: Callable[[float], float]) -> str:
+    """What has been counted, in words: a figure of the mean of what was tallied [levels]."""
+    if tally.count == 0:
+        return NO_PICTURE
+    found, wanted = (figure(total / tally.count) / BRIGHTEST for total in (tally.found, tally.expected))
+    errors = f"the errors of {tally.count} values of brightness"
+    return f"{errors} have a {what} of {found:.4g}, expected were {wanted:.4g}"
+
+
+class PixelNoiseCheck(BrightnessCheck):
     """Whether the errors of pixels have the deviation of a noise."""
 
     STATE = ("_sums", "_squares")
 
     def __init__(self, fault: GaussianNoise) -> None:
-        self._fault = fault
+        super().__init__(fault)
         self._sums = Tally(VALUES)
         self._squares = Tally(VALUES)
 
-    def observe(self, feed: CameraFeed, tick: int) -> None:
-        """Take in a tick."""
-        pictures = _pictures(feed, tick)
-        if pictures is None:
-            return
-        seen, given = pictures
-        errors = Errors.of(feed, seen.picture, given.picture)
-        deviation, offset = brightness_faults({**feed.faults, self._fault.kind: self._fault})
+    def count(self, errors: Errors, deviation: float, offset: float) -> None:
+        """See `BrightnessCheck`."""
         faulty, sound = Levels(deviation, offset), Levels(0.0, offset)
         errors.add_to(self._sums, offset, 1, faulty, sound)
         errors.add_to(self._squares, offset, 2, faulty, sound)
@@ -120,33 +143,20 @@ class PixelNoiseCheck(CameraCheck):
 
     def figures(self) -> str:
         """The deviation."""
-        tally = self._squares
-        if tally.count == 0:
-            return NO_PICTURE
-        found, wanted = (math.sqrt(total / tally.count) / BRIGHTEST for total in (tally.found, tally.expected))
-        return (
-            f"the errors of {tally.count} values of brightness have a standard deviation of {found:.4g}, "
-            f"expected were {wanted:.4g}"
-        )
+        return _figures(self._squares, "standard deviation", math.sqrt)
 
 
-class PixelBiasCheck(CameraCheck):
+class PixelBiasCheck(BrightnessCheck):
     """Whether the errors of pixels have the mean of a bias."""
 
     STATE = ("_sum",)
 
     def __init__(self, fault: Bias) -> None:
-        self._fault = fault
+        super().__init__(fault)
         self._sum = Tally(VALUES)
 
-    def observe(self, feed: CameraFeed, tick: int) -> None:
-        """Take in a tick."""
-        pictures = _pictures(feed, tick)
-        if pictures is None:
-            return
-        seen, given = pictures
-        errors = Errors.of(feed, seen.picture, given.picture)
-        deviation, offset = brightness_faults({**feed.faults, self._fault.kind: self._fault})
+    def count(self, errors: Errors, deviation: float, offset: float) -> None:
+        """See `BrightnessCheck`."""
         errors.add_to(self._sum, 0.0, 1, Levels(deviation, offset), Levels(deviation, 0.0))
 
     @property
@@ -156,14 +166,7 @@ class PixelBiasCheck(CameraCheck):
 
     def figures(self) -> str:
         """The mean."""
-        tally = self._sum
-        if tally.count == 0:
-            return NO_PICTURE
-        found, wanted = (total / tally.count / BRIGHTEST for total in (tally.found, tally.expected))
-        return (
-            f"the errors of {tally.count} values of brightness have a mean of {found:.4g}, "
-            f"expected were {wanted:.4g}"
-        )
+        return _figures(self._sum, "mean", float)
 
 
 class DeadPixelsCheck(CameraCheck):
