@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn, TypeAlias
 
+from seoro.bridges.ros2.addresses import LARGEST_DOMAIN
 from seoro.cli.exits import Exit
 from seoro.lang.diagnostics import near
+
+Container: TypeAlias = "argparse._ActionsContainer"
 
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
@@ -52,3 +57,52 @@ def seed(text: str) -> int:
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
     return int(text)
+
+
+def number(text: str, wanted: str, fits: Callable[[float], bool]) -> float:
+    """A finite number of the command line.
+
+    Args:
+        text: What the command line has.
+        wanted: What it should be, for the message.
+        fits: Whether a number is that.
+
+    Raises:
+        ArgumentTypeError: It is none, or it does not fit.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and fits(value)):
+        raise argparse.ArgumentTypeError(f"expected {wanted}, not {text!r}")
+    return value
+
+
+def whole(text: str) -> int:
+    """How many of something there are to be, at least one.
+
+    Raises:
+        ArgumentTypeError: It is no such number.
+    """
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1, not {text!r}")
+    return int(text)
+
+
+def domain(text: str, called: str = "ROS_DOMAIN_ID") -> int:
+    """The number of a domain of ROS 2.
+
+    Raises:
+        ArgumentTypeError: It is none.
+    """
+    if not (text.isascii() and text.isdecimal() and int(text) <= LARGEST_DOMAIN):
+        raise argparse.ArgumentTypeError(f"a {called} is a whole number from 0 to {LARGEST_DOMAIN}, not {text!r}")
+    return int(text)
+
+
+def add_folders(parser: Container, option: str, help_text: str) -> None:
+    """Declare an option that names a folder each time that it is given."""
+    parser.add_argument(
+        option, type=Path, action="append", default=[], metavar="DIR", help=f"{help_text} (repeatable)"
+    )

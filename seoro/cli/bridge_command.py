@@ -7,6 +7,8 @@ import logging
 import sys
 from typing import TYPE_CHECKING
 
+from seoro.bridges.ros2.addresses import ROUTER
+from seoro.cli.arguments import domain
 from seoro.cli.exits import Exit
 from seoro.cli.robot_bridge import add_robot_arguments, run_robots
 from seoro.errors import InvalidUse
@@ -15,8 +17,6 @@ if TYPE_CHECKING:
     from seoro.bridges.wire import SimulatorFeatures
 
 SIMULATOR = "tcp/127.0.0.1:7450"
-ROUTER = "tcp/127.0.0.1:7447"
-MAX_DOMAIN = 232
 
 EXAMPLES = """examples:
   seoro sim mujoco --world maze --rate 1
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--ros-listen", metavar="ENDPOINT", help="be that router, on this endpoint, where there is no other"
     )
     parser.add_argument(
-        "--domain", metavar="N", type=_domain, default=0, help="ROS_DOMAIN_ID (default: %(default)s)"
+        "--domain", metavar="N", type=domain, default=0, help="ROS_DOMAIN_ID (default: %(default)s)"
     )
     parser.add_argument(
         "--root",
@@ -63,7 +63,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --expose: robots take velocities as TwistStamped, not as Twist",
     )
     add_robot_arguments(parser)
-
     parser.add_argument(
         "--no-navigation",
         action="store_true",
@@ -109,14 +108,3 @@ def run(options: argparse.Namespace) -> int:
 
     anyio.run(expose, settings, announce)
     return Exit.PASSED
-
-
-def _domain(text: str) -> int:
-    """A ROS_DOMAIN_ID.
-
-    Raises:
-        ArgumentTypeError: It is none.
-    """
-    if not text.isdecimal() or int(text) > MAX_DOMAIN:
-        raise argparse.ArgumentTypeError(f"a ROS_DOMAIN_ID is a whole number from 0 to {MAX_DOMAIN}, not {text!r}")
-    return int(text)

@@ -6,9 +6,9 @@ import argparse
 import re
 import signal
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seoro.cli.arguments import add_folders
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -39,14 +39,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name", default="ros2", help="with --robot: name of the bridge, for lab files (default: %(default)s)"
     )
-    parser.add_argument(
-        "--ros-interfaces",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="with --robot: definitions of messages that seoro does not bring (repeatable)",
-    )
+    add_folders(parser, "--ros-interfaces", "with --robot: definitions of messages that seoro does not bring")
 
 
 def run_robots(options: argparse.Namespace, ros: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import math
 import os
 from collections.abc import Iterator
 from importlib import import_module
@@ -12,13 +11,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
+from seoro.bridges.ros2.addresses import ROUTER
+from seoro.cli.arguments import add_folders, domain, number, whole
 from seoro.cli.exits import Exit
 from seoro.errors import InvalidUse
 
 Kinds: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-ROUTER = "tcp/127.0.0.1:7447"
-MAX_DOMAIN = 232  # of DDS, which ROS 2 keeps to
 DIALECTS = ("auto", "rmw_zenoh", "ros2dds")
 PRESETS = (
     "sensor_data",
@@ -76,14 +75,7 @@ def _leaf(kinds: Kinds, name: str, what: str, act: str) -> argparse.ArgumentPars
     system.add_argument(
         "--dialect", choices=DIALECTS, default="auto", help="how it uses Zenoh (default: what its tokens tell)"
     )
-    system.add_argument(
-        "--interfaces",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="definitions of its own: PACKAGE/msg/X.msg, srv and action likewise (repeatable)",
-    )
+    add_folders(system, "--interfaces", "definitions of its own: PACKAGE/msg/X.msg, srv and action likewise")
     system.add_argument(
         "--distribution",
         metavar="NAME",
@@ -113,8 +105,8 @@ def _add_topics(topics: Kinds) -> None:
         parser.add_argument("name", metavar="TOPIC")
         _add_type(parser)
         _add_qos(parser, "what its publishers offer")
-        parser.add_argument("-n", "--count", type=_count, default=0, metavar="N", help="end after N messages")
-    rate.add_argument("--window", type=_count, default=0, metavar="N", help="of the last N messages only")
+        parser.add_argument("-n", "--count", type=whole, default=0, metavar="N", help="end after N messages")
+    rate.add_argument("--window", type=whole, default=0, metavar="N", help="of the last N messages only")
     echo.add_argument("--member", metavar="PATH", help="print this member only: `pose.position.x`, `ranges.0`")
     _add_form(echo)
     publishing = _leaf(topics, "pub", "publish a message", "topics.publish")
@@ -124,7 +116,12 @@ def _add_topics(topics: Kinds) -> None:
     _add_qos(publishing, "reliable, volatile, keeps 10")
     publishing.add_argument("-r", "--rate", type=_positive, metavar="HZ", help="again and again, at this rate")
     publishing.add_argument(
-        "-n", "--count", type=_count, default=0, metavar="N", help="so many times (default: once, or without end)"
+        "-n",
+        "--count",
+        type=whole,
+        default=0,
+        metavar="N",
+        help="so many times (default: once, or without end)",
     )
     publishing.add_argument(
         "--wait", type=_seconds, default=3.0, metavar="SECONDS", help="for somebody to subscribe (default: 3)"
@@ -245,15 +242,7 @@ def _domain_of_environment() -> int:
 
 
 def _domain(text: str) -> int:
-    if not text.isdecimal() or int(text) > MAX_DOMAIN:
-        raise argparse.ArgumentTypeError(f"a domain is a whole number from 0 to {MAX_DOMAIN}, not {text!r}")
-    return int(text)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, not {text!r}")
-    return int(text)
+    return domain(text, "domain")
 
 
 def _positive(text: str) -> float:
@@ -264,10 +253,4 @@ def _positive(text: str) -> float:
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a number from 0, not {text!r}")
-    return value
+    return number(text, "a number from 0", lambda value: value >= 0.0)

@@ -8,12 +8,12 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from seoro.cli.arguments import seed
-from seoro.embed.options import ROS_ROUTER, Lab, Ros, Simulator
+from seoro.bridges.ros2.addresses import ROUTER
+from seoro.cli.arguments import add_folders, domain, number, seed
+from seoro.embed.options import Lab, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
-MAX_DOMAIN = 232  # the last ROS_DOMAIN_ID for which DDS has ports
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,32 +68,20 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
     )
-    parser.add_argument(
-        "--model-path",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="look up models `name://path` in DIR/name first (repeatable)",
-    )
+    add_folders(parser, "--model-path", "look up models `name://path` in DIR/name first")
 
 
 def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ros",
         nargs="?",
-        const=ROS_ROUTER,
+        const=ROUTER,
         metavar="ENDPOINT",
         help="reach the ROS 2 system behind this Zenoh router or bridge, such as tcp/192.168.0.7:7447?domain=3 "
-        f"(without ENDPOINT: {ROS_ROUTER}; domain: that of ROS_DOMAIN_ID, else 0; dialect=rmw_zenoh or ros2dds)",
+        f"(without ENDPOINT: {ROUTER}; domain: that of ROS_DOMAIN_ID, else 0; dialect=rmw_zenoh or ros2dds)",
     )
-    parser.add_argument(
-        "--ros-interfaces",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="take definitions of messages, services and actions from the packages in DIR (repeatable)",
+    add_folders(
+        parser, "--ros-interfaces", "take definitions of messages, services and actions from the packages in DIR"
     )
 
 
@@ -105,14 +93,16 @@ def ros_of(options: argparse.Namespace) -> Ros | None:
         return None
     endpoint, _, query = options.ros.partition("?")
     given = dict(pair.partition("=")[::2] for pair in query.split("&") if pair)
-    domain = given.pop("domain", os.environ.get("ROS_DOMAIN_ID") or "0")
+    text = given.pop("domain", os.environ.get("ROS_DOMAIN_ID") or "0")
     dialect = given.pop("dialect", None)
     if given or not endpoint:
         known = "tcp/192.168.0.7:7447?domain=3&dialect=rmw_zenoh"
         raise InvalidUse(f"`--ros {options.ros}` is not of the form ENDPOINT?domain=N", help=f"such as {known}")
-    if not (domain.isascii() and domain.isdigit() and int(domain) <= MAX_DOMAIN):
-        raise InvalidUse(f"a ROS_DOMAIN_ID is a whole number from 0 to {MAX_DOMAIN}, not '{domain}'")
-    return Ros(endpoint, int(domain), dialect, options.ros_interfaces)
+    try:
+        number_of_domain = domain(text)
+    except argparse.ArgumentTypeError as error:
+        raise InvalidUse(str(error)) from None
+    return Ros(endpoint, number_of_domain, dialect, options.ros_interfaces)
 
 
 def lab_of(options: argparse.Namespace) -> Lab | None:
@@ -169,10 +159,4 @@ def _rate(text: str) -> float:
 
 
 def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (value > 0 and math.isfinite(value)):
-        raise argparse.ArgumentTypeError(f"expected a positive number, not {text!r}")
-    return value
+    return number(text, "a positive number", lambda value: value > 0.0)

@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from seoro.cli.arguments import seed
+from seoro.cli.arguments import add_folders, seed
 from seoro.errors import InvalidUse
 
 DEFAULT_WORLD = "maze"
@@ -51,13 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
         "by default it passes while runs grant it",
     )
-    parser.add_argument(
+    add_folders(
+        parser,
         "--model-path",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="look up models `name://path` in DIR/name first, where programs ask for them by name (repeatable)",
+        "look up models `name://path` in DIR/name first, where programs ask for them by name",
     )
 
 
@@ -67,12 +64,9 @@ def run(options: argparse.Namespace) -> int:
 
     name, arguments = _beginning(options)
     check_installed(name)
-    if options.seed is not None:
-        arguments += ["--seed", str(options.seed)]
-    if options.listen is not None:
-        arguments += ["--listen", options.listen]
-    if options.rate is not None:
-        arguments += ["--rate", options.rate]
+    for option in ("seed", "listen", "rate"):
+        if getattr(options, option) is not None:
+            arguments += [f"--{option}", str(getattr(options, option))]
     for folder in options.model_path:
         arguments += ["--model-path", str(folder)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606

@@ -16,6 +16,7 @@ from pathlib import Path
 import anyio
 
 from seoro.background import background
+from seoro.cli.arguments import whole
 from seoro.cli.exits import Exit
 from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
@@ -62,11 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overwrite", action="store_true", help="replace the results of another sweep there")
     parser.add_argument(
-        "-j", "--jobs", type=_positive, metavar="N", help="runs at a time (default: one for each processor)"
+        "-j", "--jobs", type=whole, metavar="N", help="runs at a time (default: one for each processor)"
     )
     parser.add_argument(
         "--repeat",
-        type=_positive,
+        type=whole,
         default=1,
         metavar="N",
         help="run each combination so often, with the seeds SEED, SEED + 1, ... (default: 1)",
@@ -336,9 +337,3 @@ def _print_end(ran: Sequence[Ran], planned: int, files: Sequence[Path]) -> None:
     print(f"\n{count(len(ran), 'run')}: {_counts(Counter(each.status for each in ran))}{left}")
     for path in files:
         print(f"  {path}")
-
-
-def _positive(text: str) -> int:
-    if not text.isdecimal() or not int(text):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, not {text!r}")
-    return int(text)

@@ -6,7 +6,8 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING
 
-from seoro.embed.options import OF_ROS, ROS_ROUTER, ClockName, Options, Ros, Simulator
+from seoro.bridges.ros2.addresses import ROUTER
+from seoro.embed.options import OF_ROS, ClockName, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Backend, Clock
@@ -54,7 +55,7 @@ async def _open(simulator: Simulator, seed: int, ros: Ros | None) -> AsyncIterat
     name = simulator.name or (snapshot.engine if snapshot is not None else None)
     assert name is not None, "checked before"
     if name == OF_ROS:
-        system = ros or Ros(ROS_ROUTER)
+        system = ros or Ros(ROUTER)
         with _asking_for_ros():
             from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
             from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - the same

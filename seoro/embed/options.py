@@ -10,7 +10,6 @@ from typing import Literal, TypedDict
 
 from seoro.runtime.contracts import Observer
 
-ROS_ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen
 OF_ROS = "ros"  # names the simulator of a ROS 2 system
 
 ClockName = Literal["real", "virtual", "sim"]

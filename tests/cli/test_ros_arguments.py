@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.main import main
 from seoro.cli.run_arguments import add_run_arguments, ros_of
-from seoro.embed.options import ROS_ROUTER, Ros
+from seoro.embed.options import Ros
 from seoro.errors import InvalidUse
 
 
@@ -20,12 +21,12 @@ def read(*arguments: str) -> Ros | None:
 def test_endpoint_domain_and_dialect_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     assert read() is None
-    assert read("--ros") == Ros(ROS_ROUTER, interfaces=[])
+    assert read("--ros") == Ros(ROUTER, interfaces=[])
     assert read("--ros", "tcp/10.0.0.1:7447?domain=3&dialect=ros2dds", "--ros-interfaces", "mine") == Ros(
         "tcp/10.0.0.1:7447", 3, "ros2dds", [Path("mine")]
     )
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    assert read("--ros") == Ros(ROS_ROUTER, 7, interfaces=[])
+    assert read("--ros") == Ros(ROUTER, 7, interfaces=[])
     assert read("--ros", "tcp/a:1?domain=0") == Ros("tcp/a:1", 0, interfaces=[])
 
 

@@ -98,7 +98,7 @@ class RosGraph:
             for kind, name in self._endpoints
             if kind is Kind.SERVER and name.endswith(ending)
         }
-        return {name: _types(self.action_servers(name)) for name in sorted(found)}
+        return {name: types_of(self.action_servers(name)) for name in sorted(found)}
 
     def topic_type(self, topic: str) -> str | None:
         """The type of a topic, None if nobody has it.
@@ -181,7 +181,9 @@ class RosGraph:
 
     def _named(self, kinds: tuple[Kind, ...], hidden: bool) -> dict[str, tuple[str, ...]]:
         names = {name for kind, name in self._endpoints if kind in kinds and (hidden or not is_hidden(name))}
-        return {name: _types([each for kind in kinds for each in self._of(kind, name)]) for name in sorted(names)}
+        return {
+            name: types_of([each for kind in kinds for each in self._of(kind, name)]) for name in sorted(names)
+        }
 
 
 @asynccontextmanager
@@ -266,12 +268,13 @@ def _waiting(changes: Mailbox[tuple[str, bool]]) -> Iterator[tuple[str, bool]]:
         yield change
 
 
-def _types(endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
+def types_of(endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
+    """The types that endpoints have, each once, sorted."""
     return tuple(sorted({endpoint.type for endpoint in endpoints}))
 
 
 def _one_type(name: str, endpoints: Iterable[Endpoint]) -> str | None:
-    types = _types(endpoints)
+    types = types_of(endpoints)
     if len(types) > 1:
         raise WrongType(f"{name} has several types: {', '.join(types)}", help="say which of them is meant")
     return types[0] if types else None

@@ -11,6 +11,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 
 from seoro.background import background
+from seoro.bridges.ros2.addresses import ROUTER
 from seoro.bridges.ros2.agreement import agree, announced_hash, check_type, meeting_hash
 from seoro.bridges.ros2.errors import NoSystem
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
@@ -40,7 +41,6 @@ from seoro.bridges.session import (
 )
 from seoro.errors import InvalidUse
 
-ROUTER = "tcp/127.0.0.1:7447"  # where rmw_zenohd and the bridge for DDS listen on the robot itself
 DISCOVERY_TIMEOUT = 3.0  # [s] until something of a system has to be seen
 SERVICE_QOS = PRESETS["services_default"]
 

@@ -10,7 +10,7 @@ from seoro.bridges.ros2.clients.goals import pursuing
 from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
-from seoro.cli.ros.values import as_json, as_yaml, read_value, table
+from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
 from seoro.runtime.contracts import GoalStatus
 
 
@@ -18,10 +18,7 @@ async def list_actions(options: argparse.Namespace) -> int:
     """Print the actions with their types."""
     async with reached(options) as node:
         actions = node.graph.actions()
-    if options.json:
-        print(as_json({name: list(types) for name, types in actions.items()}))
-    elif actions:
-        print(table([[name, ", ".join(types)] for name, types in actions.items()], indent=""))
+    print_types(actions, in_json=options.json)
     return Exit.PASSED
 
 

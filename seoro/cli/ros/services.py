@@ -6,17 +6,14 @@ import argparse
 
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
-from seoro.cli.ros.values import as_json, as_yaml, read_value, table
+from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
 
 
 async def list_services(options: argparse.Namespace) -> int:
     """Print the services with their types."""
     async with reached(options) as node:
         services = node.graph.services(hidden=options.all)
-    if options.json:
-        print(as_json({name: list(types) for name, types in services.items()}))
-    elif services:
-        print(table([[name, ", ".join(types)] for name, types in services.items()], indent=""))
+    print_types(services, in_json=options.json)
     return Exit.PASSED
 
 

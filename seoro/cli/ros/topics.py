@@ -15,12 +15,13 @@ from typing import Any
 import anyio
 
 from seoro.actions.ros_messages import member_of
+from seoro.bridges.ros2.graph import types_of
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Received, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Durability, Endpoint, Qos, Reliability
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import of_others, only_type, reached
-from seoro.cli.ros.values import as_json, as_yaml, counted, read_value, table
+from seoro.cli.ros.values import as_json, as_yaml, counted, print_types, read_value, table
 from seoro.errors import BackendError
 
 WINDOW = 10_000  # messages of which rates are computed at most
@@ -31,10 +32,7 @@ async def list_topics(options: argparse.Namespace) -> int:
     """Print the topics with their types."""
     async with reached(options) as node:
         topics = node.graph.topics(hidden=options.all)
-    if options.json:
-        print(as_json({name: list(types) for name, types in topics.items()}))
-    elif topics:
-        print(table([[name, ", ".join(types)] for name, types in topics.items()], indent=""))
+    print_types(topics, in_json=options.json)
     return Exit.PASSED
 
 
@@ -45,7 +43,7 @@ async def show_info(options: argparse.Namespace) -> int:
         publishers, subscriptions = (
             of_others(node, found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
         )
-        only_type("topic", topic, None, _types((*publishers, *subscriptions)), node.graph.topics(hidden=True))
+        only_type("topic", topic, None, types_of((*publishers, *subscriptions)), node.graph.topics(hidden=True))
         for name, found in (("publisher", publishers), ("subscription", subscriptions)):
             print(counted(len(found), name))
             if found:
@@ -141,7 +139,7 @@ async def _following(
     async with reached(options) as node:
         topic = node.resolve(options.name)
         publishers = of_others(node, node.graph.publishers(topic))
-        found = _types((*publishers, *of_others(node, node.graph.subscriptions(topic))))
+        found = types_of((*publishers, *of_others(node, node.graph.subscriptions(topic))))
         type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         qos = PRESETS[options.qos] if options.qos else fitting_qos(publishers)
         async with node.subscribing(topic, type_name, qos, is_decoded=is_decoded) as subscription:
@@ -160,16 +158,12 @@ def fitting_qos(publishers: Iterable[Endpoint]) -> Qos:
     )
 
 
-def _types(endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
-    return tuple(sorted({each.type for each in endpoints}))
-
-
 async def publish(options: argparse.Namespace) -> int:
     """Publish a message, once, several times, or at a rate until Ctrl-C."""
     value = read_value(options.value)
     async with reached(options) as node:
         topic = node.resolve(options.name)
-        found = _types(of_others(node, (*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
+        found = types_of(of_others(node, (*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
         type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         node.system.types.encode(type_name, value)  # what is wrong with it is said before anybody is waited for
         qos = PRESETS[options.qos] if options.qos else None

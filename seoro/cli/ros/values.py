@@ -102,6 +102,14 @@ def table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
     return "\n".join(f"{indent}{line}".rstrip() for line in lines)
 
 
+def print_types(found: Mapping[str, Sequence[str]], *, in_json: bool) -> None:
+    """Print what there is, by names, with its types."""
+    if in_json:
+        print(as_json({name: list(types) for name, types in found.items()}))
+    elif found:
+        print(table([[name, ", ".join(types)] for name, types in found.items()], indent=""))
+
+
 def counted(number: int, what: str) -> str:
     """A number of things: `1 publisher`, `2 publishers`, `no publisher`."""
     return f"{number or 'no'} {what}{'s' if number > 1 else ''}"

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import xxhash
 
+from seoro.bridges.ros2.addresses import LARGEST_DOMAIN
 from seoro.bridges.ros2.wire.attachment import Attachment
 from seoro.bridges.ros2.wire.dialect import dds_type, ros_type
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.qos import INFINITE, Durability, History, Liveliness, Qos, Reliability
 
 NO_HASH = "TypeHashNotSupported"  # what Humble, which computes none, has in the place of a hash
-LARGEST_DOMAIN = 232  # the ports of DDS have room for no more, and ROS 2 allows no more anywhere
 
 _SPACE = "@ros2_lv"
 _NODE = "NN"
