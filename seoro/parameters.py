@@ -33,10 +33,12 @@ def read_parameters(path: Path, scenario: str) -> dict[str, str]:
     """
     import yaml  # noqa: PLC0415 - slow to load, and seldom needed
 
+    from seoro.plain_yaml import load_yaml  # noqa: PLC0415 - the same
+
     try:
         if path.stat().st_size > MAX_SIZE:
             raise InvalidUse(f"the parameter file {path} is larger than {MAX_SIZE} bytes")
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_text(encoding="utf-8"), references=True)
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidUse(f"cannot read the parameter file {path}: {error}") from error
     except yaml.YAMLError as error:

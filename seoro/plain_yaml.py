@@ -1,4 +1,4 @@
-"""YAML without references, which could make a small text a huge value."""
+"""Reading YAML into plain values; files that people write are read by `yaml_files`, which stands on this."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 import yaml
 
 
-class _Loader(yaml.SafeLoader):
+class _WithoutReferences(yaml.SafeLoader):
+    """Refuses references, which could make a small text a huge value."""
+
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Compose a node.
 
@@ -19,13 +21,25 @@ class _Loader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
 
+def load_yaml(text: str, *, references: bool) -> Any:
+    """The value of a text, which may have references or not.
+
+    Raises:
+        yaml.YAMLError: It has none.
+    """
+    try:
+        return yaml.load(text, yaml.SafeLoader if references else _WithoutReferences)  # noqa: S506 - both are safe
+    except RecursionError:
+        raise yaml.YAMLError("it is nested too deeply") from None
+
+
 def read_yaml(text: str) -> Any:
-    """The value of a text.
+    """The value of a text without references, such as one that comes from a scenario or a command line.
 
     Raises:
         ValueError: It has none.
     """
     try:
-        return yaml.load(text, _Loader)  # noqa: S506 - a safe loader
-    except (yaml.YAMLError, RecursionError) as error:
+        return load_yaml(text, references=False)
+    except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from error

@@ -9,6 +9,8 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from seoro.plain_yaml import load_yaml
+
 MAX_TEXT = 1_000_000  # [bytes]
 
 
@@ -73,7 +75,7 @@ def read_yaml(text: str, source: str) -> Any:
         FileError: It is no YAML; the message has the file and the line.
     """
     try:
-        return yaml.safe_load(text)
+        return load_yaml(text, references=True)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         what = " ".join(part for part in (error.context, error.problem) if part)

@@ -1,0 +1,39 @@
+"""Reading YAML: values of scenarios and command lines, and files that people write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seoro.errors import InvalidUse
+from seoro.parameters import read_parameters
+from seoro.plain_yaml import read_yaml
+from seoro.yaml_files import FileError
+from seoro.yaml_files import read_yaml as read_file
+
+DEEP = "[" * 5_000 + "]" * 5_000
+SHARED = "first: &shared [1, 2]\nsecond: *shared"
+
+
+def test_what_is_nested_too_deeply_is_refused_wherever_it_stands(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"^it is nested too deeply$"):
+        read_yaml(DEEP)
+    with pytest.raises(FileError, match=r"^hall.yaml is no valid YAML: it is nested too deeply$"):
+        read_file(DEEP, "hall.yaml")
+    (tmp_path / "values.yaml").write_text(DEEP)
+    with pytest.raises(InvalidUse, match=r"values.yaml is no YAML: it is nested too deeply$"):
+        read_parameters(tmp_path / "values.yaml", "main")
+
+
+def test_references_are_for_files_only() -> None:
+    assert read_file(SHARED, "hall.yaml") == {"first": [1, 2], "second": [1, 2]}
+    with pytest.raises(ValueError, match="it has references"):
+        read_yaml(SHARED)
+
+
+def test_what_is_no_yaml_is_refused_by_its_line() -> None:
+    with pytest.raises(FileError, match=r"^hall.yaml:2: no valid YAML: "):
+        read_file("robots:\n  - [", "hall.yaml")
+    with pytest.raises(ValueError, match="line 2"):
+        read_yaml("robots:\n  - [")
