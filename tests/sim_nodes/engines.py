@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
 
 import pytest
 
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.check import check_rule
 from sim_nodes.physics import IDENTITY, Engine, Scene
 from sim_nodes.views import Lens, NoRendering, View
 
@@ -17,6 +19,15 @@ def make_engine(name: str) -> Engine:
     if find_spec(name) is None:
         pytest.skip(f"the engine {name} is not installed")
     return ENGINES[name]()
+
+
+def expect_broken(rule: Callable[[Callable[[], Engine]], None], make: Callable[[], Engine], words: str) -> None:
+    """Expect an engine to break a rule, and the message to say so, with some words."""
+    with pytest.raises(AssertionError) as broken:
+        check_rule(rule, make)
+    message = str(broken.value)
+    assert message.startswith((rule.__doc__ or "").partition("\n")[0])
+    assert words in message
 
 
 def needs_pictures(name: str) -> None:
