@@ -19,8 +19,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import DRIVER, drives, goal_ended, has_goal, wait_for
+from tests.routers import free_endpoint, process, router_process
 
 REPEATS = 12
 Moment = Callable[[], float | None]
@@ -48,7 +49,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with (
-            process("-c", ROUTER, router),
+            router_process(router),
             process(str(FAKE_ROBOT), name, router, "tb", TWIST),
             process("-c", BRIDGE, router, f"unixsock-stream/{name}/bridge", "tb"),
         ):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +9,7 @@ from pathlib import Path
 from seoro.bridges.conformance import Make
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
+from tests.routers import process
 
 OPTIONS = SimulatorOptions("empty", 3, ModelPath())
 CELL = SimulatorOptions("arm_cell", 3, ModelPath())
@@ -24,14 +23,8 @@ Connect = Callable[[SimulatorOptions], Make]
 def node(engine: str, folder: Path) -> Iterator[Connect]:
     """A node with a socket in a folder, and what connects to it."""
     endpoint = f"unixsock-stream/{folder}/hub"
-    command = [sys.executable, "-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
-            yield lambda options: lambda: connect_simulator(endpoint, options)
-        finally:
-            process.kill()
+    with process("-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty", says=None):
+        yield lambda options: lambda: connect_simulator(endpoint, options)
 
 
 @contextmanager

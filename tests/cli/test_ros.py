@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import socket
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
+from tests.routers import free_endpoint, process
 
 pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 pytest.importorskip("mcap", reason="the extra ros2 is not installed")
@@ -24,24 +23,18 @@ SCAN = "sensor_msgs/msg/LaserScan"
 @dataclass(frozen=True)
 class Robot:
     endpoint: str
-    process: subprocess.Popen[str]
+    process: subprocess.Popen[bytes]
 
     def said(self) -> str:
         assert self.process.stdout is not None
-        return self.process.stdout.readline().strip()
+        return self.process.stdout.readline().decode().strip()
 
 
 @pytest.fixture(scope="module")
 def robot() -> Iterator[Robot]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    script = Path(__file__).with_name("ros_robot.py")
-    with subprocess.Popen([sys.executable, script, endpoint], stdout=subprocess.PIPE, text=True) as process:
-        robot = Robot(endpoint, process)
-        assert robot.said() == "ready"
-        yield robot
-        process.kill()
+    endpoint = free_endpoint()
+    with process(str(Path(__file__).with_name("ros_robot.py")), endpoint) as running:
+        yield Robot(endpoint, running)
 
 
 Ros = Callable[..., tuple[int, str, str]]
@@ -230,9 +223,7 @@ def test_a_wrong_domain_of_the_environment_is_refused(
 
 
 def test_a_system_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free_endpoint()
     assert main(["ros", "graph", "--ros", endpoint]) in (2, 3)
     assert f"cannot connect to {endpoint}" in capsys.readouterr().err
 

@@ -17,7 +17,7 @@ import pytest
 
 import seoro
 from seoro.runtime.verdict import RunStatus
-from tests.bridges.ros2.robots.conftest import free_endpoint
+from tests.routers import free_endpoint
 from tests.sim_nodes.engines import make_engine
 
 pytestmark = pytest.mark.slow

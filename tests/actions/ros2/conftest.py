@@ -1,6 +1,6 @@
 """Runs of scenarios on a ROS 2 system: a router, and a robot in a process of its own."""
 
-import socket
+import re
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator, Sequence
@@ -11,30 +11,13 @@ from typing import Protocol
 import anyio
 import pytest
 
-from seoro.bridges.session import Session
 from seoro.embed import prepare
 from seoro.embed.options import Options, Ros
 from seoro.embed.runs import Run
 from seoro.runtime.actions import ActionFunction
+from seoro.runtime.verdict import RunStatus, Verdict
+from tests.routers import routing
 from tests.runtime.conftest import Ran, load_text
-
-
-def free_endpoint() -> str:
-    """An endpoint at which nobody listens."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-
-
-@contextmanager
-def routing() -> Iterator[str]:
-    """The endpoint of a router, such as rmw_zenohd is one."""
-    endpoint = free_endpoint()
-    hub = Session(listen=endpoint)
-    try:
-        yield endpoint
-    finally:
-        hub.close()
 
 
 @pytest.fixture
@@ -42,6 +25,9 @@ def router() -> Iterator[str]:
     """The endpoint of a router behind which nobody is."""
     with routing() as endpoint:
         yield endpoint
+
+
+RMW_ZENOH = "rmw_zenoh"
 
 
 @contextmanager
@@ -68,17 +54,17 @@ class RunRos(Protocol):
     async def __call__(self, text: str, actions: Sequence[ActionFunction] = ()) -> Ran: ...
 
 
-def options(endpoint: str, interfaces: Sequence[Path] = ()) -> Options:
-    return Options(seed=0, ros=Ros(endpoint, dialect="rmw_zenoh", interfaces=interfaces))
+def options(endpoint: str, interfaces: Sequence[Path] = (), dialect: str | None = RMW_ZENOH) -> Options:
+    return Options(seed=0, ros=Ros(endpoint, dialect=dialect, interfaces=interfaces))
 
 
 @asynccontextmanager
 async def running(
-    folder: Path, endpoint: str, text: str, actions: Sequence[ActionFunction] = ()
+    folder: Path, endpoint: str, text: str, actions: Sequence[ActionFunction] = (), dialect: str | None = RMW_ZENOH
 ) -> AsyncIterator[Run]:
     """A run of the text of a scenario."""
     scenario = load_text(folder, "import osc.ros\n" + text, actions)
-    async with prepare(scenario, options(endpoint)) as run, run.running():
+    async with prepare(scenario, options(endpoint, dialect=dialect)) as run, run.running():
         yield run
 
 
@@ -97,3 +83,20 @@ def run_ros(tmp_path: Path, robot: str) -> RunRos:
 async def ran_of(run: Run) -> Ran:
     records = [record async for record in run.trace()]
     return Ran(await run.result(), records)
+
+
+async def run_with_a_robot_that_dies(folder: Path, router: str, text: str) -> Verdict:
+    """What becomes of a run whose robot is killed as soon as it logs something."""
+    with starting_robot(router) as process:
+        async with running(folder, router, text) as run:
+            async for record in run.trace():
+                if record["kind"] == "log":
+                    process.kill()
+                    break
+            return await run.result()
+
+
+def expect_failure(verdict: Verdict, reason: str) -> None:
+    """A run has failed, for a reason that a regular expression finds."""
+    assert verdict.status is RunStatus.FAILED
+    assert re.search(reason, verdict.reason), verdict.reason

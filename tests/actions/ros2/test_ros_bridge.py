@@ -8,11 +8,10 @@ import pytest
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.embed import prepare
-from seoro.embed.options import Options, Ros
 from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import ran_of, running
 from tests.bridges.ros2.fake_bridge import HEADER, FakeBridge
-from tests.runtime.conftest import Ran, load_text
+from tests.runtime.conftest import Ran
 
 ADD = "example_interfaces/srv/AddTwoInts"
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -55,10 +54,8 @@ def bridge(tmp_path: Path) -> Iterator[tuple[BridgeWithAction, str]]:
 
 
 async def run(folder: Path, endpoint: str, text: str) -> Ran:
-    scenario = load_text(folder, "import osc.ros\n" + text, ())
-    async with prepare(scenario, Options(seed=0, ros=Ros(endpoint))) as started, started.running():
-        records = [record async for record in started.trace()]
-        return Ran(await started.result(), records)
+    async with running(folder, endpoint, text, dialect=None) as started:
+        return await ran_of(started)
 
 
 async def test_topics_services_and_actions_are_used(tmp_path: Path, bridge: tuple[BridgeWithAction, str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos, running, starting_robot
+from tests.actions.ros2.conftest import RunRos, expect_failure, run_with_a_robot_that_dies
 
 ADD = "example_interfaces.srv.AddTwoInts"
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -58,9 +58,7 @@ scenario main:
 )
 async def test_what_is_not_done_fails_with_the_reason(invocation: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
-    assert ran.verdict.status is RunStatus.FAILED
-    with pytest.raises(AssertionError, match=reason):
-        raise AssertionError(ran.verdict.reason)
+    expect_failure(ran.verdict, reason)
 
 
 async def test_a_server_that_is_not_there_is_waited_for_and_named(run_ros: RunRos) -> None:
@@ -97,15 +95,8 @@ scenario main:
                 qos_profile: qos_preset_profiles!system_default_transient_local)
             log("now")
 """
-    with starting_robot(router) as process:
-        async with running(tmp_path, router, text) as run:
-            async for record in run.trace():
-                if record["kind"] == "log":
-                    process.kill()
-                    break
-            verdict = await run.result()
-    assert verdict.status is RunStatus.FAILED
-    assert "the server of /never went away" in verdict.reason
+    verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
+    expect_failure(verdict, "the server of /never went away")
     assert verdict.duration < 10.0
 
 
@@ -184,15 +175,8 @@ scenario main:
 
 async def test_a_robot_that_dies_in_the_middle_of_a_goal_ends_it(tmp_path: Path, router: str) -> None:
     text = f'scenario main:\n    do action_call("/fibonacci", "{FIBONACCI}", "{{order: 1000}}")\n'
-    with starting_robot(router) as process:
-        async with running(tmp_path, router, text) as run:
-            async for record in run.trace():
-                if record["kind"] == "log":
-                    process.kill()
-                    break
-            verdict = await run.result()
-    assert verdict.status is RunStatus.FAILED
-    assert "/fibonacci/_action/get_result went away" in verdict.reason
+    verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
+    expect_failure(verdict, "/fibonacci/_action/get_result went away")
     assert verdict.duration < 10.0
 
 

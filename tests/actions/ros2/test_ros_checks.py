@@ -3,7 +3,7 @@
 import pytest
 
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos
+from tests.actions.ros2.conftest import RunRos, expect_failure
 
 SCAN_TYPE, EMPTY = '"sensor_msgs/msg/LaserScan"', '"std_msgs/msg/Empty"'
 COUNT = '"/count", "std_msgs/msg/Int64"'
@@ -76,9 +76,7 @@ async def test_what_is_not_as_expected_is_shown(
 ) -> None:
     monkeypatch.setattr("seoro.actions.ros_checks.DATA_WITHIN", 0.2)
     ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
-    assert ran.verdict.status is RunStatus.FAILED
-    with pytest.raises(AssertionError, match=reason):
-        raise AssertionError(ran.verdict.reason)
+    expect_failure(ran.verdict, reason)
 
 
 async def test_a_check_that_is_cut_off_shows_what_came_last(run_ros: RunRos) -> None:

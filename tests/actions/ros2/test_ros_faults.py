@@ -9,7 +9,8 @@ from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import free_endpoint, running, starting_robot
+from tests.actions.ros2.conftest import running, starting_robot
+from tests.routers import free_endpoint
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Actions of `osc.ros` on where a robot and its frames are."""
 
+import re
+
 import pytest
 
 from seoro.errors import InvalidUse
@@ -50,8 +52,7 @@ async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
 async def test_what_does_not_arrive_says_how_far_it_came(invocation: str, missing: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(0.6s)\n")
     assert ran.verdict.status is RunStatus.FAILED
-    with pytest.raises(AssertionError, match=missing):
-        raise AssertionError(ran.logs)
+    assert any(re.search(missing, text) for _, text in ran.logs), ran.logs
 
 
 async def test_the_namespace_of_an_actor_is_that_of_its_topics(run_ros: RunRos) -> None:

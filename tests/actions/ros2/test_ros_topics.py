@@ -9,7 +9,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos, running, starting_robot
+from tests.actions.ros2.conftest import RunRos, expect_failure, run_with_a_robot_that_dies, running
 from tests.bridges.ros2.systems import with_another_string
 
 
@@ -88,9 +88,7 @@ async def test_a_message_that_reaches_nobody_is_told(run_ros: RunRos) -> None:
 )
 async def test_what_is_wrong_is_said(invocation: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"scenario main:\n    do {invocation}\n")
-    assert ran.verdict.status is RunStatus.FAILED
-    with pytest.raises(AssertionError, match=reason):
-        raise AssertionError(ran.verdict.reason)
+    expect_failure(ran.verdict, reason)
 
 
 async def test_a_variable_follows_a_topic(run_ros: RunRos) -> None:
@@ -136,9 +134,7 @@ scenario main:
     do topic_monitor("/count", "std_msgs.msg.Int64", it_is, member_name: "{member}")
 """
     )
-    assert ran.verdict.status is RunStatus.FAILED
-    with pytest.raises(AssertionError, match=reason):
-        raise AssertionError(ran.verdict.reason)
+    expect_failure(ran.verdict, reason)
 
 
 async def test_a_definition_of_the_robot_that_is_not_known_is_named(tmp_path: Path, router: str) -> None:
@@ -168,12 +164,5 @@ scenario main:
         wait_for_topic_publisher("/gone", "") with:
             timeout(0.5s)
 """
-    with starting_robot(router) as process:
-        async with running(tmp_path, router, text) as run:
-            async for record in run.trace():
-                if record["kind"] == "log":
-                    process.kill()
-                    break
-            verdict = await run.result()
-    assert verdict.status is RunStatus.FAILED
-    assert "timeout: still running after 0.5 s" in verdict.reason
+    verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
+    expect_failure(verdict, "timeout: still running after 0.5 s")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+
+from tests.routers import process
 
 LINE_ROBOT = Path(__file__).with_name("line_robot.py")
 
@@ -48,14 +49,8 @@ class Rails:
 def rails_at(folder: Path, how: str, endpoint: str, *names: str) -> Iterator[Rails]:
     """A bridge in a process of its own."""
     log = folder / "velocities"
-    command = [sys.executable, str(LINE_ROBOT), str(log), how, endpoint, *names]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline() == b"ready\n"
-            yield Rails(endpoint, process, log)
-        finally:
-            process.kill()
+    with process(str(LINE_ROBOT), str(log), how, endpoint, *names) as running:
+        yield Rails(endpoint, running, log)
 
 
 @pytest.fixture(scope="module")

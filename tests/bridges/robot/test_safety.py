@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import anyio
@@ -16,29 +13,11 @@ import pytest
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
 from tests.bridges.robot.conftest import Rails
+from tests.routers import process, router_process
 
 DEADLINE = 0.5  # [s]
 ATTEMPTS = 3
 DRIVER = Path(__file__).with_name("driver.py")
-ROUTER = """
-import sys, time
-from seoro.bridges.session import Session
-session = Session(listen=sys.argv[1])
-print("ready", flush=True)
-time.sleep(3600)
-"""
-
-
-@contextmanager
-def process(*command: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A process that has said that it is ready."""
-    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
-        try:
-            assert running.stdout is not None
-            running.stdout.readline()
-            yield running
-        finally:
-            running.kill()
 
 
 def await_motion(rails: Rails) -> None:
@@ -61,7 +40,7 @@ def stopping_time(rails: Rails, moment: float) -> float:
 def test_a_run_that_dies_or_hangs_stops_its_robots(rails: Rails, number: signal.Signals) -> None:
     times: list[float] = []
     while len(times) < ATTEMPTS and not (times and min(times) < DEADLINE):  # each may be that of a busy machine
-        with process(str(DRIVER), rails.endpoint) as driver:
+        with process(str(DRIVER), rails.endpoint, says="drives") as driver:
             await_motion(rails)
             moment = time.monotonic()
             driver.send_signal(number)
@@ -70,7 +49,7 @@ def test_a_run_that_dies_or_hangs_stops_its_robots(rails: Rails, number: signal.
 
 
 def test_a_run_that_hung_does_not_make_robots_go_on(rails: Rails) -> None:
-    with process(str(DRIVER), rails.endpoint) as driver:
+    with process(str(DRIVER), rails.endpoint, says="drives") as driver:
         await_motion(rails)
         driver.send_signal(signal.SIGSTOP)
         stopping_time(rails, time.monotonic())
@@ -84,9 +63,9 @@ def test_robots_stop_when_the_router_between_them_and_the_run_dies(
     start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/router"
-    with process("-c", ROUTER, endpoint) as router:
+    with router_process(endpoint) as router:
         rails = start_rails("--connect", endpoint)
-        with process(str(DRIVER), endpoint):
+        with process(str(DRIVER), endpoint, says="drives"):
             await_motion(rails)
             moment = time.monotonic()
             router.kill()
@@ -101,7 +80,7 @@ async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_abort
     endpoint = f"unixsock-stream/{tmp_path}/router"
     told: list[Report] = []
     lost: list[str] = []
-    with process("-c", ROUTER, endpoint) as router:
+    with router_process(endpoint) as router:
         rails = start_rails("--connect", endpoint)
         async with connect_robots(endpoint, "a run") as node:
             await node.start_run(lambda name, arguments: None, lost.append)
@@ -110,7 +89,7 @@ async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_abort
             router.kill()
             router.wait()
             Path(f"{tmp_path}/router").unlink(missing_ok=True)
-            with process("-c", ROUTER, endpoint):
+            with router_process(endpoint):
                 with anyio.fail_after(5.0):
                     while not (told or lost):
                         await anyio.sleep(0.02)

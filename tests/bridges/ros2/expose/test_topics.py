@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import socket
 from contextlib import AsyncExitStack
 from typing import Any
 
@@ -16,6 +15,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.expose.exposed import KEEPING, Exposed, exposed, first
+from tests.routers import free_endpoint
 
 pytestmark = pytest.mark.engine("mujoco")
 
@@ -145,9 +145,7 @@ async def test_the_map_is_published_for_late_subscriptions(simulator: str, route
 
 @pytest.mark.slow
 async def test_it_is_there_again_after_a_restart_of_the_router(simulator: str, types: TypeStore) -> None:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free_endpoint()
     async with AsyncExitStack() as stack:
         async with open_session(listen=endpoint):
             node = await stack.enter_async_context(exposed(simulator, endpoint, types, rate=1.0))

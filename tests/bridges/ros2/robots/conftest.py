@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
+
+from tests.routers import free_endpoint, process, router_process
 
 FAKE_ROBOT = Path(__file__).with_name("fake_robot.py")
 BRIDGE = """
@@ -29,13 +27,6 @@ async def main():
         await anyio.sleep_forever()
 
 anyio.run(main)
-"""
-ROUTER = """
-import sys, time
-from seoro.bridges.session import Session
-session = Session(listen=sys.argv[1])
-print("ready", flush=True)
-time.sleep(3600)
 """
 
 
@@ -67,24 +58,6 @@ class Bridged:
         return velocities[motions[-1] + 1][0]
 
 
-def free_endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-
-
-@contextmanager
-def process(*command: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A process that has said that it is ready."""
-    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
-        try:
-            assert running.stdout is not None
-            assert running.stdout.readline() == b"ready\n"
-            yield running
-        finally:
-            running.kill()
-
-
 @pytest.fixture(scope="package")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Two robots `tb` and `stamped` behind a bridge, in this folder; the second wants stamps on velocities."""
@@ -92,7 +65,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     router = free_endpoint()
     fake = [str(FAKE_ROBOT), str(folder), router]
     with (
-        process("-c", ROUTER, router),
+        router_process(router),
         process(*fake, "tb", "geometry_msgs/msg/Twist"),
         process(*fake, "stamped", "geometry_msgs/msg/TwistStamped"),
         process("-c", BRIDGE, router, f"unixsock-stream/{folder}/bridge", "tb", "stamped"),

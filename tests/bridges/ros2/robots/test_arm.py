@@ -15,7 +15,8 @@ from seoro.errors import BackendRefused
 from seoro.runtime.capabilities import Manner
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
 from tests.bridges.robot.test_connecting import Ends
-from tests.bridges.ros2.robots.conftest import BRIDGE, ROUTER, free_endpoint, process
+from tests.bridges.ros2.robots.conftest import BRIDGE
+from tests.routers import free_endpoint, process, router_process
 
 pytestmark = pytest.mark.anyio
 
@@ -52,7 +53,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BridgedArm]:
     )
     router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
     with (
-        process("-c", ROUTER, router),
+        router_process(router),
         process(FAKE_ARM, str(folder), router, "arm"),
         process("-c", bridge.replace('f"/{name}"', '"/arm"'), router, endpoint, "planned", "plain"),
     ):

@@ -15,7 +15,8 @@ from seoro.bridges.robot.connecting import connect_robots
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
 from tests.bridges.robot.test_connecting import Ends
-from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
+from tests.routers import free_endpoint, process, router_process
 
 pytestmark = [pytest.mark.anyio, pytest.mark.slow]
 
@@ -27,7 +28,7 @@ def alone(folder: Path, dialect: str = "rmw_zenoh") -> Iterator[tuple[Bridged, s
     """A robot `tb` of this test only, which may die, behind a bridge."""
     router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
     with (
-        process("-c", ROUTER, router),
+        router_process(router),
         process(str(FAKE_ROBOT), str(folder), router, "tb", ALIKE, dialect) as robot,
         process("-c", BRIDGE, router, endpoint, "tb"),
     ):
@@ -80,7 +81,7 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     end, again, driven = Ends(), Ends(), Ends()
     with (
-        process("-c", ROUTER, router) as first,
+        router_process(router) as first,
         process(str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE),
         process("-c", BRIDGE, router, endpoint, "tb"),
     ):
@@ -90,7 +91,7 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
             first.wait()
             assert (await end.wait()).status is GoalStatus.ABORTED
             assert [value for _, value in Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")] == [1.0]
-            with process("-c", ROUTER, router):
+            with router_process(router):
                 with anyio.fail_after(5.0):
                     while Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")[-1][1] != -5.0:
                         await anyio.sleep(0.02)

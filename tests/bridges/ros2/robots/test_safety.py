@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
+from tests.routers import free_endpoint, process, router_process
 
 DEADLINE = 0.5  # [s]
 ATTEMPTS = 3
@@ -79,8 +80,8 @@ def behind_a_router(folder: Path) -> Iterator[tuple[Bridged, subprocess.Popen[by
     ros, ours = free_endpoint(), free_endpoint()
     bridge = BRIDGE.replace("listen=listen", "connect=listen")
     with (
-        process("-c", ROUTER, ros),
-        process("-c", ROUTER, ours) as router,
+        router_process(ros),
+        router_process(ours) as router,
         process(str(FAKE_ROBOT), str(folder), ros, "tb", "geometry_msgs/msg/Twist"),
         process("-c", bridge, ros, ours, "tb"),
     ):

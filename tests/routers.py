@@ -1,0 +1,56 @@
+"""Routers of Zenoh for tests, and processes that reach them."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+from seoro.bridges.session import Session
+
+_ROUTER = """
+import sys, time
+from seoro.bridges.session import Session
+session = Session(listen=sys.argv[1])
+print("ready", flush=True)
+time.sleep(3600)
+"""
+
+
+def free_endpoint() -> str:
+    """An endpoint at which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@contextmanager
+def routing() -> Iterator[str]:
+    """The endpoint of a router, such as rmw_zenohd is one."""
+    endpoint = free_endpoint()
+    hub = Session(listen=endpoint)
+    try:
+        yield endpoint
+    finally:
+        hub.close()
+
+
+@contextmanager
+def process(*command: str, says: str | None = "ready") -> Iterator[subprocess.Popen[bytes]]:
+    """A process of Python that is ready, which it says by its first line; any line will do when None."""
+    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
+        try:
+            assert running.stdout is not None
+            said = running.stdout.readline().decode().removesuffix("\n")
+            assert said
+            assert says in (None, said)
+            yield running
+        finally:
+            running.kill()
+
+
+def router_process(endpoint: str) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    """A router in a process of its own."""
+    return process("-c", _ROUTER, endpoint)
