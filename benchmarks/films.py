@@ -55,14 +55,14 @@ def measure_films(simulator: Simulator, rounds: int) -> None:
     simulation = simulator.simulation
     plain, filmed, size = [], [], 0
     for _ in range(rounds):
-        plain.append(spent(lambda: simulator.advance(simulation.time + SECONDS)) / SECONDS)
+        plain.append(spent(lambda: simulator.advance(simulation.time + SECONDS, None)) / SECONDS)
         simulation.films.start(StartRecording(rate=RATE))
         parts: list[bytes] = []
 
         def record(parts: list[bytes] = parts) -> None:
             end = simulation.time + SECONDS
             while simulation.time < end:
-                parts.append(simulator.advance(min(end, simulation.time + 0.2)).film)
+                parts.append(simulator.advance(min(end, simulation.time + 0.2), None).film)
 
         filmed.append(spent(record) / SECONDS)
         parts.append(simulation.films.stop()[0])

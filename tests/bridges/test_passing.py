@@ -137,7 +137,7 @@ def test_the_further_the_longer_nothing_is_asked_for() -> None:
     foresight = Foresight()
     ahead = []
     now = 0.0
-    for _ in range(FAMILIAR + 10):
+    for _ in range(FAMILIAR + 15):
         until = now + GRANT
         horizon = foresight.horizon(now, until)
         ahead.append(None if horizon is None else round((horizon - until) / GRANT))

@@ -26,6 +26,7 @@ def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCapt
 
 
 def test_what_is_missing_for_pictures_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(camera, "_gl_context", camera._gl_context.__wrapped__)  # not that of other tests
     monkeypatch.setattr(camera, "_has_egl_devices", lambda: False)
     monkeypatch.setitem(sys.modules, "mujoco.osmesa", None)  # as where its library is missing
     monkeypatch.delenv("MUJOCO_GL", raising=False)
