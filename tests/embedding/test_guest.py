@@ -53,7 +53,8 @@ async def test_a_cancellation_at_any_step_of_the_loop_leaves_nothing(scenario: s
         held = holdings()
         for steps in range(MAX_STEPS):
             task = await cancel_after(steps, scenario)
-            assert not holdings() - held, f"after {steps} steps"
+            left = holdings() - held
+            assert not left, f"after {steps} steps"
             if not task.cancelled():
                 break
         else:
@@ -66,7 +67,8 @@ async def test_two_cancellations_leave_nothing(scenario: seoro.Scenario) -> None
         held = holdings()
         for steps in range(60):
             await cancel_after(steps, scenario, again_after=steps % 4)
-            assert not holdings() - held, f"after {steps} steps"
+            left = holdings() - held
+            assert not left, f"after {steps} steps"
 
 
 async def test_a_cancelled_run_has_a_verdict_and_a_whole_trace(load: Callable[[str], seoro.Scenario]) -> None:
