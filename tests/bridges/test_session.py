@@ -132,7 +132,7 @@ async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     "endpoint",
-    ["", "127.0.0.1:7447", "tcp/127.0.0.1", "tcq/127.0.0.1:7447", "tcp/::1:7447", "unixpipe/"],
+    ["", "127.0.0.1:7447", "tcp/127.0.0.1", "tcq/127.0.0.1:7447", "tcp/::1:7447", "unixpipe/a"],
 )
 def test_what_is_no_endpoint_is_told(endpoint: str) -> None:
     with pytest.raises(InvalidEndpoint, match=r"is no endpoint; endpoints look like tcp/127.0.0.1:7447"):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
-# With a port: IPv6 addresses stand in brackets. Metadata and configuration may follow, `?` and `#`.
+# What the Zenoh of PyPI offers, with a port: IPv6 addresses stand in brackets. Metadata and configuration may follow, `?` and `#`.
 _NETWORK: Final = re.compile(r"(tcp|udp|tls|quic|ws)/(\[[^\]]+\]|[^\[\]:/?#]+):\d{1,5}([?#].*)?")
-_LOCAL: Final = re.compile(r"(unixsock-stream|unixpipe|vsock|serial)/.+")
+_LOCAL: Final = re.compile(r"unixsock-stream/.+")
 
 
 def is_endpoint(text: str) -> bool:
