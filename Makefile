@@ -47,6 +47,7 @@ lint: $(VENV)/.dev  ## ruff, mypy and the direction of imports
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
+	@$(BIN)/mypy benchmarks
 	@$(BIN)/lint-imports --no-cache
 
 format: $(VENV)/.dev  ## format the code

@@ -75,7 +75,7 @@ async def main() -> None:
     client = LanguageClient("benchmark", "1")
     shown: asyncio.Queue[lsp.PublishDiagnosticsParams] = asyncio.Queue()
 
-    @client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+    @client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)  # type: ignore[untyped-decorator]
     def published(params: lsp.PublishDiagnosticsParams) -> None:
         shown.put_nowait(params)
 
@@ -105,7 +105,7 @@ async def main() -> None:
     await measure(client, "hover", lambda _: client.text_document_hover_async(lsp.HoverParams(document, place)))
     await client.shutdown_async(None)
     client.exit(None)
-    await client.stop()
+    await client.stop()  # type: ignore[no-untyped-call]
 
 
 asyncio.run(main())

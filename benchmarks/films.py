@@ -12,12 +12,14 @@ import argparse
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 
 from seoro.bridges.wire import StartRecording
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.cameras import png
+from sim_nodes.physics import Engine
 from sim_nodes.simulator import Simulator
-from sim_nodes.views import Lens, overview
+from sim_nodes.views import Lens, View, overview
 
 SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720))
 PICTURES = 5
@@ -33,6 +35,12 @@ def spent(act: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
+def draw(engine: Engine, view: View) -> None:
+    """Take pictures."""
+    for _ in range(PICTURES):
+        engine.render(view)
+
+
 def measure_pictures(simulator: Simulator, rounds: int) -> None:
     """Print what a picture costs in each size."""
     simulation = simulator.simulation
@@ -41,7 +49,7 @@ def measure_pictures(simulator: Simulator, rounds: int) -> None:
         for width, height in SIZES:
             view = overview(simulation.world.extent, 0.5, Lens(width=width, height=height))
             simulation.engine.render(view)  # the first of a size is slower
-            cost = spent(lambda view=view: [simulation.engine.render(view) for _ in range(PICTURES)])
+            cost = spent(partial(draw, simulation.engine, view))
             costs[width, height].append(cost / PICTURES)
     for (width, height), found in costs.items():
         print(f"  a picture of {width} by {height}: {1e3 * statistics.median(found):.0f} ms")

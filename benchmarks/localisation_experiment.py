@@ -69,8 +69,10 @@ def read(table: Path) -> Runs:
             raise ValueError(
                 f"{where} has no value of {', '.join(missing)}: {row.get('reason') or 'no reason is given'}"
             )
-    columns = (np.array([float(row[name]) for row in rows]) for name in (NOISE, DROP, "seed", ERROR))
-    return Runs(*columns, reached=np.array([float(row[REACHED]) > 0.0 for row in rows]))
+    noise, drop, seed, error = (
+        np.array([float(row[name]) for row in rows]) for name in (NOISE, DROP, "seed", ERROR)
+    )
+    return Runs(noise, drop, seed, error, reached=np.array([float(row[REACHED]) > 0.0 for row in rows]))
 
 
 def over_seeds(runs: Runs, chosen: np.ndarray) -> Estimate:

@@ -130,7 +130,7 @@ async def measure_grants(
 async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float, ...]]:
     """Bare, free, in lock-step, in lock-step with questions and in long grants, for each round."""
     engine, step = bare_step(name, world)
-    measured = []
+    measured: list[tuple[float, ...]] = []
     async with start_simulator(name, SimulatorOptions(str(world), 0, ModelPath())) as node:
         for _ in range(rounds):
             free = await measure_free(node)

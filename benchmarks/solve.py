@@ -13,7 +13,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import combinations, pairwise
 
 from seoro.lang.solve import Cell, Conflict, Constraint, Domain, Integer, Problem, Real, solve
@@ -38,7 +38,7 @@ def within(cell: Cell, low: float, high: float) -> InRange:
     return InRange(CellRef(cell), Const(low), Const(high))
 
 
-def problem(terms: list[Term]) -> Problem:
+def problem(terms: Sequence[Term]) -> Problem:
     """The problem of some constraints and their cells."""
     found = dict.fromkeys(cell for term in terms for cell in cells_of(term))
     return Problem(tuple(found), tuple(Constraint(term, NOWHERE, str(index)) for index, term in enumerate(terms)))

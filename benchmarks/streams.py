@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from typing import Any
 
 from seoro.bridges import wire
 from sim_nodes.__main__ import ENGINES
@@ -44,7 +45,7 @@ def simulator(stream: wire.OpenStream | None) -> Simulator:
     """A robot on a long way."""
     made = Simulator(ENGINES["mujoco"](), "maze", 3)
     made.streams.connect(lambda _: Sink())
-    requests: list[tuple[wire.Verb, wire.Message]] = [
+    requests: list[tuple[wire.Verb[Any, Any], wire.Message]] = [
         (wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=wire.Pose())),
         (wire.NAVIGATE_THROUGH_POSES, wire.NavigateThroughPoses(id="go", robot=ROBOT, poses=(FAR,))),
     ]
