@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-# What the Zenoh of PyPI offers, with a port: IPv6 addresses stand in brackets. Metadata and configuration may follow
-# (`?` and `#`).
+# What the Zenoh of PyPI offers, with a port: IPv6 addresses stand in brackets, `?` and `#` begin what is optional.
 _NETWORK: Final = re.compile(r"(tcp|udp|tls|quic|ws)/(\[[^\]]+\]|[^\[\]:/?#]+):\d{1,5}([?#].*)?")
 _LOCAL: Final = re.compile(r"unixsock-stream/.+")
 
