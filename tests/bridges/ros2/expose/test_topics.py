@@ -32,6 +32,10 @@ async def transforms(subscription: Subscription, count: int) -> dict[tuple[str, 
 
 
 async def step(node: Exposed, steps: int) -> None:
+    # The answer comes behind the news of what has been subscribed, without which nothing would be sent.
+    async with node.ros.calling("/get_simulation_state", "simulation_interfaces/srv/GetSimulationState") as client:
+        await client.wait_for_server(5.0)
+        await client.call({}, 5.0)
     await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
 
 
