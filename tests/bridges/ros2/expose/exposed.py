@@ -81,6 +81,15 @@ async def exposed(
                 yield Exposed(ros, session)
 
 
+async def step(node: Exposed, steps: int) -> None:
+    """Simulate some steps, of which everything that has been subscribed is told."""
+    # The answer comes behind the news of what has been subscribed, without which nothing would be sent.
+    async with node.ros.calling("/get_simulation_state", "simulation_interfaces/srv/GetSimulationState") as client:
+        await client.wait_for_server(5.0)
+        await client.call({}, 5.0)
+    await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
+
+
 async def under_way(node: Exposed) -> None:
     """Wait until the robot has taken up a goal."""
     with anyio.fail_after(10.0):

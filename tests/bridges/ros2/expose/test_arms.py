@@ -11,7 +11,7 @@ from seoro.bridges.ros2.clients.goals import pursuing
 from seoro.bridges.ros2.expose.robot import LATCHED
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.runtime.contracts import GoalStatus
-from tests.bridges.ros2.expose.exposed import Exposed, exposed, first
+from tests.bridges.ros2.expose.exposed import Exposed, exposed, first, step
 
 pytestmark = pytest.mark.engine("mujoco")
 
@@ -44,7 +44,7 @@ async def test_an_arm_follows_trajectories_in_about_their_time(
         node.ros.subscribing("/ur10e/tf", "tf2_msgs/msg/TFMessage") as tf,
         node.ros.subscribing("/ur10e/tf_static", "tf2_msgs/msg/TFMessage", LATCHED) as tf_static,
     ):
-        await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=10))
+        await step(node, 10)
         [state] = await first(states)
         names = list(state.name)[:6]
         assert {each.child_frame_id for each in (await first(tf))[0].transforms} >= {"wrist_3_link", "left_finger"}

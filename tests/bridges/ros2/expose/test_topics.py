@@ -14,7 +14,7 @@ from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.session import open_session
-from tests.bridges.ros2.expose.exposed import KEEPING, Exposed, exposed, first
+from tests.bridges.ros2.expose.exposed import KEEPING, exposed, first, step
 from tests.routers import free_endpoint
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -29,14 +29,6 @@ async def transforms(subscription: Subscription, count: int) -> dict[tuple[str, 
         for message in await first(subscription, count)
         for each in message.transforms
     }
-
-
-async def step(node: Exposed, steps: int) -> None:
-    # The answer comes behind the news of what has been subscribed, without which nothing would be sent.
-    async with node.ros.calling("/get_simulation_state", "simulation_interfaces/srv/GetSimulationState") as client:
-        await client.wait_for_server(5.0)
-        await client.call({}, 5.0)
-    await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
 
 
 async def test_a_robot_publishes_what_it_senses(simulator: str, router: str, types: TypeStore) -> None:
