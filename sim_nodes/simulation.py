@@ -47,11 +47,10 @@ from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
 from sim_nodes.ticks import IDLE_TICKS, TICK
-from sim_nodes.watches import Watch
+from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
 
 TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
-MAX_WATCHES = 1000
 
 
 class Simulation(Stateful):
@@ -94,7 +93,7 @@ class Simulation(Stateful):
         self.engine.build(self.world.scene)
         self._steps = 0
         self._epoch = 0  # step at which the clock shows zero
-        self._watches: dict[str, Watch] = {}
+        self._watches = Watches()
         self._touched = Contacts(self.engine.steps_per_second)
         self.entities = Entities(self.engine, self.world, self.seed)
         self._make_robots()
@@ -235,8 +234,7 @@ class Simulation(Stateful):
                 if (feedback := base.feedback_due()) is not None:
                     self._happen(feedback_message(robot.name, self.time, feedback))
         self._note_places(tick)
-        if self._watches:
-            self._check_watches()
+        self._check_watches()
         self.films.tick()
         self.streams.tick(self)
 
@@ -323,8 +321,7 @@ class Simulation(Stateful):
     @property
     def in_use(self) -> frozenset[str]:
         """Names of the robots that have a goal, or that something is watched of."""
-        busy = {name for name, robot in self.robots.items() if robot.goals}
-        return frozenset(busy.union(robot for watch in self._watches.values() if (robot := watch.of_robot)))
+        return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
     def stop_robot(self, robot: str) -> None:
         """Stop a robot; the goals that it had end as canceled."""
@@ -350,7 +347,7 @@ class Simulation(Stateful):
 
     def _claim(self, identifier: str) -> None:
         """Refuse an id that is in use."""
-        if identifier in self._active().keys() | self._watches.keys():
+        if identifier in self._active() or identifier in self._watches:
             raise RequestRefused(
                 Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
             )
@@ -361,7 +358,10 @@ class Simulation(Stateful):
                 continue
             if isinstance(who, Robot) and who.name in self._measuring:
                 self._measuring[who.name].ended(end.id, end.outcome)
-            self._happen(Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message))
+            self._tell_end(end)
+
+    def _tell_end(self, end: Ended) -> None:
+        self._happen(Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message))
 
     def measurements(self) -> Measurements:
         """What was measured of the robots that drive, since they were put there."""
@@ -384,25 +384,17 @@ class Simulation(Stateful):
 
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
-        if identifier not in self._watches:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no watch {identifier!r}: waiting are {listed(self._watches)}"
-            )
-        del self._watches[identifier]
+        self._watches.cancel(identifier)
 
     def watch(self, identifier: str, watch: Watch) -> None:
         """Report when a condition becomes true; at once if it is true already."""
         self._claim(identifier)
-        if len(self._watches) >= MAX_WATCHES:
-            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_WATCHES} watches already: cancel some")
-        self._watches[identifier] = watch
+        self._watches.add(identifier, watch)
         self._check_watches()
 
     def _check_watches(self) -> None:
-        for identifier, watch in [(name, watch) for name, watch in self._watches.items() if watch.holds(self)]:
-            del self._watches[identifier]
-            outcome, message = watch.result(self)
-            self._happen(Occurrence(id=identifier, time=self.time, outcome=outcome, message=message))
+        for end in self._watches.take_true(self):
+            self._tell_end(end)
 
     # ------------------------------------------------------------ reset
 
@@ -427,7 +419,7 @@ class Simulation(Stateful):
             self.entities.cameras.reset()
             self._touched = Contacts(self.engine.steps_per_second)
             self._make_robots()
-            self._watches = {name: watch.carried_over(self, self) for name, watch in self._watches.items()}
+            self._watches.carry_over(self)
         if ResetScope.TIME in scope:
             self._epoch = self._steps
 
@@ -437,7 +429,7 @@ class Simulation(Stateful):
         """Be the beginning of a run: see `Purpose.BEGIN`."""
         self._epoch = self._steps
         self._disown_all_but(())
-        self._watches = {}
+        self._watches = Watches()
         self._pending = Pending()
         self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
         self.trails = Trails()
@@ -456,11 +448,7 @@ class Simulation(Stateful):
         for goal, who in active.items():
             if goal not in kept:
                 self._report(who, [Ended(goal, Outcome.CANCELED)])
-        saved, self._watches = self._watches, {}
-        for identifier, watch in before._watches.items():
-            is_here = watch.of_robot is None or watch.of_robot in self.robots
-            over = watch.carried_over(before, self) if is_here else watch
-            self._watches[identifier] = saved.get(identifier) or over
+        self._watches.take_over(before._watches, before, self, self.robots)
 
     def _disown_all_but(self, kept: Container[str]) -> None:
         gone = [goal for goal in self._active() if goal not in kept]

@@ -6,12 +6,18 @@ They name what they are about, so that they can be saved, and go on in a world t
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Container
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from seoro.bridges.wire import Outcome
+from seoro.bridges.wire import Outcome, Result
+from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.geometry import Pose2
+from sim_nodes.goals import Ended
 from sim_nodes.sensors.feed import Feed
+from sim_nodes.stateful import Stateful
+
+MAX_WATCHES = 1000
 
 
 class Watched(Protocol):
@@ -120,3 +126,69 @@ class JointWatch(Watch):
     def carried_over(self, before: Watched, now: Watched) -> JointWatch:
         """Coming from where the joint is now."""
         return replace(self, from_above=now.joint_position(self.robot, self.joint) > self.target)
+
+
+class Watches(Stateful):
+    """The watches of a simulation, by the ids that clients gave them."""
+
+    STATE = ("_watches",)
+
+    def __init__(self) -> None:
+        self._watches: dict[str, Watch] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._watches)
+
+    def __contains__(self, identifier: str) -> bool:
+        return identifier in self._watches
+
+    @property
+    def robots(self) -> frozenset[str]:
+        """The robots that something is watched of."""
+        return frozenset(robot for watch in self._watches.values() if (robot := watch.of_robot))
+
+    def add(self, identifier: str, watch: Watch) -> None:
+        """Have a watch, by an id that no other has.
+
+        Raises:
+            RequestRefused: There are too many.
+        """
+        if len(self._watches) >= MAX_WATCHES:
+            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_WATCHES} watches already: cancel some")
+        self._watches[identifier] = watch
+
+    def cancel(self, identifier: str) -> None:
+        """Forget a watch.
+
+        Raises:
+            RequestRefused: There is none.
+        """
+        if identifier not in self._watches:
+            raise RequestRefused(
+                Result.NOT_FOUND, f"there is no watch {identifier!r}: waiting are {listed(self._watches)}"
+            )
+        del self._watches[identifier]
+
+    def take_true(self, world: Watched) -> list[Ended]:
+        """Forget those that have become true, and say what is told of them."""
+        true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
+        return [Ended(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
+
+    def carry_over(self, world: Watched) -> None:
+        """Watch on in a world whose robots have been reset."""
+        self._watches = {name: watch.carried_over(world, world) for name, watch in self._watches.items()}
+
+    def take_over(self, watches: Watches, before: Watched, now: Watched, robots: Container[str]) -> None:
+        """Have those that there were in a world before, as they are saved here if they are.
+
+        Args:
+            watches: Those that there were.
+            before: The world before.
+            now: This one.
+            robots: The robots that are here.
+        """
+        saved, self._watches = self._watches, {}
+        for identifier, watch in watches._watches.items():
+            is_here = watch.of_robot is None or watch.of_robot in robots
+            over = watch.carried_over(before, now) if is_here else watch
+            self._watches[identifier] = saved.get(identifier) or over
