@@ -57,9 +57,9 @@ def top_down(simulation: Simulation) -> bytes:
     size = min(1.0, (right - left) / FULL_SIZE)  # of what is drawn larger than it is
     entries: list[Line2D | Patch] = []
     for robot, colour in _coloured(simulation):
-        entries += _draw_record(axes, simulation.records[robot.name], robot, colour, size)
+        entries += _draw_record(axes, simulation.notes.records[robot.name], robot, colour, size)
     for prop in simulation.world.props:
-        way = simulation.trails.paths.get(prop.name, [])
+        way = simulation.notes.trails.paths.get(prop.name, [])
         if _length(way) > NOTICEABLE:
             entries.append(_draw_way(axes, way, WALL))
     entries += _draw_all_spawned(axes, simulation)
@@ -114,7 +114,7 @@ def _draw_floor(axes: Axes, simulation: Simulation) -> None:
 
 
 def _draw_titles(axes: Axes, simulation: Simulation) -> None:
-    moved = [_moved(robot, simulation.records[robot.name]) for robot in simulation.robots.values()]
+    moved = [_moved(robot, simulation.notes.records[robot.name]) for robot in simulation.robots.values()]
     shown = ", ".join(moved[:MAX_IN_TITLE]) + (
         f" and {len(moved) - MAX_IN_TITLE} more" if len(moved) > MAX_IN_TITLE else ""
     )
@@ -203,7 +203,7 @@ def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch
             else "spawned"
         )
         entries.append(Patch(facecolor=face, edgecolor=SPAWNED_EDGE, label=label))
-        way = simulation.trails.paths.get(name, [])
+        way = simulation.notes.trails.paths.get(name, [])
         text = f"{name}\nspawned at\n{spawned.time:.2f} s"
         if _length(way) > NOTICEABLE:
             text += f",\nmoved {_length(way):.2f} m"
@@ -211,7 +211,7 @@ def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch
         if index < MAX_LABELS:
             for robot in simulation.robots.values():
                 if robot.drives:
-                    _draw_moment(axes, simulation.records[robot.name], robot, spawned, state)
+                    _draw_moment(axes, simulation.notes.records[robot.name], robot, spawned, state)
             _label(axes, text, spawned, state, taken)
     return entries
 
@@ -255,8 +255,10 @@ def _draw_moment(axes: Axes, record: RobotRecord, robot: Robot, spawned: Spawned
 
 def _taken(simulation: Simulation) -> Array:
     """Points that labels should not cover, shape (n, 2): of walls, paths and goals."""
-    points = [np.array(record.path).reshape(-1, 2) for record in simulation.records.values()]
-    points += [np.array([(goal.x, goal.y)]) for record in simulation.records.values() for goal in record.goals]
+    points = [np.array(record.path).reshape(-1, 2) for record in simulation.notes.records.values()]
+    points += [
+        np.array([(goal.x, goal.y)]) for record in simulation.notes.records.values() for goal in record.goals
+    ]
     for wall in simulation.world.walls:
         along = np.arange(-wall.length / 2, wall.length / 2, 0.05)
         points.append(np.column_stack([wall.x + along * math.cos(wall.yaw), wall.y + along * math.sin(wall.yaw)]))

@@ -8,8 +8,7 @@ collected.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator
-from functools import partial
+from collections.abc import Container, Iterable, Mapping
 from typing import Any
 
 from seoro.bridges.wire import (
@@ -24,7 +23,6 @@ from seoro.bridges.wire import (
     steps_until,
 )
 from seoro.bridges.wire.refusal import RequestRefused, listed
-from sim_nodes.clearance import Surroundings
 from sim_nodes.contacts import Contacts
 from sim_nodes.entities import Entities
 from sim_nodes.faults.board import FaultBoard
@@ -35,12 +33,11 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.happenings import Happened, Log, Pending, What
 from sim_nodes.manipulation.arm import Arm
-from sim_nodes.measurements import Measuring
 from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
+from sim_nodes.notes import Notes
 from sim_nodes.physics import Engine
-from sim_nodes.record import RobotRecord, Trails
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
@@ -49,8 +46,6 @@ from sim_nodes.streams import Streams
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
-
-TOOL_TICKS, TRAIL_TICKS = 2, 5  # between looks at tools of arms, and at what was spawned
 
 
 class Simulation(Stateful):
@@ -70,9 +65,7 @@ class Simulation(Stateful):
         "entities",
         "camera_faults",
         "robots",
-        "records",
-        "trails",
-        "_measuring",
+        "notes",
         "_pending",
     )
 
@@ -105,20 +98,12 @@ class Simulation(Stateful):
         self.camera_faults = FaultBoard("", FreeCameras(cameras))
         about = Knowledge(self.known, self.entities.is_loose, cameras)
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
-        self.records = {robot.name: RobotRecord(robot.pose) for robot in placed}
-        self.trails = Trails()
         self.frames = Frames(self.engine, self.robots, self.entities)
-        self._measuring = dict(self._measurings())
+        self.notes = self._new_notes({robot.name: robot.pose for robot in placed})
         self.streams.use(self.robots)
 
-    def _measurings(self) -> Iterator[tuple[str, Measuring]]:
-        """Those of all robots that drive."""
-        driving = [robot for robot in self.robots.values() if robot.drives]
-        radii = {robot.name: robot.mobile.declaration.radius for robot in driving}
-        surroundings = Surroundings(self.engine, self.world.walls, self.entities, radii)
-        for robot in driving:
-            room = partial(surroundings.room, robot.name)
-            yield robot.name, Measuring(self.true_pose(robot.name), room, TICK)
+    def _new_notes(self, starts: Mapping[str, Pose2]) -> Notes:
+        return Notes(self.engine, self.world, self.entities, self.robots, self.frames, starts)
 
     def travelled(self, robot: str) -> float:
         """What the odometry of a robot has counted [m]."""
@@ -226,14 +211,10 @@ class Simulation(Stateful):
             if tick % IDLE_TICKS and robot.is_idle:
                 continue
             self._report(robot, robot.tick(tick))
-            pose = self.true_pose(robot.name)
-            self.records[robot.name].passed(pose, self.time)
-            if robot.drives:
-                base = robot.mobile
-                self._measuring[robot.name].passed(pose, base.localised_pose(), base.deviation(), tick)
-                if (feedback := base.feedback_due()) is not None:
-                    self._happen(feedback_message(robot.name, self.time, feedback))
-        self._note_places(tick)
+            self.notes.passed(robot, self.time, tick)
+            if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
+                self._happen(feedback_message(robot.name, self.time, feedback))
+        self.notes.note_places(tick)
         self._check_watches()
         self.films.tick()
         self.streams.tick(self)
@@ -243,20 +224,10 @@ class Simulation(Stateful):
         self.streams, self.log = streams, log
         streams.use(self.robots)
 
-    def _note_places(self, tick: int) -> None:
-        """Note for the picture where tools of arms are, and what was spawned."""
-        for robot in self.robots.values():
-            arm = robot.declaration.arm
-            if arm is not None and tick % TOOL_TICKS == 0:
-                self.records[robot.name].tool_passed(self.engine.link_pose(robot.name, arm.tool_link)[0])
-        if tick % TRAIL_TICKS == 0:
-            self.trails.note(self.entities.movable(), lambda name: self.engine.body_state(name).position)
-
     def _note_contacts(self) -> None:
         for first, second in self._touched.note(self.engine.touching(), self._steps):
             self._happen(Contact(time=self.time, first=first, second=second))
-            for robot in self._measuring.keys() & {first, second}:
-                self._measuring[robot].touched()
+            self.notes.touched(first, second)
 
     # ------------------------------------------------------------ goals
 
@@ -282,8 +253,7 @@ class Simulation(Stateful):
         """Send a robot to a goal; its end is reported."""
         self._claim(goal.id)
         self.robot(robot).mobile.navigate(goal)
-        self.records[robot].goals.extend(goal.poses)
-        self._measuring[robot].sent(goal.id)
+        self.notes.sent(robot, goal)
 
     def drive(self, robot: str, goal: str, velocity: Velocity, duration: float) -> None:
         """Drive a robot with a velocity for a duration [s]; its end is reported."""
@@ -356,8 +326,8 @@ class Simulation(Stateful):
         for end in ended:
             if end.id == NOBODY:
                 continue
-            if isinstance(who, Robot) and who.name in self._measuring:
-                self._measuring[who.name].ended(end.id, end.outcome)
+            if isinstance(who, Robot):
+                self.notes.ended(who.name, end)
             self._tell_end(end)
 
     def _tell_end(self, end: Ended) -> None:
@@ -365,16 +335,7 @@ class Simulation(Stateful):
 
     def measurements(self) -> Measurements:
         """What was measured of the robots that drive, since they were put there."""
-        engine = self.engine
-        robots = {name: each.result(self.robots[name].mobile.recoveries) for name, each in self._measuring.items()}
-        return Measurements(
-            world=self.world.name,
-            engine=engine.name,
-            engine_version=engine.version,
-            seed=self.seed,
-            time=self.time,
-            robots=robots,
-        )
+        return self.notes.measurements(self.seed, self.time)
 
     # ------------------------------------------------------------ watches
 
@@ -431,9 +392,7 @@ class Simulation(Stateful):
         self._disown_all_but(())
         self._watches = Watches()
         self._pending = Pending()
-        self.records = {name: RobotRecord(self.true_pose(name)) for name in self.robots}
-        self.trails = Trails()
-        self._measuring = dict(self._measurings())
+        self.notes = self._new_notes({name: self.true_pose(name) for name in self.robots})
         self.entities.begin()
 
     def take_over(self, before: Simulation) -> None:

@@ -24,7 +24,7 @@ def test_a_goal_is_reached_with_its_heading_and_the_robot_stands(empty: Client) 
 
 def passed(client: Client, x: float, y: float) -> float:
     """How near the robot came to a point [m]."""
-    path = client.simulator.simulation.records[ROBOT].path
+    path = client.simulator.simulation.notes.records[ROBOT].path
     return min(math.dist(point, (x, y)) for point in path)
 
 

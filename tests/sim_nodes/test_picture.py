@@ -84,7 +84,7 @@ def test_the_way_of_what_was_moved_is_drawn(empty: Client) -> None:
 
 def test_what_is_spawned_again_has_a_way_of_its_own(empty: Client) -> None:
     def way() -> list[tuple[float, float]]:
-        return [(round(x, 3), round(y, 3)) for x, y, _ in empty.simulator.simulation.trails.paths["box"]]
+        return [(round(x, 3), round(y, 3)) for x, y, _ in empty.simulator.simulation.notes.trails.paths["box"]]
 
     empty.spawn("box", pose(-3.0, 3.0))
     empty.advance(0.1)
@@ -95,7 +95,7 @@ def test_what_is_spawned_again_has_a_way_of_its_own(empty: Client) -> None:
     assert way() == [(4.0, 4.0)]
     empty.ask(wire.DELETE_ENTITY, wire.EntityName(name="box"))
     empty.advance(0.3)
-    assert empty.simulator.simulation.trails.paths == {}
+    assert empty.simulator.simulation.notes.trails.paths == {}
 
 
 def test_the_way_of_a_prop_is_drawn(tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_arms_and_the_ways_of_their_tools_are_drawn(engine: str, tmp_path: Path)
     turned = np.array([1.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0])
     client.simulator.simulation.engine.command_joints("arm", turned, np.zeros(6))
     client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=200))
-    tool = client.simulator.simulation.records["arm"].tool
+    tool = client.simulator.simulation.notes.records["arm"].tool
     assert len(tool) > 5
     assert np.linalg.norm(np.subtract(tool[-1], tool[0])) > 0.3
     x, y, _ = tool[len(tool) // 2]
