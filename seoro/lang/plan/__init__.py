@@ -73,7 +73,6 @@ from seoro.lang.plan.events import (
     Rise,
 )
 from seoro.lang.plan.expressions import (
-    Argument,
     Arithmetic,
     Binding,
     Bound,
@@ -87,7 +86,6 @@ from seoro.lang.plan.expressions import (
     Contains,
     Convert,
     Expression,
-    External,
     Field,
     ForEach,
     Global,
@@ -98,8 +96,6 @@ from seoro.lang.plan.expressions import (
     Literal,
     Logic,
     Member,
-    Method,
-    Methods,
     Negate,
     Not,
     Number,
@@ -111,10 +107,16 @@ from seoro.lang.plan.expressions import (
     StringCall,
     StringMethod,
     TypeTest,
+    parts,
+)
+from seoro.lang.plan.methods import (
+    Argument,
+    External,
+    Method,
+    Methods,
     Undefined,
     behavior_type,
     modifier_type,
-    parts,
 )
 from seoro.lang.plan.modifications import (
     AppliedModifier,
