@@ -27,7 +27,15 @@ _CLASSES: Final = tuple(
     for found in vars(ast).values()
     if isinstance(found, type) and issubclass(found, ast.Node) and found is not ast.Node
 )
-_MAKERS: Final = ("lexer.py", "parser.py", "build.py", "build_expressions.py", "cache.py", table.TABLE.name)
+_MAKERS: Final = (
+    "lexer.py",
+    "parser.py",
+    "build.py",
+    "build_expressions.py",
+    "build_types.py",
+    "cache.py",
+    table.TABLE.name,
+)
 
 
 def parse_library(file: SourceFile, bag: Bag) -> ast.OscFile:
