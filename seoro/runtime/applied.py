@@ -32,7 +32,7 @@ from seoro.runtime.instances import Instance
 from seoro.runtime.values import Actor, HasFields, Value
 
 if TYPE_CHECKING:
-    from seoro.runtime.choose.choose import Attached
+    from seoro.runtime.choose.request import Attached
 
 _APPLIED = "applied()"  # what a modifier is bound to around its arguments; no name of the language
 _IT = "it"
@@ -139,7 +139,7 @@ class Applied:
         Args:
             calls: What external methods have returned.
         """
-        from seoro.runtime.choose.choose import Attached  # noqa: PLC0415 - seldom needed
+        from seoro.runtime.choose.request import Attached  # noqa: PLC0415 - seldom needed
 
         arguments, ranges = (self.plan.arguments, self.plan.ranges) if not self.has_values else ((), ())
         applied = Binding(_APPLIED, self.plan.span)

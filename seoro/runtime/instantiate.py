@@ -183,7 +183,8 @@ def _choose(
         for applied in invocation.applied:
             applied.fill(plan.structures)
         return fields
-    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - seldom needed
+    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - seldom needed
+    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - the same
 
     around = invocation.around
     calls = Calls()

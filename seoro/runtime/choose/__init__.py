@@ -21,7 +21,8 @@ def construct(expression: Construct, environment: Environment, evaluate: Evaluat
     structure = expression.structures.of(expression.type)
     if is_plain(structure, given):
         return make_plain(structure, given, expression.structures, environment, evaluate)
-    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - seldom needed
+    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - seldom needed
+    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - the same
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415
 
     if environment.calls is None:

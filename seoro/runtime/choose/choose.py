@@ -11,10 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TypeAlias, cast
 
-from seoro.lang import frozen, solve
+from seoro.lang import solve
 from seoro.lang.plan import (
-    Constraint,
-    ConstraintMember,
     EnumType,
     EnumValue,
     Expression,
@@ -25,8 +23,6 @@ from seoro.lang.plan import (
     PhysicalType,
     PrimitiveType,
     Size,
-    Structure,
-    Structures,
     ValueType,
     parts,
 )
@@ -36,66 +32,17 @@ from seoro.lang.source import Span
 from seoro.runtime.choose.fields import Compute, Fields
 from seoro.runtime.choose.forms import NotYet
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
+from seoro.runtime.choose.request import Request
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import Translation
-from seoro.runtime.choose.times import Times, Window
+from seoro.runtime.choose.times import Window
 from seoro.runtime.choose.widening import Widening
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError, NoChoice
-from seoro.runtime.values import HasFields, Range, Value
+from seoro.runtime.environment import EvaluationError, NoChoice
+from seoro.runtime.values import Range, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
 Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # what has to hold, with what it comes from
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
-
-
-class Attached(frozen.Value):
-    """A modifier of an instance, whose values are chosen with those of the instance.
-
-    Args:
-        structure: What it is made of.
-        environment: Its scope; it is the instance there.
-        given: Values that it has from the start.
-        constraints: What its arguments say.
-        around: The scope of those.
-    """
-
-    structure: Structure
-    environment: Environment
-    given: Mapping[str, Value]
-    constraints: tuple[ConstraintMember, ...]
-    around: Environment
-
-
-class Request(frozen.Value):
-    """What values are asked for.
-
-    Args:
-        holder: The instance; its fields are `Fields`, and get the values.
-        roots: What it is made of; for the entry scenario, the global parameters first.
-        given: Values that it has from the start.
-        environment: Its scope.
-        constraints: What else holds for it, in an invocation.
-        around: The scope of that, in which `it` is the instance; its own if there is none around it.
-        overrides: What is set from outside.
-        structures: The structures of all types.
-        evaluate: Evaluates expressions.
-        value: The place of the instance, if it is a struct or an actor.
-        attached: What modifies it.
-        times: Its parameters for times; None if it is no behavior.
-    """
-
-    holder: HasFields
-    roots: tuple[Structure, ...]
-    given: Mapping[str, Value]
-    environment: Environment
-    structures: Structures
-    evaluate: Evaluate
-    constraints: tuple[ConstraintMember, ...] = ()
-    around: Environment | None = None
-    overrides: tuple[Constraint, ...] = ()
-    value: Slot | None = None
-    attached: tuple[Attached, ...] = ()
-    times: Times | None = None
 
 
 def choose(request: Request) -> dict[str, Window]:

@@ -21,7 +21,6 @@ from seoro.lang.plan import (
     Cast,
     Compare,
     Conditional,
-    Construct,
     Contains,
     Convert,
     Expression,
@@ -49,10 +48,8 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.lang.solve import terms
-from seoro.lang.solve.evaluation import evaluate as evaluate_term
 from seoro.runtime.choose.forms import (
     NUMBERS,
-    TERMS,
     UNKNOWN,
     NotSymbolic,
     NotYet,
@@ -71,12 +68,11 @@ from seoro.runtime.choose.forms import (
     to_real,
     with_operands,
 )
+from seoro.runtime.choose.opaque import Opaques
 from seoro.runtime.choose.slots import Slot, Slots
 from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
 from seoro.runtime.methods import MAX_DEPTH, implementation, inside
-from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
-
-CHOICE_COST = 2000  # of an expression that chooses values itself, in terms
+from seoro.runtime.values import Actor, HasFields, Struct, Value
 
 
 class Translation:
@@ -93,8 +89,8 @@ class Translation:
     ) -> None:
         self._slots = slots
         self._evaluate = evaluate
-        self._put = put
         self._open: list[Slot] = []
+        self._opaques = Opaques(slots, evaluate, put, self._open)
 
     def condition(self, expression: Expression, environment: Environment) -> terms.Term:
         """A condition as a term.
@@ -154,7 +150,7 @@ class Translation:
         try:
             return self._form(expression, environment)
         except NotSymbolic:
-            return self._opaque(expression, environment)
+            return self._opaques.term(expression, environment)
 
     def _form(self, expression: Expression, environment: Environment) -> Symbolic:
         match expression:
@@ -340,103 +336,3 @@ class Translation:
             conditions.append(same(self._field(value, latent.field), latent.value))
             name = latent.base
         return tuple(conditions) if name in value.types else ()
-
-    # ------------------------------------------------------------ what is opaque
-
-    def _opaque(self, expression: Expression, environment: Environment) -> terms.Term:
-        cells: dict[solve.Cell, None] = {}
-        for slot in self._named(expression, environment):
-            self._collect(slot, cells)
-
-        def value(chosen: Mapping[solve.Cell, solve.Value]) -> solve.Value:
-            self._put(chosen)
-            try:
-                return self._evaluate(expression, _concrete(environment, chosen))
-            except EvaluationError as error:
-                raise terms.Unevaluable(str(error)) from error
-
-        cost = CHOICE_COST if _chooses(expression) else terms.OPAQUE_COST
-        return terms.Opaque(tuple(cells), value, expression.span.text, cost)
-
-    def _named(self, expression: Expression, environment: Environment) -> list[Slot]:
-        """The slots that an expression may look at; of its own instance, all, if a method may."""
-        found: list[Slot] = []
-        pending = [expression]
-        while pending:
-            current = pending.pop()
-            slot = self._slots.find(current, environment)
-            if slot is not None:
-                found.append(slot)
-                continue
-            match current:
-                case Self():
-                    found += self._slots.of(environment.instance).values()
-                case Call(receiver=None):
-                    found += self._slots.of(environment.instance).values()
-                case Binding(name) if isinstance(bound := environment.bindings.get(name), Deferred):
-                    found += self._named(bound.expression, bound.environment)
-                case Binding(name) if name in environment.bindings:
-                    found += self._bound(environment.bindings[name])
-                case _:
-                    pass
-            pending += parts(current)
-        return found
-
-    def _bound(self, value: Symbolic) -> list[Slot]:
-        """The slots that the value of a binding is about."""
-        match value:
-            case SymbolicList(items):
-                return [slot for item in items for slot in self._bound(item)]
-            case SymbolicRange(low, high):
-                return [*self._bound(low), *self._bound(high)]
-            case _ if isinstance(value, TERMS):
-                return [self._slots.with_cell(cell) for cell in terms.cells_of(value)]
-            case _:
-                return list(self._slots.of(value).values())
-
-    def _collect(self, slot: Slot, cells: dict[solve.Cell, None]) -> None:
-        """The cells on which the value of a slot depends."""
-        if slot.is_given:
-            return
-        if slot.cell is not None:
-            cells[slot.cell] = None
-        elif slot.made is not None:
-            for part in self._slots.of(slot.made).values():
-                self._collect(part, cells)
-        elif slot.definition is not None and slot not in self._open:
-            assert slot.definition.value is not None
-            self._open.append(slot)
-            for named in self._named(slot.definition.value, slot.definition.environment):
-                self._collect(named, cells)
-            self._open.pop()
-        for part in slot.parts.values():
-            self._collect(part, cells)
-
-
-def _chooses(expression: Expression) -> bool:
-    """Whether values of an instance have to be chosen to evaluate an expression."""
-    pending = [expression]
-    while pending:
-        current = pending.pop()
-        if isinstance(current, Construct) and not current.structures.of(current.type).is_plain:
-            return True
-        pending += parts(current)
-    return False
-
-
-def _concrete(environment: Environment, chosen: Mapping[solve.Cell, solve.Value]) -> Environment:
-    """The environment with values in the place of what is symbolic among its bindings."""
-    bindings = {name: _value(value, chosen) for name, value in environment.bindings.items()}
-    return replace(environment, bindings=bindings)
-
-
-def _value(value: Symbolic, chosen: Mapping[solve.Cell, solve.Value]) -> Value | HasFields:
-    match value:
-        case SymbolicList(items):
-            return tuple(cast(Value, _value(item, chosen)) for item in items)
-        case SymbolicRange(low, high):
-            return Range(cast(float, _value(low, chosen)), cast(float, _value(high, chosen)))
-        case _ if isinstance(value, TERMS):
-            return cast(Value, evaluate_term(value, chosen))
-        case _:
-            return cast("Value | HasFields", value)
