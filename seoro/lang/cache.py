@@ -30,6 +30,7 @@ _CLASSES: Final = tuple(
 _MAKERS: Final = (
     "lexer.py",
     "parser.py",
+    "automaton.py",
     "build.py",
     "build_expressions.py",
     "build_types.py",
