@@ -8,7 +8,7 @@ place is for `Converter.convert`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import assert_never
+from typing import TypeVar, assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.aggregates import Aggregates
@@ -55,6 +55,8 @@ from seoro.lang.types import (
     is_known,
     is_number,
 )
+
+Operation = TypeVar("Operation", ast.Arithmetic, ast.Relation, ast.Logic)
 
 MAX_DEPTH = 120  # of nested expressions
 MAX_CHAIN = 20_000  # of operands in a row
@@ -222,34 +224,40 @@ class Expressions:
 
     # ------------------------------------------------------------ operators
 
-    def _arithmetic(self, node: ast.Arithmetic, scope: Scope, expected: Type | None) -> Typed:
-        """A chain of operators, from its left end: chains may be long, so they are no recursion."""
-        chain: list[ast.Arithmetic] = [node]
-        while isinstance(chain[-1].left, ast.Arithmetic):
-            chain.append(chain[-1].left)
+    def _chain(self, node: Operation) -> list[Operation]:
+        """The operators of a chain, from its left end; none if they are too many, which is told.
+
+        Chains may be long, so they are no recursion.
+        """
+        chain, kind = [node], type(node)
+        while isinstance(left := chain[-1].left, kind):
+            chain.append(left)
         if len(chain) > MAX_CHAIN:
             self.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+            return []
+        return chain[::-1]
+
+    def _arithmetic(self, node: ast.Arithmetic, scope: Scope, expected: Type | None) -> Typed:
+        chain = self._chain(node)
+        if not chain:
             return nothing(node.span)
         hint = expected if expected == UINT else None
         wants_int = expected is not None and is_number(expected) and expected != UINT
-        first = chain[-1].left
+        first = chain[0].left
         result = self.value(first, scope, hint)
         only_literals = isinstance(first, ast.IntegerLiteral)
-        for step in reversed(chain):
+        for step in chain:
             right = self.value(step.right, scope, hint)
             only_literals = only_literals and isinstance(step.right, ast.IntegerLiteral)
             result = self.operators.arithmetic(step, result, right, wants_int and only_literals)
         return result
 
     def _relations(self, node: ast.Relation, scope: Scope) -> Typed:
-        chain: list[ast.Relation] = [node]
-        while isinstance(chain[-1].left, ast.Relation):
-            chain.append(chain[-1].left)
-        if len(chain) > MAX_CHAIN:
-            self.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+        chain = self._chain(node)
+        if not chain:
             return nothing(node.span)
         result: Typed | None = None
-        for step in reversed(chain):
+        for step in chain:
             left, right = self._operands(step, result, scope)
             result = self.operators.relation(step, left, right)
         assert result is not None
@@ -270,14 +278,11 @@ class Expressions:
         return left, self.value(node.right, scope, wanted if is_hinted else None)
 
     def _logic(self, node: ast.Logic, scope: Scope) -> Typed:
-        chain: list[ast.Logic] = [node]
-        while isinstance(chain[-1].left, ast.Logic):
-            chain.append(chain[-1].left)
-        if len(chain) > MAX_CHAIN:
-            self.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+        chain = self._chain(node)
+        if not chain:
             return nothing(node.span)
-        result = self.value(chain[-1].left, scope, BOOL)
-        for step in reversed(chain):
+        result = self.value(chain[0].left, scope, BOOL)
+        for step in chain:
             left = self.operators.truth(result, step.operator, step.left.span)
             right = self.operators.truth(self.value(step.right, scope, BOOL), step.operator, step.right.span)
             result = Typed(plan.Logic(step.operator, left, right, step.span), BOOL)
