@@ -67,6 +67,15 @@ def check_fault(fault: SensorFault, device: str, sensor: Sensor[Any]) -> None:
             last = len(sensor.bearings) - 1
             if not beams or not all(0 <= beam <= last for beam in beams):
                 raise _refused(f"dead beams are one or more of the beams 0 to {last}, not {list(beams)[:20]}")
+        case MessageLoss() | Delay() | Freeze() | PowerLoss():
+            _check_passage(fault)
+        case _:
+            assert_never(fault)
+
+
+def _check_passage(fault: MessageLoss | Delay | Freeze | PowerLoss) -> None:
+    """Refuse faults on the way of what a device gives, whatever that is."""
+    match fault:
         case MessageLoss(probability=probability):
             _check_share("probability", probability)
         case Delay(time=time):
@@ -98,12 +107,8 @@ def check_camera_fault(fault: CameraFault, device: str, lens: Lens) -> None:
                 raise _refused(f"a share of {share:g} of {lens.width * lens.height} pixels is not one pixel")
         case DeadArea():
             _check_area(fault, lens)
-        case MessageLoss(probability=probability):
-            _check_share("probability", probability)
-        case Delay(time=time):
-            _check_delay(time)
-        case Freeze() | PowerLoss():
-            return
+        case MessageLoss() | Delay() | Freeze() | PowerLoss():
+            _check_passage(fault)
         case _:
             assert_never(fault)
 
