@@ -79,6 +79,15 @@ def number(text: str, wanted: str, fits: Callable[[float], bool]) -> float:
     return value
 
 
+def rate(text: str) -> float:
+    """Simulated seconds per second; infinite for `max`.
+
+    Raises:
+        ArgumentTypeError: It is no positive number.
+    """
+    return math.inf if text == "max" else number(text, "a positive number, or max", lambda value: value > 0.0)
+
+
 def whole(text: str) -> int:
     """How many of something there are to be, at least one.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
-from seoro.cli.arguments import add_folders, domain, number, seed
+from seoro.cli.arguments import add_folders, domain, number, rate, seed
 from seoro.embed.options import Lab, Ros, Simulator
 from seoro.errors import InvalidUse
 
@@ -66,7 +65,7 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         help="begin at the state that a run has saved, with its world, in the simulator that saved it",
     )
     parser.add_argument(
-        "--rate", type=_rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
+        "--rate", type=rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
     )
     add_folders(parser, "--model-path", "look up models `name://path` in DIR/name first")
 
@@ -152,10 +151,6 @@ def overrides_of(settings: Sequence[str]) -> dict[str, str]:
             raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
         overrides[path.strip()] = value.strip()
     return overrides
-
-
-def _rate(text: str) -> float:
-    return math.inf if text == "max" else _positive(text)
 
 
 def _positive(text: str) -> float:

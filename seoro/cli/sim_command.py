@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from seoro.cli.arguments import add_folders, seed
+from seoro.cli.arguments import add_folders, rate, seed
 from seoro.errors import InvalidUse
 
 DEFAULT_WORLD = "maze"
@@ -47,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--rate",
+        type=rate,
         metavar="RATE",
         help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
         "by default it passes while runs grant it",
