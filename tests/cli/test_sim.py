@@ -52,7 +52,7 @@ def snapshot(tmp_path: Path) -> Path:
         (["--world", "hall", "--seed", "7"], ["--world", "hall", "--seed", "7"]),
         (
             ["--listen", "tcp/[::]:0", "--rate", "max"],
-            ["--world", "maze", "--listen", "tcp/[::]:0", "--rate", "max"],
+            ["--world", "maze", "--listen", "tcp/[::]:0", "--rate", "inf"],
         ),
     ],
 )
@@ -89,3 +89,10 @@ def test_what_does_not_go_together_is_refused(
     given = [str(snapshot) if argument == "SNAPSHOT" else argument for argument in arguments]
     assert main(["sim", *given]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_rate_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["sim", "mujoco", "--rate", "fast"])
+    assert ended.value.code == 2
+    assert "expected a positive number, or max, not 'fast'" in capsys.readouterr().err
