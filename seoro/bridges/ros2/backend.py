@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import anyio
 import anyio.to_thread
+from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges.ros2.agreement import check_type
@@ -18,6 +18,7 @@ from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
+from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
@@ -159,12 +160,14 @@ class RosBackend:
     Args:
         node: The node.
         name: How messages call the system.
+        tasks: Where goals are canceled that were lost sight of.
     """
 
-    def __init__(self, node: RosNode, name: str) -> None:
+    def __init__(self, node: RosNode, name: str, tasks: TaskGroup) -> None:
         self._node = node
         self._name = name
         self._presence = Presence(node)
+        self._tasks = tasks
 
     @property
     def name(self) -> str:
@@ -231,7 +234,11 @@ class RosBackend:
         late: bool,
     ) -> AbstractAsyncContextManager[contract.RosGoal]:
         """Send a goal to an action; at the end of the block it is canceled."""
-        return pursuing(self._node, action, type_name, goal, feedback, note, late=late)
+
+        def lose(name: str, number: bytes) -> None:
+            self._tasks.start_soon(recall, self._node, name, number, note)
+
+        return pursuing(self._node, action, type_name, goal, feedback, note, lose, late=late)
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a parameter of a node."""
@@ -343,5 +350,6 @@ async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
     async with (
         reach(options) as system,
         system.node(f"seoro_{system.session.identity[:6]}") as node,
+        background() as tasks,
     ):
-        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}")
+        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks)

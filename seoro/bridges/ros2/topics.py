@@ -11,7 +11,7 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.errors import DefinitionMismatch
-from seoro.bridges.ros2.interfaces import Message, TypeStore
+from seoro.bridges.ros2.interfaces import InvalidPayload, Message, TypeStore
 from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment, Qos
 from seoro.bridges.session import Bound, Mailbox, Publisher, Sample
 
@@ -158,7 +158,11 @@ class Subscription:
             InvalidPayload: It is not of this type.
             DefinitionMismatch: Its sender has another definition of the type.
         """
-        return self._types_of(received.type_hash).decode(self.type, received.payload)
+        types = self._types_of(received.type_hash)
+        try:
+            return types.decode(self.type, received.payload)
+        except InvalidPayload as error:
+            raise InvalidPayload(f"a message on {self.topic} cannot be read: {error}") from error
 
     def _types_of(self, type_hash: str | None) -> TypeStore:
         """The definitions that a sender has; seoro's own if it does not say."""

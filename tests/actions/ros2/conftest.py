@@ -31,9 +31,9 @@ RMW_ZENOH = "rmw_zenoh"
 
 
 @contextmanager
-def starting_robot(router: str) -> Iterator[subprocess.Popen[str]]:
+def starting_robot(router: str, module: str = "robot", *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A robot that is ready."""
-    command = [sys.executable, "-m", "tests.actions.ros2.robot", router]
+    command = [sys.executable, "-m", f"tests.actions.ros2.{module}", router, *arguments]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

@@ -3,13 +3,13 @@
 An action is three services and a topic: `send_goal` takes a goal or rejects it, `get_result` responds when it has
 ended, `cancel_goal` calls it off, and `feedback` tells of it on the way. A goal is known by 16 random bytes, which
 the client draws. Whoever sends a goal is answerable for it: on every path on which it may have been accepted and
-has not ended, it is canceled, and its end is waited for within a deadline.
+has not ended, it is canceled, and its end is waited for within a deadline. That it may go on nevertheless is told.
 """
 
 from __future__ import annotations
 
 import asyncio
-import secrets
+import logging
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
@@ -20,11 +20,13 @@ import anyio
 from seoro.background import background
 from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.clients.numbers import new_number
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, GONE
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Qos
-from seoro.errors import BackendError, SeoroError
+from seoro.errors import BackendError, InvalidUse, SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult
 
@@ -32,12 +34,9 @@ ANSWER_WITHIN = 10.0  # [s] until a server has accepted or rejected a goal
 CANCEL_WITHIN = 2.0  # [s] for each step of calling a goal off: all of them fit into the clean-up of an action
 FEEDBACK_DEPTH = 100
 ENDS = {4: GoalStatus.SUCCEEDED, 5: GoalStatus.CANCELED, 6: GoalStatus.ABORTED}  # action_msgs/msg/GoalStatus
-REFUSALS = {
-    1: "it rejects that",
-    2: "it does not know the goal",
-    3: "the goal has ended",
-}  # action_msgs/srv/CancelGoal
-ENDED = 3
+Note = Callable[[str], None]
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -55,11 +54,16 @@ class Goal:
     Args:
         number: By what it is known.
         clients: Of the action.
+
+    Attributes:
+        is_reached: Whether its server has answered when it was to be canceled.
     """
 
     def __init__(self, number: bytes, clients: _Clients) -> None:
         self.number = number
         self._clients = clients
+        self.is_reached = True
+        self._has_ended = False  # as far as its server has said
         self._end: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
     async def ended(self) -> GoalResult:
@@ -82,20 +86,30 @@ class Goal:
                 self._end.set_exception(error)
                 self._end.exception()  # whoever sent it may not wait for its end
         else:
+            self._has_ended = True
             if not self._end.done():
                 self._end.set_result(GoalResult(status, Members(response.result)))
 
     async def cancel(self) -> None:
-        """Call it off, unless it has ended, and wait until it has; each within a deadline."""
-        if self._end.done():
+        """Call it off, unless it has ended, and wait until it has; each within a deadline.
+
+        Raises:
+            BackendError: It may go on.
+        """
+        if self._has_ended:
             return
         info = {"goal_id": {"uuid": list(self.number)}}
-        response = await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)
-        code = response.return_code
-        if code and code != ENDED:
-            raise BackendError(f"a goal cannot be canceled: {REFUSALS.get(code, f'return code {code}')}")
+        self.is_reached = False
+        code = (await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)).return_code
+        self.is_reached = True
+        if code in GONE:
+            return
+        if code:
+            raise BackendError(f"a goal cannot be canceled: it rejects that (return code {code})")
         with anyio.move_on_after(CANCEL_WITHIN), suppress(SeoroError):
             await self.fetch()  # what did so from the beginning has been cancelled, if the block was
+        if not self._has_ended:
+            raise BackendError(f"its server has not said within {CANCEL_WITHIN:g} s that it has ended")
 
 
 @asynccontextmanager
@@ -105,7 +119,8 @@ async def pursuing(
     type_name: str,
     goal: Mapping[str, Any],
     feedback: Callable[[Members], None],
-    note: Callable[[str], None] | None = None,
+    note: Note | None = None,
+    lost: Callable[[str, bytes], None] = lambda _action, _number: None,
     *,
     late: bool = False,
 ) -> AsyncIterator[Goal]:
@@ -117,7 +132,9 @@ async def pursuing(
         type_name: Its type.
         goal: The goal.
         feedback: Called with what the server tells on the way.
-        note: Told that the goal cannot be canceled; without it, that is raised.
+        note: Told that the goal cannot be canceled; without it, that is raised, if nothing went wrong before.
+        lost: Called with the full name of the action and the number of a goal that its server could not be told
+            to cancel.
         late: Whether to ask for feedback that was published before.
 
     Raises:
@@ -135,24 +152,30 @@ async def pursuing(
         topic, message = f"{action}/_action/feedback", f"{type_name}_FeedbackMessage"
         told = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(told)
-        pursued = await _send(clients, goal, action)
+        pursued = await _send(clients, goal, action, new_number(node.node.session))
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(pursued.fetch)
-        tasks.start_soon(_listen, messages, pursued.number, feedback)
+        tasks.start_soon(_listen, messages, pursued.number, feedback, note or log.warning)
+        tell = note
         try:
             yield pursued
+        except SeoroError:
+            tell = note or log.warning  # what went wrong first is what counts
+            raise
         finally:
             with anyio.CancelScope(shield=True):
-                await _cancel(pursued, note)
+                await _leave(pursued, action, tell, lost)
 
 
-async def _cancel(goal: Goal, note: Callable[[str], None] | None) -> None:
+async def _leave(goal: Goal, action: str, note: Note | None, lost: Callable[[str, bytes], None]) -> None:
     try:
         await goal.cancel()
     except SeoroError as error:
+        if not goal.is_reached:
+            lost(action, goal.number)
         if note is None:
             raise
-        note(str(error))
+        note(f"the goal of {action} may go on: {error}")
 
 
 async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name: str) -> _Clients:
@@ -161,7 +184,7 @@ async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name:
     clients = _Clients(
         await stack.enter_async_context(node.calling(f"{under}/send_goal", f"{type_name}_SendGoal")),
         await stack.enter_async_context(node.calling(f"{under}/get_result", f"{type_name}_GetResult")),
-        await stack.enter_async_context(node.calling(f"{under}/cancel_goal", "action_msgs/srv/CancelGoal")),
+        await stack.enter_async_context(node.calling(f"{under}/cancel_goal", CANCEL_GOAL)),
     )
     await clients.send.wait_for_server()
     for client in (clients.result, clients.cancel):
@@ -169,20 +192,23 @@ async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name:
     return clients
 
 
-async def _send(clients: _Clients, goal: Mapping[str, Any], action: str) -> Goal:
-    """Send a goal; if that is cancelled after it has been sent, it is called off."""
-    number = secrets.token_bytes(16)
-    request = {"goal_id": {"uuid": list(number)}, "goal": goal}
+async def _send(clients: _Clients, goal: Mapping[str, Any], action: str, number: bytes) -> Goal:
+    """Send a goal; if that is cancelled after it has been sent, or has no answer, it is called off."""
+    request, sent = {"goal_id": {"uuid": list(number)}, "goal": goal}, Goal(number, clients)
     sending = asyncio.ensure_future(clients.send.call(request, ANSWER_WITHIN))
     try:
         response = await asyncio.shield(sending)
     except asyncio.CancelledError:
         with anyio.CancelScope(shield=True), suppress(SeoroError):
-            await _recall(sending, Goal(number, clients))
+            await _recall(sending, sent)
+        raise
+    except BackendError:
+        with anyio.CancelScope(shield=True), suppress(SeoroError):
+            await sent.cancel()  # the server may have taken it, and not have been able to say so
         raise
     if not response.accepted:
         raise GoalRejected(f"the server of {action} rejects the goal")
-    return Goal(number, clients)
+    return sent
 
 
 async def _recall(sending: asyncio.Future[Any], goal: Goal) -> None:
@@ -196,9 +222,16 @@ async def _recall(sending: asyncio.Future[Any], goal: Goal) -> None:
         await goal.cancel()
 
 
-async def _listen(messages: Subscription, number: bytes, feedback: Callable[[Members], None]) -> None:
-    """Pass on what is told of a goal, and not what is told of others."""
+async def _listen(messages: Subscription, number: bytes, feedback: Callable[[Members], None], note: Note) -> None:
+    """Pass on what is told of a goal, and not what is told of others; what cannot be read is noted once."""
+    noted = False
     async for received in messages:
-        message = messages.decode(received)
+        try:
+            message = messages.decode(received)
+        except (BackendError, InvalidUse) as error:
+            if not noted:
+                note(str(error))
+            noted = True
+            continue
         if bytes(message.goal_id.uuid) == number:
             feedback(Members(message.feedback))

@@ -79,7 +79,7 @@ async def _take_all(subscription: Subscription, take: Callable[[Message], None])
             take(subscription.decode(received))
         except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
             if not silent:
-                log.warning("%s cannot be read: %s", subscription.topic, error)
+                log.warning("%s", error)
             silent = True
         else:
             silent = False

@@ -11,6 +11,7 @@ import anyio
 
 from seoro.bridges.ros2.clients.goals import pursuing
 from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
@@ -18,9 +19,6 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult
-
-RECALLED_WITHIN = 3600.0  # [s]
-RETRY = 0.2  # [s] between two attempts to cancel a goal that was lost sight of
 
 log = logging.getLogger(__name__)
 
@@ -55,15 +53,16 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
     await _find(link, goal)
     answer = _Answer()
 
+    def lose(action: str, number: bytes) -> None:
+        link.tasks.start_soon(recall, link.node, action, number, log.warning)
+
     async def carry() -> str:
+        pursuit = pursuing(link.node, goal.action, goal.type, goal.goal, goal.feedback, lost=lose)
         try:
-            async with pursuing(link.node, goal.action, goal.type, goal.goal, goal.feedback) as pursued:
-                answer.number = pursued.number
+            async with pursuit as pursued:
                 answer.known.set()
                 return _judged(goal, await pursued.ended())
         except SeoroError as error:
-            if answer.number:
-                link.tasks.start_soon(_recall, link, goal.action, answer.number)
             answer.refusal = str(error)
             raise Aborted(str(error)) from error
         finally:
@@ -79,27 +78,10 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
 
 @dataclass
 class _Answer:
-    """What a robot says to a goal: when it is known, the number of the goal, or why it is not taken."""
+    """What a robot says to a goal: when it is known, and why it is not taken."""
 
-    number: bytes = b""
     known: anyio.Event = field(default_factory=anyio.Event)
     refusal: str = ""
-
-
-async def _recall(link: Link, action: str, number: bytes) -> None:
-    """Cancel a goal of which the robot's link has lost sight, as soon as its server can be asked again."""
-    name = link.node.resolve(action)
-    info = {"goal_id": {"uuid": list(number)}}
-    with anyio.move_on_after(RECALLED_WITHIN):
-        while True:
-            await link.node.graph.wait_for(lambda graph: graph.action_servers(name) or None)
-            try:
-                await link.call(f"{name}/_action/cancel_goal", "action_msgs/srv/CancelGoal", {"goal_info": info})
-            except RequestRefused:
-                await anyio.sleep(RETRY)
-            else:
-                log.warning("%s: a goal was canceled after the connection to the robot was lost", name)
-                return
 
 
 async def _find(link: Link, goal: ActionGoal) -> None:

@@ -13,6 +13,7 @@ from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.session import Bound
 from seoro.changes import Changes
+from seoro.errors import BackendError, InvalidUse
 
 T = TypeVar("T")
 
@@ -25,12 +26,17 @@ WAITING: Final = Bound(10_000)
 class TransformListener:
     """Frames that are followed. Made by `listen`.
 
+    Args:
+        buffer: Where they are.
+        on_note: Is told of what cannot be read.
+
     Attributes:
         buffer: Where they are.
     """
 
-    def __init__(self, buffer: TransformBuffer) -> None:
+    def __init__(self, buffer: TransformBuffer, on_note: Callable[[str], None]) -> None:
         self.buffer = buffer
+        self._on_note = on_note
         self._changes = Changes()
 
     async def wait_for(self, condition: Callable[[TransformBuffer], T], timeout: float | None = None) -> T:
@@ -46,9 +52,17 @@ class TransformListener:
         return await self._changes.wait_for(lambda: condition(self.buffer), timeout)
 
     async def take(self, subscription: Subscription, is_static: bool) -> None:
-        """Take over what arrives, until the subscription ends."""
+        """Take over what arrives, until the subscription ends; that something cannot be read is told once."""
+        noted = False
         async for received in subscription:
-            self.buffer.put_message(subscription.decode(received), is_static=is_static)
+            try:
+                message = subscription.decode(received)
+            except (BackendError, InvalidUse) as error:
+                if not noted:
+                    self._on_note(str(error))
+                noted = True
+                continue
+            self.buffer.put_message(message, is_static=is_static)
             self._changes.tell()
 
 
@@ -67,7 +81,7 @@ async def listen(
         InvalidName: There is no such namespace.
         WrongType: The topics have another type.
     """
-    listener = TransformListener(TransformBuffer(on_note=on_note))
+    listener = TransformListener(TransformBuffer(on_note=on_note), on_note)
     prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
     async with (
         node.subscribing(f"{prefix}/tf_static", TYPE, STATIC, WAITING) as static,
