@@ -50,6 +50,10 @@ class RosGraph:
         """Whether nobody is there but a session itself."""
         return all(entity.session == session for entity in self._entities.values())
 
+    def sessions(self) -> frozenset[str]:
+        """The sessions of all who are there, as Zenoh calls them."""
+        return frozenset(entity.session for entity in self._entities.values())
+
     def nodes(self) -> tuple[str, ...]:
         """The full names of all nodes, sorted; none behind a bridge, which tells of none."""
         return tuple(sorted({node.full_name for node in self._nodes.values()}))

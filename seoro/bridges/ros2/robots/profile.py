@@ -138,6 +138,16 @@ class Profile(_Part):
             raise ValueError("a robot has a base, or an arm, or both")
         return self
 
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The names of its actions."""
+        base, arm, names = self.base, self.arm, list[str]()
+        if base is not None:
+            names += [base.navigate_to_pose, base.navigate_through_poses, base.follow_waypoints]
+        if arm is not None:
+            names += [arm.trajectory, *(each.action for each in (arm.move_group, arm.gripper) if each is not None)]
+        return tuple(names)
+
 
 def available_profiles() -> tuple[str, ...]:
     """Names of the profiles that come with seoro."""

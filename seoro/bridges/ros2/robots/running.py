@@ -12,9 +12,12 @@ from anyio.abc import TaskGroup
 from seoro.background import background
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, connect
+from seoro.bridges.ros2.robots.guard import GuardedRobot, GuardSettings
+from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
 from seoro.bridges.serving.work import Work
@@ -62,7 +65,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
 
     Raises:
         SessionError: An endpoint does not work.
-        BackendError: There is no ROS 2 system.
+        BackendError: There is no ROS 2 system, or the guard of the bridge does not start.
     """
     types = TypeStore.bundled()
     for folder in options.interfaces:
@@ -70,6 +73,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     async with (
         connect(options.ros, types=types, domain=options.domain) as system,
         open_session(listen=options.listen, connect=options.connect) as session,
+        guarded(_guard_of(options, system)),
         AsyncExitStack() as stack,
         background() as tasks,
     ):
@@ -87,6 +91,25 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
             for robot in made:
                 await robot.open()
             yield
+
+
+def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
+    robots = [
+        GuardedRobot(
+            namespace=robot.namespace,
+            cmd_vel="" if robot.profile.base is None else robot.profile.base.cmd_vel,
+            limits=None if robot.profile.base is None else robot.profile.base.limits,
+            actions=robot.profile.actions,
+        )
+        for robot in options.robots
+    ]
+    return GuardSettings(
+        ros=options.ros,
+        domain=options.domain,
+        is_rmw_zenoh=isinstance(system.dialect, RmwZenoh),
+        session=system.session.identity,
+        robots=tuple(robots),
+    )
 
 
 async def _link(system: RosSystem, robot: BridgedRobot, stack: AsyncExitStack, tasks: TaskGroup) -> Link:

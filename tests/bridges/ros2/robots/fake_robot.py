@@ -27,7 +27,7 @@ TICK = 0.02  # [s]
 SPEED = 1.0  # [m/s] of goals
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
-SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+EXECUTING, SUCCEEDED, CANCELED, ABORTED = 2, 4, 5, 6
 
 
 class Robot:
@@ -42,6 +42,7 @@ class Robot:
         self.ends: dict[bytes, int] = {}
         self.canceled: set[bytes] = set()
         self.hopeless: set[bytes] = set()
+        self.statuses: dict[bytes, Publication] = {}  # where it is told how far goals are
         self.note("ready", 0.0)
 
     def note(self, what: str, value: float) -> None:
@@ -74,6 +75,12 @@ class Robot:
         del self.goals[number]
         self.ends[number] = status
         self.note("goal", -float(status))
+        self.tell(number, status)
+
+    def tell(self, number: bytes, status: int) -> None:
+        """Tell how far a goal is."""
+        info = {"goal_id": {"uuid": list(number)}}
+        self.statuses[number].publish({"status_list": [{"goal_info": info, "status": status}]})
 
     def _reach(self, x: float, y: float) -> bool:
         left = math.dist((x, y), (self.x, self.y))
@@ -124,7 +131,7 @@ def _transform(parent: str, child: str, place: Mapping[str, float], turn: Mappin
     }
 
 
-async def _take(robot: Robot, request: Any, feedback: Publication) -> dict[str, Any]:
+async def _take(robot: Robot, request: Any, feedback: Publication, statuses: Publication) -> dict[str, Any]:
     goal, number = request.goal, bytes(request.goal_id.uuid)
     poses = goal.poses if hasattr(goal, "poses") else [goal.pose]
     targets = [(each.pose.position.x, each.pose.position.y) for each in poses]
@@ -136,6 +143,8 @@ async def _take(robot: Robot, request: Any, feedback: Publication) -> dict[str, 
         robot.hopeless.add(number)
     robot.goals[number] = [(x + robot.x, y + robot.y) for x, y in targets]
     robot.note("goal", len(targets))
+    robot.statuses[number] = statuses
+    robot.tell(number, EXECUTING)
     told = {"number_of_recoveries": 2} if feedback.type.startswith("nav2_msgs/action/Navigate") else {}
     feedback.publish({"goal_id": {"uuid": list(number)}, "feedback": told})
     return {"accepted": True}
@@ -158,8 +167,11 @@ async def _serve(robot: Robot, node: RosNode, name: str, type_name: str) -> None
     under = f"{name}/_action"
     async with (
         node.publishing(f"{under}/feedback", f"{type_name}_FeedbackMessage") as feedback,
+        node.publishing(f"{under}/status", "action_msgs/msg/GoalStatusArray", LATCHED) as statuses,
         node.serving(
-            f"{under}/send_goal", f"{type_name}_SendGoal", lambda request: _take(robot, request, feedback)
+            f"{under}/send_goal",
+            f"{type_name}_SendGoal",
+            lambda request: _take(robot, request, feedback, statuses),
         ),
         node.serving(f"{under}/get_result", f"{type_name}_GetResult", partial(_result, robot)),
         node.serving(f"{under}/cancel_goal", "action_msgs/srv/CancelGoal", partial(_cancel, robot)),

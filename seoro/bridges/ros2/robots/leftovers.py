@@ -1,0 +1,136 @@
+"""Goals that processes of seoro have left behind at a robot: whoever pursued them is gone, so they are canceled.
+
+Servers of actions tell which goals they have on `NAME/_action/status`. Numbers of seoro's goals say by which
+session they were sent (`numbers.py`), and the graph which sessions there are. Goals of others are left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import anyio
+from anyio import TASK_STATUS_IGNORED
+from anyio.abc import TaskStatus
+
+from seoro.bridges.ros2.clients.numbers import digest, sender_of
+from seoro.bridges.ros2.clients.recall import recall
+from seoro.bridges.ros2.graph import RosGraph
+from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.topics import Received, Subscription
+from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.errors import BackendError, InvalidUse
+
+STATUSES: Final = "action_msgs/msg/GoalStatusArray"
+LATCHED: Final = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+GOING: Final = (1, 2)  # accepted, executing: action_msgs/msg/GoalStatus
+GONE_FOR: Final = 1.0  # [s]; when a router has been started again, tokens come back one after the other
+
+Note = Callable[[str], None]
+
+
+class Senders:
+    """Which sessions of seoro's there are, and which goals they have sent that go on.
+
+    Args:
+        graph: Of the system.
+    """
+
+    def __init__(self, graph: RosGraph) -> None:
+        self._graph = graph
+        self._given_up: set[bytes] = set()
+        self._going: dict[str, frozenset[bytes]] = {}
+
+    def give_up(self, session: str) -> None:
+        """Take a session for gone, whether it is or not."""
+        self._given_up.add(digest(session))
+        self._graph.change(())
+
+    def take_back(self, session: str) -> None:
+        """It is not gone after all."""
+        self._given_up.discard(digest(session))
+
+    def note_going(self, action: str, senders: Iterable[bytes]) -> None:
+        """The digests of those whose goals an action has."""
+        self._going[action] = frozenset(senders)
+        self._graph.change(())
+
+    async def wait_without_goals(self, session: str) -> None:
+        """Wait until no goal of a session goes on."""
+        sender = digest(session)
+        await self._graph.wait_for(lambda _: all(sender not in going for going in self._going.values()))
+
+    async def wait_gone(self, sender: bytes) -> None:
+        """Wait until the session of a digest is gone."""
+
+        def is_given_up() -> bool:
+            return sender in self._given_up
+
+        def is_there() -> bool:
+            return any(digest(session) == sender for session in self._graph.sessions())
+
+        while True:
+            await self._graph.wait_for(lambda _: is_given_up() or not is_there())
+            try:
+                await self._graph.wait_for(lambda _: is_given_up() or is_there(), GONE_FOR)
+            except TimeoutError:
+                return
+            if is_given_up():
+                return
+
+
+async def end_leftovers(
+    node: RosNode,
+    action: str,
+    senders: Senders,
+    note: Note,
+    *,
+    task_status: TaskStatus[None] = TASK_STATUS_IGNORED,
+) -> None:
+    """Cancel goals of an action whose senders are gone; runs until it is cancelled.
+
+    Args:
+        node: Who asks.
+        action: Name of the action.
+        senders: Who is there.
+        note: Told what is canceled, or why nothing can be known.
+        task_status: Told when no goal is missed any more.
+    """
+    topic = f"{node.resolve(action)}/_action/status"
+    try:
+        async with node.subscribing(topic, STATUSES, LATCHED) as told:
+            task_status.started()
+            await _follow(node, node.resolve(action), told, senders, note)
+    except InvalidUse as error:  # somebody publishes something else there
+        note(str(error))
+        task_status.started()
+
+
+async def _follow(node: RosNode, action: str, told: Subscription, senders: Senders, note: Note) -> None:
+    watched: dict[bytes, anyio.CancelScope] = {}
+
+    async def end(number: bytes, sender: bytes, scope: anyio.CancelScope) -> None:
+        with scope:
+            await senders.wait_gone(sender)
+            await recall(node, action, number, note)
+
+    async with anyio.create_task_group() as tasks:
+        async for received in told:
+            going = _going(told, received, note)
+            senders.note_going(action, going.values())
+            for number in watched.keys() - going.keys():
+                watched.pop(number).cancel()
+            for number in going.keys() - watched.keys():
+                scope = watched[number] = anyio.CancelScope()
+                tasks.start_soon(end, number, going[number], scope)
+
+
+def _going(told: Subscription, received: Received, note: Note) -> dict[bytes, bytes]:
+    """The goals of seoro's that go on, with the digests of the sessions that have sent them."""
+    try:
+        statuses = told.decode(received).status_list
+    except (BackendError, InvalidUse) as error:
+        note(str(error))
+        return {}
+    numbers = [bytes(each.goal_info.goal_id.uuid) for each in statuses if each.status in GOING]
+    return {number: sender for number in numbers if (sender := sender_of(number)) is not None}

@@ -1,0 +1,170 @@
+"""Robots of ROS 2 stop when their bridge is killed or hangs, and what a bridge has left behind is canceled."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractAsyncContextManager, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import mkdtemp
+
+import anyio
+import pytest
+
+from seoro.bridges.ros2.clients.goals import Goal, pursuing
+from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+from tests.bridges.ros2.robots.test_safety import (
+    DEADLINE,
+    DRIVER,
+    drives,
+    goal_ended,
+    has_goal,
+    shortest,
+    wait_for,
+)
+
+NAVIGATE = "nav2_msgs/action/NavigateToPose"
+FAR = {"pose": {"pose": {"position": {"x": 90.0}}}}
+
+
+@dataclass(frozen=True)
+class Alone:
+    """A robot of one test: what it notes, its router, and the bridge to it."""
+
+    bridged: Bridged
+    router: str
+    bridge: subprocess.Popen[bytes]
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[Alone]:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
+    with (
+        process("-c", ROUTER, router),
+        process(str(FAKE_ROBOT), str(folder), router, "tb", "geometry_msgs/msg/Twist"),
+        process("-c", BRIDGE, router, endpoint, "tb") as bridge,
+    ):
+        yield Alone(Bridged(endpoint, folder / "tb"), router, bridge)
+
+
+def guard_of(bridge: subprocess.Popen[bytes]) -> int:
+    """The process of a bridge's guard."""
+    [child] = Path(f"/proc/{bridge.pid}/task/{bridge.pid}/children").read_text().split()
+    return int(child)
+
+
+def ended(number: int) -> float | None:
+    """Now, if a process has ended, whether anybody has asked for its status or not."""
+    with suppress(FileNotFoundError):
+        state = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
+        return time.monotonic() if state == "Z" else None
+    return time.monotonic()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize(
+    ("how", "begun", "over"), [("velocity", drives, Bridged.stopped), ("goal", has_goal, goal_ended)]
+)
+def test_robots_stop_with_their_bridge(
+    how: str,
+    begun: Callable[[Bridged], float | None],
+    over: Callable[[Bridged], float | None],
+    number: signal.Signals,
+    tmp_path: Path,
+) -> None:
+    def measured() -> float:
+        folder = Path(mkdtemp(dir=tmp_path))
+        with alone(folder) as robot, process(DRIVER, robot.bridged.endpoint, "tb", how):
+            wait_for(time.monotonic(), lambda: begun(robot.bridged))
+            guard = guard_of(robot.bridge)
+            moment = time.monotonic()
+            robot.bridge.send_signal(number)
+            passed = wait_for(moment, lambda: over(robot.bridged))
+            robot.bridge.kill()
+            wait_for(time.monotonic(), lambda: ended(guard))
+            return passed
+
+    assert shortest(measured) < DEADLINE
+
+
+@pytest.mark.slow
+def test_the_next_bridge_cancels_what_one_has_left_behind(tmp_path: Path) -> None:
+    with alone(tmp_path) as robot, process(DRIVER, robot.bridged.endpoint, "tb", "goal"):
+        wait_for(time.monotonic(), lambda: has_goal(robot.bridged))
+        os.kill(guard_of(robot.bridge), signal.SIGKILL)
+        robot.bridge.kill()
+        time.sleep(0.5)
+        assert goal_ended(robot.bridged) is None
+        with process("-c", BRIDGE, robot.router, f"unixsock-stream/{tmp_path}/next", "tb"):
+            wait_for(time.monotonic(), lambda: goal_ended(robot.bridged))
+
+
+@pytest.mark.slow
+async def test_goals_of_those_who_are_there_are_left_alone(tmp_path: Path) -> None:
+    with alone(tmp_path) as robot:
+        async with connect(robot.router) as system, system.node("else") as node, far_away(node):
+            await anyio.sleep(1.5)
+            assert goal_ended(robot.bridged) is None
+
+
+@pytest.mark.slow
+async def test_goals_of_others_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.clients.goals.new_number", lambda _session: bytes(range(16)))
+    monkeypatch.setattr("seoro.bridges.ros2.clients.goals.Goal.cancel", leave)
+    with alone(tmp_path) as robot:
+        async with connect(robot.router) as system, system.node("else") as node, far_away(node):
+            pass
+        await anyio.sleep(1.5)
+        assert [value for _, value in robot.bridged.notes("goal")] == [1.0]
+
+
+def far_away(node: RosNode) -> AbstractAsyncContextManager[Goal]:
+    """A goal that is not reached."""
+    return pursuing(node, "/tb/navigate_to_pose", NAVIGATE, FAR, lambda _: None)
+
+
+async def leave(_goal: Goal) -> None:
+    """Do not cancel a goal."""
+
+
+@pytest.mark.slow
+def test_a_guard_that_dies_is_started_again(tmp_path: Path) -> None:
+    with alone(tmp_path) as robot:
+        first = guard_of(robot.bridge)
+        os.kill(first, signal.SIGKILL)
+
+        def started() -> float | None:
+            with suppress(ValueError):
+                return None if guard_of(robot.bridge) == first else time.monotonic()
+            return None
+
+        wait_for(time.monotonic() + 2.0, started)
+        robot.bridge.kill()
+
+
+@pytest.mark.parametrize("last", [END, b""])
+async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guard.SILENCE", 0.02)
+    heard: list[str] = []
+    ours, theirs = os.pipe()
+
+    def stop(why: str) -> None:
+        heard.append(why)
+        os.write(theirs, SIGN)
+
+    def go_on() -> None:
+        heard.append("goes on")
+        os.write(theirs, last)
+        os.close(theirs)
+
+    with anyio.fail_after(5.0):
+        assert await has_ended_well(ours, stop, go_on) == bool(last)
+    os.close(ours)
+    assert heard == ["has given no sign of life for 0.02 s", "goes on"]
