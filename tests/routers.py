@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
+from typing import IO
 
 from seoro.bridges.session import Session
 
@@ -38,9 +39,11 @@ def routing() -> Iterator[str]:
 
 
 @contextmanager
-def process(*command: str, says: str | None = "ready") -> Iterator[subprocess.Popen[bytes]]:
+def process(
+    *command: str, says: str | None = "ready", stderr: IO[bytes] | None = None
+) -> Iterator[subprocess.Popen[bytes]]:
     """A process of Python that is ready, which it says by its first line; any line will do when None."""
-    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE) as running:
+    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, stderr=stderr) as running:
         try:
             assert running.stdout is not None
             said = running.stdout.readline().decode().removesuffix("\n")

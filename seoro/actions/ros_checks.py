@@ -16,7 +16,7 @@ from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Members, Ros2System, RosMessage, RosSubscription
+from seoro.runtime.ros_system import Members, Ros2System, RosClock, RosMessage, RosSubscription
 
 DATA_WITHIN = 1.0  # [s] until there has to be data, if it fails without
 COMPARABLE = 60.0  # [s]; clocks that differ by more do not tell how old a message is
@@ -116,25 +116,65 @@ async def assert_topic_latency(
     """Watch how old messages are when they arrive; the mean of some ages has to compare as it should."""
     if rolling_average_count < 1:
         raise ActionFailed(f"`rolling_average_count` is at least 1, not {rolling_average_count}")
-    ages: deque[float] = deque(maxlen=rolling_average_count)
     limit = None if wait_for_first_message else latency
+    system = system_of(ctx)
     with failing():
-        async with system_of(ctx).subscribing(topic_name, topic_type, DEFAULT_QOS) as subscription:
+        async with (
+            system.clock(lambda text: ctx.relay([text])) as clock,
+            system.subscribing(topic_name, topic_type, DEFAULT_QOS) as subscription,
+        ):
+            ages = _Ages(clock, topic_name, rolling_average_count)
             while True:
-                message = await meanwhile(ctx, _take(subscription, limit, topic_name))
+                mean = ages.take(await meanwhile(ctx, _take(subscription, limit, topic_name)))
                 limit = None
-                ages.append(_age(message, topic_name))
-                mean = fmean(ages)
-                if len(ages) == rolling_average_count and not compares(mean, comparison_operator, latency, ""):
-                    of = f", the mean of {len(ages)} messages," if len(ages) > 1 else ""
+                if mean is not None and not compares(mean, comparison_operator, latency, ""):
+                    count = rolling_average_count
+                    of = f", the mean of {count} messages," if count > 1 else ""
                     raise ActionFailed(
                         f"the latency of {topic_name}{of} is {mean:.6g} s, which is not "
                         f"{comparison_operator.value} {latency:g} s"
                     )
 
 
-def _age(message: RosMessage, topic: str) -> float:
-    """How long before its arrival a message was stamped [s].
+class _Ages:
+    """How old the last messages were when they arrived.
+
+    Args:
+        clock: Of the system.
+        topic: Of the messages.
+        count: Of how many the mean is wanted.
+    """
+
+    def __init__(self, clock: RosClock, topic: str, count: int) -> None:
+        self._clock = clock
+        self._topic = topic
+        self._ages: deque[float] = deque(maxlen=count)
+        self._jumps = clock.jumps
+        self._has_jumped = False  # and nothing that is comparable has come since
+
+    def take(self, message: RosMessage) -> float | None:
+        """The mean, with a message that has come; None as long as there are not enough.
+
+        Raises:
+            ActionFailed: It cannot be said.
+        """
+        if self._clock.jumps != self._jumps:
+            self._jumps, self._has_jumped = self._clock.jumps, True
+            self._ages.clear()
+        age = _age(message, self._clock, self._topic)
+        if -AHEAD < age < COMPARABLE:
+            self._has_jumped = False
+            self._ages.append(age)
+        elif not self._has_jumped:  # else it was stamped before that
+            raise ActionFailed(
+                f"the latency of {self._topic} cannot be said: a stamp differs by {age:.6g} s from the clock of "
+                "the system, which is that of /clock, or of this machine where nobody publishes that"
+            )
+        return fmean(self._ages) if len(self._ages) == self._ages.maxlen else None
+
+
+def _age(message: RosMessage, clock: RosClock, topic: str) -> float:
+    """How long before its arrival a message was stamped [s], by the clock of the system.
 
     Raises:
         ActionFailed: That cannot be said.
@@ -144,13 +184,10 @@ def _age(message: RosMessage, topic: str) -> float:
         raise ActionFailed(f"the latency of {topic} cannot be said: its messages have no header with a stamp")
     if stamp == 0.0:
         raise ActionFailed(f"the latency of {topic} cannot be said: the stamps of its messages are 0")
-    age = message.arrived - stamp
-    if not -AHEAD < age < COMPARABLE:
-        raise ActionFailed(
-            f"the latency of {topic} cannot be said: a stamp differs by {age:.6g} s from the clock here; "
-            "that of the robot shows another time, or is that of a simulation"
-        )
-    return age
+    arrived = clock.at(message.arrived)
+    if arrived is None:
+        raise ActionFailed(f"the latency of {topic} cannot be said: /clock is there, and has told no time")
+    return arrived - stamp
 
 
 def _stamp(message: Members) -> float | None:

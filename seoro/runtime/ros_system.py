@@ -3,7 +3,8 @@ of them.
 
 It is one of the capabilities (see `capabilities.py`), and what has many parts. Names of topics, services, actions
 and nodes may be relative to the root; types are written with slashes or dots. Values of messages are mappings of
-their members, whose members may be mappings again; arrays are lists there. Times are those of the machine's clock.
+their members, whose members may be mappings again; arrays are lists there. Times are those of the machine's clock,
+but for those of the system's own, which a simulation may have (`RosClock`).
 What cannot be because of a name, a type or a value raises `InvalidUse`, what the system does not do
 `BackendError`.
 """
@@ -116,6 +117,19 @@ class RosFrames(Protocol):
         ...
 
 
+class RosClock(Protocol):
+    """The time of the system."""
+
+    def at(self, arrived: float) -> float | None:
+        """The time [s] when something arrived [s since the epoch]; None if the system tells none yet."""
+        ...
+
+    @property
+    def jumps(self) -> int:
+        """How often it has jumped."""
+        ...
+
+
 class RosRecording(Protocol):
     """A bag that is recorded."""
 
@@ -181,6 +195,14 @@ class Ros2System(Protocol):
 
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
         """Follow the states of a node that has a life cycle: the present one, and then each that it comes to."""
+        ...
+
+    def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:
+        """Follow the time of the system: what a simulation tells on `/clock`, or else that of this machine.
+
+        Args:
+            note: Told when it jumps, unless another that follows it is.
+        """
         ...
 
     def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:

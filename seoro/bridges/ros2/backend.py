@@ -19,6 +19,7 @@ from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clients.recall import recall
+from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
@@ -160,13 +161,14 @@ class RosBackend:
     Args:
         node: The node.
         name: How messages call the system.
-        tasks: Where goals are canceled that were lost sight of.
+        tasks: Where goals are canceled that were lost sight of, and what actions share is followed.
     """
 
     def __init__(self, node: RosNode, name: str, tasks: TaskGroup) -> None:
         self._node = node
         self._name = name
         self._presence = Presence(node)
+        self._clock = SharedClock(node, tasks)
         self._tasks = tasks
 
     @property
@@ -248,10 +250,17 @@ class RosBackend:
         """Follow the states of a node."""
         return following_lifecycle(self._node, full_name(node))
 
+    def clock(self, note: contract.Note) -> AbstractAsyncContextManager[SharedClock]:
+        """Follow the time of the system."""
+        return self._clock.used(note)
+
     @asynccontextmanager
     async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[Frames]:
         """Follow the frames whose transforms are published in a namespace."""
-        async with listen(self._node, namespace, on_note=note) as listener:
+        async with (
+            listen(self._node, namespace, on_note=note) as listener,
+            self._clock.used(note, listener.buffer.clear),
+        ):
             yield Frames(listener)
 
     @asynccontextmanager

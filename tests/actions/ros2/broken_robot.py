@@ -32,7 +32,8 @@ GARBAGE = b"\0\1\0\0\xff\xff\xff\xffx"
 
 async def never(_: Message) -> Members:
     """Take a request, and keep it."""
-    return await anyio.sleep_forever()
+    await anyio.sleep_forever()
+    raise AssertionError
 
 
 class Broken:
@@ -59,7 +60,7 @@ class Broken:
     async def result(self, request: Message) -> Members:
         if self._orders[bytes(request.goal_id.uuid)] == NO_RESULT:
             return {"status": 77}
-        return await anyio.sleep_forever()
+        return await never(request)
 
     async def cancel(self, request: Message) -> Members:
         order = self._orders.get(bytes(request.goal_info.goal_id.uuid), 0)

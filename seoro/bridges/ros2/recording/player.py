@@ -16,10 +16,10 @@ import anyio.to_thread
 from anyio.abc import ObjectSendStream
 
 from seoro.background import background
+from seoro.bridges.ros2.clock import CLOCK_QOS, SECOND, TOPIC, TYPE
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.recording.sim_clock import CLOCK_QOS, SECOND, TOPIC, TYPE
 from seoro.bridges.ros2.recording.sources import BagMessage
 from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.topics import Publication

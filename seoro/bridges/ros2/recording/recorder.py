@@ -19,6 +19,7 @@ from anyio import TASK_STATUS_IGNORED
 from anyio.abc import TaskGroup, TaskStatus
 
 from seoro.background import background
+from seoro.bridges.ros2.clock import CLOCK_QOS, TOPIC, TYPE, SimClock
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import UnknownInterface
@@ -26,7 +27,6 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic
-from seoro.bridges.ros2.recording.sim_clock import CLOCK_QOS, TOPIC, TYPE, SimClock
 from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.recording.writer import BagWriter, write_bag
 from seoro.bridges.ros2.topics import Subscription

@@ -76,6 +76,10 @@ class DrivingBase:
         """Command zero velocity."""
         self._velocity.stop()
 
+    def forget(self) -> None:
+        """Forget where the robot was; the way that it has gone is counted on from where it is next."""
+        self._place = None
+
     def _take_odometry(self, message: Message) -> None:
         place = message.pose.pose.position
         if self._place is not None:

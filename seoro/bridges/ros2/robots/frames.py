@@ -40,6 +40,11 @@ class Frames:
         self._buffer.put_message(message, is_static=True)
         self.changes.tell()
 
+    def forget(self) -> None:
+        """Forget where frames were, but for those that never move."""
+        self._buffer.clear()
+        self.changes.change()
+
     def pose(self, frame: str, parent: str) -> Pose | None:
         """The pose of a frame in another; None if that is not known."""
         found = self._buffer.find(frame, parent)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from pathlib import Path
 from anyio.abc import TaskGroup
 
 from seoro.background import background
+from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, connect
 from seoro.bridges.ros2.robots.guard import GuardedRobot, GuardSettings
@@ -22,6 +24,8 @@ from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import open_session
+
+log = logging.getLogger(__name__)
 
 NAMESPACE = "default"
 NODE = "seoro_bridge"  # in the graph of ROS 2
@@ -87,7 +91,15 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
             )
             return made
 
-        async with serving(NodeAt(session, NAMESPACE, options.node), make):
+        def forget() -> None:
+            for robot in made:
+                robot.forget()
+
+        async with (
+            serving(NodeAt(session, NAMESPACE, options.node), make),
+            system.node(NODE) as node,
+            SharedClock(node, tasks).used(log.warning, forget),
+        ):
             for robot in made:
                 await robot.open()
             yield

@@ -12,6 +12,8 @@ import anyio
 import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
 from tests.bridges.robot.test_connecting import Ends
@@ -99,3 +101,53 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
                 assert (await driven.wait()).status is GoalStatus.SUCCEEDED
                 await node.navigate("tb", [at(0.1)], stop_at_each=False, report=again)
                 assert (await again.wait()).status is GoalStatus.SUCCEEDED
+
+
+async def test_a_robot_that_comes_back_is_where_it_says_and_drives(tmp_path: Path) -> None:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
+    fake = [str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE]
+    driven, far, arrived = Ends(), Ends(), Ends()
+    with process("-c", ROUTER, router), process(*fake) as robot, process("-c", BRIDGE, router, endpoint, "tb"):
+        async with connect_robots(endpoint, "a test") as node:
+            await node.navigate("tb", [at(1.0)], stop_at_each=False, report=far)
+            assert (await far.wait()).status is GoalStatus.SUCCEEDED
+            robot.kill()
+            robot.wait()
+            with anyio.fail_after(5.0):
+                with pytest.raises(BackendRefused, match="there is no frame base_link, odom"):
+                    while True:  # until the bridge has noticed
+                        watch = await node.watch_proximity(
+                            "tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends()
+                        )
+                        await node.cancel_watch(watch)
+        with process(*fake):
+            async with connect_robots(endpoint, "a test") as node:
+                await node.watch_proximity("tb", "base_link", "odom", Position3D(), 0.1, arrived)
+                assert (await arrived.wait()).status is GoalStatus.SUCCEEDED
+                await node.drive("tb", 0.1, 0.0, 0.2, driven)
+                assert (await driven.wait()).status is GoalStatus.SUCCEEDED
+
+
+async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten(tmp_path: Path) -> None:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
+    transform = {"header": {"frame_id": "odom", "stamp": {"sec": 90}}, "child_frame_id": "base_link"}
+    placed = {"transforms": [{**transform, "transform": {"rotation": {"w": 1.0}}}]}
+    with (tmp_path / "said").open("wb") as said, process("-c", ROUTER, router):
+        async with (
+            connect(router, dialect=RmwZenoh()) as system,
+            system.node("simulator", "/tb") as simulator,
+            simulator.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock,
+            simulator.publishing("tf", "tf2_msgs/msg/TFMessage") as frames,
+        ):
+            with process("-c", BRIDGE, router, endpoint, "tb", stderr=said):
+                async with connect_robots(endpoint, "a test") as node:
+                    for publication in (clock, frames):
+                        await publication.wait_for_subscription(10.0)
+                    clock.publish({"clock": {"sec": 90}})
+                    frames.publish(placed)
+                    await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
+                    clock.publish({"clock": {"sec": 89, "nanosec": 500_000_000}})
+                    await anyio.sleep(0.3)
+                    with pytest.raises(BackendRefused, match="there is no frame base_link, odom"):
+                        await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
+    assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "said").read_text()

@@ -1,0 +1,80 @@
+"""Actions of `osc.ros` on a robot in a simulation, whose time `/clock` tells, and jumps."""
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seoro.runtime.verdict import RunStatus
+from tests.actions.ros2.conftest import ran_of, routing, running, starting_robot
+from tests.runtime.conftest import Ran
+
+SCAN = '"/scan", {limit}, topic_type: "sensor_msgs/msg/LaserScan"'
+
+
+@pytest.fixture
+def simulated() -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """The endpoint of a router behind which a robot in a simulation is, and its process."""
+    with routing() as endpoint, starting_robot(endpoint, "simulated_robot") as process:
+        yield endpoint, process
+
+
+async def run(
+    folder: Path, simulated: tuple[str, subprocess.Popen[str]], text: str, jump: float | None = None
+) -> Ran:
+    """Run a scenario; the clock jumps when it logs something."""
+    endpoint, process = simulated
+    async with running(folder, endpoint, f"scenario main:\n{text}\n") as started:
+        async for record in started.trace():
+            if record["kind"] == "log" and jump is not None:
+                assert process.stdin is not None
+                process.stdin.write(f"{jump}\n")
+                process.stdin.flush()
+                break
+        return await ran_of(started)
+
+
+async def test_latencies_are_those_of_the_time_of_the_simulation(
+    tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
+) -> None:
+    latency = f"assert_topic_latency({SCAN.format(limit='0.5s')}, rolling_average_count: 5, duration: 0.5s)"
+    ran = await run(tmp_path, simulated, f"    do parallel:\n        {latency}")
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    ran = await run(tmp_path, simulated, f"    do assert_topic_latency({SCAN.format(limit='10ms')})")
+    assert ran.verdict.reason.startswith("`assert_topic_latency` failed: the latency of /scan is 0.0")
+
+
+@pytest.mark.parametrize(
+    ("jump", "told"), [(-0.95, "/clock jumped back from 100"), (3600.0, "/clock jumped ahead from 100")]
+)
+async def test_a_jump_is_told_once_and_what_was_before_a_jump_back_is_forgotten(
+    jump: float, told: str, tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
+) -> None:
+    """Without that, a frame would be where it was until stamps are again what they were, for almost a second."""
+    ran = await run(
+        tmp_path,
+        simulated,
+        f"""
+    robot: differential_drive_robot
+    event there
+    do parallel:
+        serial:
+            robot.tf_close_to(0.1m, position_3d(x: 5m), parent_frame_id: 'odom')
+            wait elapsed(0.2s)
+            log("jump")
+        serial:
+            robot.tf_close_to(0.1m, position_3d(x: 10m), parent_frame_id: 'odom')
+            log("arrived")
+            wait elapsed(0.2s)
+            emit there
+        assert_topic_latency({SCAN.format(limit="5s")}) with:
+            until @there
+        assert_tf_moving('base_link', 'odom', timeout: 60s) with:
+            until @there""",
+        jump,
+    )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    assert [text.startswith(told) for _, text in ran.logs if "clock" in text] == [True]
+    times = {text: time for time, text in ran.logs}
+    assert times["arrived"] - times["jump"] < 0.8
