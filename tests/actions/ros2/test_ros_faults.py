@@ -9,7 +9,7 @@ from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import running, starting_robot
+from tests.actions.ros2.conftest import ran_of, running, starting_robot
 from tests.routers import free_endpoint
 
 
@@ -43,6 +43,59 @@ scenario main:
             with anyio.fail_after(30.0):
                 verdict = await run.result()
     hub.close()
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+
+
+@pytest.mark.slow
+async def test_a_goal_that_was_lost_sight_of_is_canceled_when_the_router_is_back(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    text = """
+scenario main:
+    var goals: string = ""
+    do serial:
+        action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 5000}") with:
+            inverter()
+        service_call("/goals", "std_srvs/srv/Trigger", "", response_variable: goals,
+                response_member_name: "message") with:
+            until goals == "0"
+            repeat()
+"""
+    hub = Session(listen=endpoint)
+    with starting_robot(endpoint):
+        async with running(tmp_path, endpoint, text) as run:
+            async for record in run.trace():
+                if record["kind"] == "log":
+                    break
+            await anyio.sleep(0.5)
+            await anyio.to_thread.run_sync(hub.close)
+            await anyio.sleep(0.5)
+            hub = Session(listen=endpoint)
+            with anyio.fail_after(30.0):
+                ran = await ran_of(run)
+    hub.close()
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    [lost, canceled] = [each["message"] for each in ran.records if each.get("level") == "warning"]
+    assert lost.startswith("the goal of /fibonacci may go on: ")
+    assert canceled == "/fibonacci: a goal that nobody pursued any more was canceled"
+
+
+async def test_a_robot_that_comes_back_is_heard_again(tmp_path: Path, router: str) -> None:
+    text = """
+scenario main:
+    do serial:
+        wait_for_data("/count", "std_msgs/msg/Int64")
+        log("there")
+        check_data("/count", "std_msgs/msg/Int64", "4", member_name: "data")
+        service_call("/add", "example_interfaces/srv/AddTwoInts", "{a: 1}")
+"""
+    with starting_robot(router) as robot:
+        async with running(tmp_path, router, text) as run:
+            async for record in run.trace():
+                if record["kind"] == "log":
+                    break
+            robot.kill()
+            with starting_robot(router), anyio.fail_after(20.0):
+                verdict = await run.result()
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 

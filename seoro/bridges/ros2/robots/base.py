@@ -144,7 +144,8 @@ class DrivingBase:
             await self._moved.wait_for(lambda: self._place is not None)
         if self._place is None:
             topic = self._link.node.resolve(self._base.odometry)
-            raise RequestRefused(Result.INCORRECT_STATE, f"the robot says nothing on {topic}, its odometry")
+            why = self._link.why_silent(topic)
+            raise RequestRefused(Result.INCORRECT_STATE, f"the robot says nothing on {topic}, its odometry: {why}")
         target = self._travelled + request.distance
 
         async def travel() -> str:

@@ -68,9 +68,9 @@ class Joints:
             await self._changes.wait_for(lambda: joint in self._states)
         if joint not in self._states:
             topic = self._link.node.resolve(self._topic)
+            why = f"it tells of {listed(self._states)}" if self._states else self._link.why_silent(self._topic)
             raise RequestRefused(
-                Result.NOT_FOUND,
-                f"the robot says nothing of a joint '{joint}' on {topic}: it tells of {listed(self._states)}",
+                Result.NOT_FOUND, f"the robot says nothing of a joint '{joint}' on {topic}: {why}"
             )
         return self._states[joint][0]
 

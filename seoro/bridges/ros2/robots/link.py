@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from anyio.abc import TaskGroup
@@ -39,6 +39,7 @@ class Link:
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
+    _heard: dict[str, _Heard] = field(default_factory=dict, repr=False)
 
     async def listen(
         self, topic: str, type_name: str, take: Callable[[Message], None], qos: Qos = SENSED, keep: int = 100
@@ -47,7 +48,19 @@ class Link:
         subscription = await self.stack.enter_async_context(
             self.node.subscribing(topic, type_name, qos, Bound(keep))
         )
-        self.tasks.start_soon(_take_all, subscription, take)
+        heard = self._heard[subscription.topic] = _Heard(subscription.type)
+        self.tasks.start_soon(_take_all, subscription, take, heard)
+
+    def why_silent(self, topic: str) -> str:
+        """Why nothing is known by a topic that is listened to, as far as that can be said."""
+        name = self.node.resolve(topic)
+        heard, publishers = self._heard[name], self.node.graph.publishers(name)
+        types = sorted({publisher.type for publisher in publishers} - {heard.type})
+        if not publishers:
+            return "nobody publishes it"
+        if types:
+            return f"it is of type {' and '.join(types)}, not {heard.type}"
+        return heard.unreadable or "no message has come"
 
     async def publishing(self, topic: str, type_name: str) -> Publication:
         """A publisher, for as long as the bridge runs."""
@@ -71,15 +84,22 @@ class Link:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 
 
-async def _take_all(subscription: Subscription, take: Callable[[Message], None]) -> None:
+@dataclass
+class _Heard:
+    """What is heard on a topic: the type of its messages, and why they cannot be read, if they cannot."""
+
+    type: str
+    unreadable: str = ""
+
+
+async def _take_all(subscription: Subscription, take: Callable[[Message], None], heard: _Heard) -> None:
     """Pass messages on; what cannot be read is said once, and does not end the bridge."""
-    silent = False
     async for received in subscription:
         try:
             take(subscription.decode(received))
         except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
-            if not silent:
+            if not heard.unreadable:
                 log.warning("%s", error)
-            silent = True
+            heard.unreadable = str(error)
         else:
-            silent = False
+            heard.unreadable = ""

@@ -89,7 +89,8 @@ class Localisation:
             raise RequestRefused(
                 Result.OPERATION_FAILED,
                 f"the localisation has said nothing on {self._link.node.resolve(self._base.pose)} for "
-                f"{TAKEN_WITHIN:g} s after it was told where the robot is",
+                f"{TAKEN_WITHIN:g} s after it was told where the robot is: "
+                f"{self._link.why_silent(self._base.pose)}",
             )
         return wire.Empty()
 

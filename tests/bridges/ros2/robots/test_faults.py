@@ -151,3 +151,27 @@ async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten
                     with pytest.raises(BackendRefused, match="there is no frame base_link, odom"):
                         await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
     assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "said").read_text()
+
+
+OTHER = "@ros2_lv/0/aa/1/2/MP/%/%tb/robot/%tb%odom/std_msgs::msg::dds_::String_/RIHS01_12/1:2:1,10:,:,:,,"
+
+
+async def test_why_a_robot_says_nothing_is_told(tmp_path: Path) -> None:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
+
+    async def why() -> str:
+        with pytest.raises(BackendRefused) as refused:
+            await node.watch_distance("tb", 1.0, Ends())
+        return str(refused.value).removeprefix("the robot says nothing on /tb/odom, its odometry: ")
+
+    with process("-c", ROUTER, router):
+        async with connect(router, dialect=RmwZenoh()) as system, system.node("robot", "/tb") as robot:
+            with process("-c", BRIDGE, router, endpoint, "tb"):
+                async with connect_robots(endpoint, "a test") as node:
+                    assert await why() == "nobody publishes it"
+                    async with robot.publishing("odom", "nav_msgs/msg/Odometry") as odometry:
+                        await odometry.wait_for_subscription(5.0)
+                        odometry.send(b"\0\1\0\0x")
+                        assert (await why()).startswith("a message on /tb/odom cannot be read: nav_msgs/msg/Odom")
+                    async with system.session.token(OTHER):
+                        assert await why() == "it is of type std_msgs/msg/String, not nav_msgs/msg/Odometry"
