@@ -11,6 +11,7 @@ its stdin. Its action `/broken` does with goals of the order
 """
 
 import sys
+import time
 from collections.abc import Mapping
 from contextlib import AsyncExitStack
 from functools import partial
@@ -90,7 +91,8 @@ async def serve(node: RosNode, stack: AsyncExitStack) -> None:
 
 
 async def talk(node: RosNode, stack: AsyncExitStack) -> None:
-    """Publish what cannot be read, twenty times a second."""
+    """Publish what cannot be read, and what was stamped an hour ago, twenty times a second."""
+    old = await stack.enter_async_context(node.publishing("/old", "sensor_msgs/msg/LaserScan"))
     said = [
         await stack.enter_async_context(node.publishing(topic, type_name))
         for topic, type_name in (
@@ -102,6 +104,7 @@ async def talk(node: RosNode, stack: AsyncExitStack) -> None:
     while True:
         for publication in said:
             publication.send(GARBAGE)
+        old.publish({"header": {"stamp": {"sec": int(time.time()) - 3600}}})
         await anyio.sleep(0.05)
 
 

@@ -50,6 +50,10 @@ def warnings(ran: Ran) -> list[str]:
             "/strange is of type std_msgs/msg/String, not std_msgs/msg/Int32",
         ),
         (
+            'assert_topic_latency("/old", 1s, topic_type: "sensor_msgs/msg/LaserScan")',
+            "the latency of /old cannot be said: a stamp differs by 3600",
+        ),
+        (
             'assert_tf_moving("base_link", timeout: 0.3s, tf_topic_namespace: "bad",'
             " wait_for_first_transform: false)",
             "there is no frame `base_link`: nothing was told of any frame",

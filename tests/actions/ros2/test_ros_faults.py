@@ -1,16 +1,20 @@
 """What becomes of actions of `osc.ros` when the router restarts, and when messages come too fast."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import anyio
 import pytest
+import yaml
 
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
+from seoro.embed import prepare
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import ran_of, running, starting_robot
+from tests.actions.ros2.conftest import options, ran_of, running, starting_robot
 from tests.routers import free_endpoint
+from tests.runtime.conftest import load_text
 
 
 @pytest.mark.slow
@@ -97,6 +101,34 @@ scenario main:
             with starting_robot(router), anyio.fail_after(20.0):
                 verdict = await run.result()
     assert verdict.status is RunStatus.PASSED, verdict.reason
+
+
+async def test_a_publisher_that_goes_and_comes_back_in_a_recording_is_told(tmp_path: Path, router: str) -> None:
+    text = """
+import osc.ros
+
+scenario main:
+    do serial:
+        bag_record(['/count'], timestamp_suffix: false)
+        log("recording")
+        check_data("/count", "std_msgs/msg/Int64", "4", member_name: "data")
+"""
+    settings = replace(options(router), output_directory=tmp_path / "out")
+    with starting_robot(router) as robot:
+        async with prepare(load_text(tmp_path, text, ()), settings) as run, run.running():
+            async for record in run.trace():
+                if record["kind"] == "log":
+                    break
+            robot.kill()
+            with starting_robot(router), anyio.fail_after(20.0):
+                ran = await ran_of(run)
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    notes = [text for _, text in ran.logs if "publisher" in text]
+    assert notes[0] == "/count has lost its publisher, /talker"
+    assert notes[1] == "/count has a publisher again"
+    folder = tmp_path / "out" / "rosbag2"
+    custom = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"]
+    assert custom["notes"].splitlines()[:2] == notes[:2]
 
 
 @pytest.mark.slow
