@@ -20,6 +20,7 @@ from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.clock import SharedClock
+from seoro.bridges.ros2.descriptions import decoded
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
@@ -61,10 +62,12 @@ class Incoming:
 
     Args:
         subscription: The subscription.
+        node: Whose it is.
     """
 
-    def __init__(self, subscription: Subscription) -> None:
+    def __init__(self, subscription: Subscription, node: RosNode) -> None:
         self._subscription = subscription
+        self._node = node
         self._error: WrongType | None = None
 
     async def take(self) -> Arrived:
@@ -74,17 +77,18 @@ class Incoming:
         except Closed:
             assert self._error is not None, "it is open for as long as the block lasts"
             raise self._error from None
-        return Arrived(self._subscription.decode(received), received.arrived * 1e-9)
+        message = await decoded(self._node, self._subscription, received)
+        return Arrived(message, received.arrived * 1e-9)
 
     @property
     def lost(self) -> int:
         """Messages that arrived and were not taken in time, or got lost on their way."""
         return self._subscription.lost + self._subscription.missed
 
-    async def watch_types(self, node: RosNode) -> None:
+    async def watch_types(self) -> None:
         """End when there are publishers, and all of them are of another type."""
         topic, type_name = self._subscription.topic, self._subscription.type
-        own = node.node.session
+        node, own = self._node, self._node.node.session
 
         def mistaken(graph: Any) -> WrongType | None:
             try:
@@ -199,8 +203,8 @@ class RosBackend:
     async def subscribing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[Incoming]:
         """Be a subscription of a topic."""
         async with self._node.subscribing(topic, type_name, PRESETS[qos]) as subscription, background() as tasks:
-            incoming = Incoming(subscription)
-            tasks.start_soon(incoming.watch_types, self._node)
+            incoming = Incoming(subscription, self._node)
+            tasks.start_soon(incoming.watch_types)
             yield incoming
 
     async def wait_for(self, wanted: Sequence[contract.Wanted]) -> None:

@@ -175,6 +175,10 @@ class Subscription:
             self._editions[type_hash] = edition
         return self._editions[type_hash]
 
+    def learn(self, type_hash: str, types: TypeStore) -> None:
+        """Take definitions for messages of senders whose definition has a hash."""
+        self._editions[type_hash] = types
+
     def take_in(self, sample: Sample) -> None:
         """Take in what has been published; called on a thread of Zenoh's."""
         self._waiting.put(self._open(sample), len(sample.payload))

@@ -15,9 +15,12 @@ from typing import Any
 import anyio
 
 from seoro.actions.ros_messages import member_of
+from seoro.bridges.ros2.descriptions import decoded
 from seoro.bridges.ros2.graph import types_of
+from seoro.bridges.ros2.interfaces import Message
+from seoro.bridges.ros2.interfaces.plain import plain
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.topics import Publication, Received, Subscription
+from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Durability, Endpoint, Qos, Reliability
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import of_others, only_type, reached
@@ -79,7 +82,7 @@ async def echo(options: argparse.Namespace) -> int:
     async with _following(options, is_decoded=True) as (node, subscription):
         count = 0
         async for received in subscription:
-            print(_shown(options, node, subscription, received), flush=True)
+            print(_shown(options, await decoded(node, subscription, received)), flush=True)
             count += 1
             if count == options.count:
                 break
@@ -87,9 +90,8 @@ async def echo(options: argparse.Namespace) -> int:
     return Exit.PASSED
 
 
-def _shown(options: argparse.Namespace, node: RosNode, subscription: Subscription, received: Received) -> str:
-    value = node.system.types.plain(subscription.type, subscription.decode(received))
-    found = member_of(value, options.member or "")
+def _shown(options: argparse.Namespace, message: Message) -> str:
+    found = member_of(plain(message), options.member or "")
     if options.json:
         return as_json(found)
     return as_yaml(found, full=options.full) + ("" if options.member else "\n---")

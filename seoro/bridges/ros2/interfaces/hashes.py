@@ -22,8 +22,8 @@ from seoro.bridges.ros2.interfaces.definitions import (
     wire_fields,
 )
 
-_NESTED: Final = 1
-_IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in IDL
+NESTED: Final = 1
+IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in IDL
     "int8": 2,
     "uint8": 3,
     "char": 3,
@@ -40,8 +40,8 @@ _IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in
     "string": 17,
     "wstring": 18,
 }
-_BOUNDED_TEXT: Final = 4  # a bounded string is 21, a bounded wstring 22
-_ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
+BOUNDED_TEXT: Final = 4  # a bounded string is 21, a bounded wstring 22
+ARRAY, BOUNDED_SEQUENCE, SEQUENCE = 48, 96, 144
 
 
 def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
@@ -51,38 +51,48 @@ def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
         name: Its full name.
         lookup: Gives structures by their full names.
     """
-    described: dict[str, dict[str, Any]] = {}
+    description = json.dumps(described(name, lookup))
+    return f"RIHS01_{hashlib.sha256(description.encode()).hexdigest()}"
+
+
+def described(name: str, lookup: Callable[[str], Structure]) -> dict[str, Any]:
+    """What a structure consists of, as the members of a `type_description_interfaces/msg/TypeDescription`.
+
+    Args:
+        name: Its full name.
+        lookup: Gives structures by their full names.
+    """
+    found: dict[str, dict[str, Any]] = {}
     missing = [name]
     while missing:
         structure = lookup(missing.pop())
-        if structure.name in described:
+        if structure.name in found:
             continue
         fields = wire_fields(structure)
-        described[structure.name] = {"type_name": structure.name, "fields": [_field(field) for field in fields]}
+        found[structure.name] = {"type_name": structure.name, "fields": [_field(field) for field in fields]}
         missing.extend(element.name for field in fields if isinstance(element := element_of(field.type), Named))
-    top = described.pop(name)
-    description = {
+    top = found.pop(name)
+    return {
         "type_description": top,
-        "referenced_type_descriptions": [described[referenced] for referenced in sorted(described)],
+        "referenced_type_descriptions": [found[referenced] for referenced in sorted(found)],
     }
-    return f"RIHS01_{hashlib.sha256(json.dumps(description).encode()).hexdigest()}"
 
 
 def _field(field: Field) -> dict[str, Any]:
     match field.type:
         case Array(_, length):
-            offset, capacity = _ARRAY, length
+            offset, capacity = ARRAY, length
         case Sequence(_, bound):
-            offset, capacity = (_BOUNDED_SEQUENCE if bound else _SEQUENCE), bound
+            offset, capacity = (BOUNDED_SEQUENCE if bound else SEQUENCE), bound
         case Scalar() | Named():
             offset, capacity = 0, 0
         case _:
             assert_never(field.type)
     match element_of(field.type):
         case Named(nested):
-            number, length, name = _NESTED, 0, nested
+            number, length, name = NESTED, 0, nested
         case Scalar(primitive, bound):
-            number, length, name = _IDS[primitive] + (_BOUNDED_TEXT if bound else 0), bound, ""
+            number, length, name = IDS[primitive] + (BOUNDED_TEXT if bound else 0), bound, ""
     return {
         "name": field.name,
         "type": {

@@ -101,7 +101,32 @@ class PackageFolder:
             raise InvalidDefinition(f"{file}: cannot be read: {error.strerror}") from None
 
 
-Package: TypeAlias = BundledPackage | PackageFolder
+class ToldPackage:
+    """Definitions that a robot has told, and others of the same package.
+
+    Args:
+        sources: What it has told, by what it defines, such as `msg/Point`.
+        others: The package from which the others are, if it is known.
+        origin: Who has told it.
+    """
+
+    def __init__(self, sources: Mapping[str, Source], others: Package | None, origin: str) -> None:
+        self.origin = origin
+        self._sources = sources
+        self._others = others
+
+    def interfaces(self) -> tuple[str, ...]:
+        """What it defines, sorted."""
+        others = () if self._others is None else self._others.interfaces()
+        return tuple(sorted({*self._sources, *others}))
+
+    def source(self, interface: str) -> Source | None:
+        """The definition of such a name, if there is one."""
+        told = self._sources.get(interface)
+        return self._others.source(interface) if told is None and self._others is not None else told
+
+
+Package: TypeAlias = BundledPackage | PackageFolder | ToldPackage
 
 
 def bundled_packages(distribution: str) -> dict[str, Package]:

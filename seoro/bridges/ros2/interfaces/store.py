@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seoro.bridges.ros2.interfaces.definitions import Structure
+from seoro.bridges.ros2.interfaces.described import told_packages
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidValue, UnknownInterface
 from seoro.bridges.ros2.interfaces.hashes import type_hash
 from seoro.bridges.ros2.interfaces.messages import Message
@@ -66,6 +67,20 @@ class TypeStore:
             InvalidDefinition: A package or a file has a name that ROS 2 does not have.
         """
         return TypeStore({**self._packages, **packages_in(path)})
+
+    def add_told(self, description: Message, origin: str) -> TypeStore:
+        """A store in which the messages that a robot has described are as it says.
+
+        Whoever asks for one of them compares its hash with the one that the robot announces.
+
+        Args:
+            description: A `type_description_interfaces/msg/TypeDescription`.
+            origin: Who has told it, for messages.
+
+        Raises:
+            InvalidDefinition: Messages cannot be like that.
+        """
+        return TypeStore({**self._packages, **told_packages(description, self._packages, origin)})
 
     def names(self) -> tuple[str, ...]:
         """The full names of all messages, services and actions that are defined, sorted."""

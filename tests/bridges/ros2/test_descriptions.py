@@ -1,0 +1,134 @@
+"""Definitions that robots tell, over real sessions and a router."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import anyio
+import pytest
+
+from seoro.bridges.ros2.descriptions import SERVICE, decoded
+from seoro.bridges.ros2.errors import DefinitionMismatch
+from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
+from seoro.bridges.ros2.interfaces.hashes import described
+from tests.bridges.ros2.systems import STRING, two_nodes, with_another_string
+
+STATE = "own_msgs/msg/State"
+DEFINITION = """\
+uint8 IDLE=3
+std_msgs/Header header
+Part[] parts
+string<=20 name "unnamed"
+float32[3] place
+int64[<=4] numbers
+byte[] raw
+bool is_well true
+"""
+VALUE = {
+    "header": {"frame_id": "map", "stamp": {"sec": 7}},
+    "parts": [{"voltage": 1.5}, {}],
+    "name": "arm",
+    "place": [1.0, 2.0, 3.0],
+    "numbers": [-5, 2**40],
+    "raw": b"\x01\xff",
+    "is_well": True,
+}
+
+
+def own_types(types: TypeStore, folder: Path) -> TypeStore:
+    """The same definitions, and those of a robot's own package."""
+    package = folder / "own_msgs" / "msg"
+    package.mkdir(parents=True)
+    (package / "State.msg").write_text(DEFINITION)
+    (package / "Part.msg").write_text("float64 voltage\nEmpty nothing\n")
+    (package / "Empty.msg").write_text("")
+    return types.add_folder(folder)
+
+
+class Teller:
+    """Tells definitions of types, and counts how often it was asked."""
+
+    def __init__(self, types: TypeStore) -> None:
+        self._types = types
+        self.asked = 0
+
+    async def tell(self, request: Message) -> Mapping[str, Any]:
+        self.asked += 1
+        if self._types.type_hash(request.type_name) != request.type_hash:
+            return {"successful": False, "failure_reason": "another hash"}
+        description = described(request.type_name, self._types.structure)
+        return {"successful": True, "type_description": description}
+
+
+class Liar(Teller):
+    """Tells of another type."""
+
+    async def tell(self, request: Message) -> Mapping[str, Any]:
+        self.asked += 1
+        return {"successful": True, "type_description": described("std_msgs/msg/Int8", self._types.structure)}
+
+
+async def heard(router: str, types: TypeStore, theirs: TypeStore, teller: Teller, type_name: str) -> list[Message]:
+    """Two messages of a robot that tells its definitions."""
+    value = VALUE if type_name == STATE else {"data": "hello", "priority": 3}
+    async with (
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        there.serving("~/get_type_description", SERVICE, teller.tell),
+        there.publishing("/state", type_name) as publication,
+    ):
+        with anyio.fail_after(10):
+            await here.graph.wait_for(
+                lambda seen: seen.publishers("/state") and seen.servers("/robot/get_type_description")
+            )
+            async with here.subscribing("/state", type_name) as subscription:
+                await publication.wait_for_subscription()
+                publication.publish(value)
+                publication.publish(value)
+                return [await decoded(here, subscription, await subscription.receive()) for _ in range(2)]
+
+
+async def test_a_type_that_only_the_robot_knows_is_asked_for_once(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs = own_types(types, tmp_path)
+    teller = Teller(theirs)
+    first, second = await heard(router, types, theirs, teller, STATE)
+    assert theirs.encode(STATE, VALUE) == theirs.encode(STATE, theirs.plain(STATE, first))
+    assert (first.header.frame_id, first.parts[0].voltage, first.name) == ("map", 1.5, "arm")
+    assert first == second
+    assert teller.asked == 1
+
+
+async def test_another_definition_of_a_known_type_is_asked_for(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs = with_another_string(types, tmp_path)
+    message, _ = await heard(router, types, theirs, Teller(theirs), STRING)
+    assert (message.data, message.priority) == ("hello", 3)
+
+
+@pytest.mark.parametrize("make", [Liar, lambda types: Teller(TypeStore.bundled())])
+async def test_what_does_not_have_the_hash_is_not_taken(
+    make: Any, router: str, types: TypeStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    theirs = with_another_string(types, tmp_path)
+    teller = make(types)
+    with pytest.raises(DefinitionMismatch):
+        await heard(router, types, theirs, teller, STRING)
+    assert teller.asked == 1
+    assert len(caplog.messages) == isinstance(teller, Liar)
+
+
+async def test_where_nobody_tells_the_type_is_not_known(router: str, types: TypeStore, tmp_path: Path) -> None:
+    theirs = own_types(types, tmp_path)
+    async with (
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        there.publishing("/state", STATE) as publication,
+    ):
+        with anyio.fail_after(10):
+            await here.graph.wait_for(lambda seen: seen.publishers("/state"))
+            async with here.subscribing("/state", STATE) as subscription:
+                await publication.wait_for_subscription()
+                publication.publish(VALUE)
+                with pytest.raises(UnknownInterface, match="no package `own_msgs` of interfaces is known"):
+                    await decoded(here, subscription, await subscription.receive())
