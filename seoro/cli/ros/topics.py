@@ -71,10 +71,14 @@ def _agreement(node: RosNode, endpoint: Endpoint) -> str:
     types = node.system.types
     if endpoint.type_hash is None:
         return "its definition is not told"
+    owner = endpoint.node
+    tells = owner is not None and bool(node.graph.servers(f"{owner.full_name}/get_type_description"))
     if endpoint.type not in types.names():
-        return "seoro has no definition of it: give one with `--interfaces`"
-    ours = types.type_hash(endpoint.type)
-    return "defined as here" if ours == endpoint.type_hash else f"defined otherwise: {endpoint.type_hash}"
+        told = "the node is asked for it" if tells else "give one with `--interfaces`"
+        return f"seoro has no definition of it: {told}"
+    if types.type_hash(endpoint.type) == endpoint.type_hash:
+        return "defined as here"
+    return f"defined otherwise{', as the node tells' if tells else ''}: {endpoint.type_hash}"
 
 
 async def echo(options: argparse.Namespace) -> int:

@@ -20,9 +20,10 @@ from anyio.abc import TaskGroup, TaskStatus
 
 from seoro.background import background
 from seoro.bridges.ros2.clock import CLOCK_QOS, TOPIC, TYPE, SimClock
+from seoro.bridges.ros2.descriptions import told_types
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.interfaces import UnknownInterface
+from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import Compression
@@ -187,7 +188,7 @@ class Recording:
     async def _record(
         self, name: str, publishers: tuple[Endpoint, ...], *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
     ) -> None:
-        topic, definition = self._about(name, publishers)
+        topic, definition = await self._about(name, publishers)
         async with self._node.subscribing(
             name, topic.type, _request(topic.qos), WAITING, is_decoded=False
         ) as subscription:
@@ -231,25 +232,17 @@ class Recording:
                 f" ({type_hash}; it is recorded by {topic.type_hash})"
             )
 
-    def _about(self, name: str, publishers: Sequence[Endpoint]) -> tuple[BagTopic, str]:
+    async def _about(self, name: str, publishers: Sequence[Endpoint]) -> tuple[BagTopic, str]:
         """What the bag says of a topic, and the definition of its type, if that is known."""
         type_name = publishers[0].type
         qos = tuple(publisher.qos or Qos() for publisher in publishers)
         theirs = sorted({publisher.type_hash for publisher in publishers if publisher.type_hash})
-        types = self._node.system.types
-        try:
-            ours = types.type_hash(type_name)
-            editions = [types.matching(type_name, each) for each in theirs or (ours,)]
-        except UnknownInterface:
-            self.note(f"{name} is recorded without the definition of {type_name}, which seoro does not have")
-            return BagTopic(name, type_name, theirs[0] if theirs else "", qos), ""
-        known = next((edition for edition in editions if edition is not None), None)
+        known, problem = _known(self._node.system.types, type_name, theirs)
+        for each in theirs if known is None else ():
+            known = known or await told_types(self._node, name, type_name, each)
         if known is None:
-            self.note(
-                f"{name} is recorded without the definition of {type_name}: that of the robot"
-                f" ({', '.join(theirs)}) is not the one that seoro has ({ours})"
-            )
-            return BagTopic(name, type_name, theirs[0], qos), ""
+            self.note(f"{name} is recorded without the definition of {type_name}{problem}")
+            return BagTopic(name, type_name, theirs[0] if theirs else "", qos), ""
         return BagTopic(name, type_name, known.type_hash(type_name), qos), known.schema(type_name)
 
     def _note_change(self, name: str, before: Sequence[Endpoint], now: Sequence[Endpoint]) -> None:
@@ -317,6 +310,17 @@ def _wanted(node: RosNode, topics: Sequence[str], pattern: str, hidden: bool) ->
         return Wanted(names, re.compile(pattern) if pattern else None, hidden)
     except re.error as error:
         raise RefusedRecording(f"the pattern {pattern!r} is no regular expression: {error}") from None
+
+
+def _known(types: TypeStore, type_name: str, theirs: Sequence[str]) -> tuple[TypeStore | None, str]:
+    """The definitions that agree with one of some hashes; or None, and why there are none, for people."""
+    try:
+        ours = types.type_hash(type_name)
+        editions = [types.matching(type_name, each) for each in theirs or (ours,)]
+    except UnknownInterface:
+        return None, ", which seoro does not have"
+    known = next((edition for edition in editions if edition is not None), None)
+    return known, f": that of the robot ({', '.join(theirs)}) is not the one that seoro has ({ours})"
 
 
 def _request(offered: Sequence[Qos]) -> Qos:
