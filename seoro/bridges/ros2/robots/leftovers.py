@@ -60,19 +60,23 @@ class Senders:
         sender = digest(session)
         await self._graph.wait_for(lambda _: all(sender not in going for going in self._going.values()))
 
-    async def wait_gone(self, sender: bytes) -> None:
-        """Wait until the session of a digest is gone."""
+    async def wait_gone(self, sender: bytes, action: str) -> None:
+        """Wait until the session of a digest is gone while an action is served.
+
+        Where nobody is seen at all, it is the connection of this process that is gone.
+        """
 
         def is_given_up() -> bool:
             return sender in self._given_up
 
-        def is_there() -> bool:
-            return any(digest(session) == sender for session in self._graph.sessions())
+        def is_missing() -> bool:
+            seen = self._graph.sessions()
+            return bool(self._graph.action_servers(action)) and all(digest(each) != sender for each in seen)
 
         while True:
-            await self._graph.wait_for(lambda _: is_given_up() or not is_there())
+            await self._graph.wait_for(lambda _: is_given_up() or is_missing())
             try:
-                await self._graph.wait_for(lambda _: is_given_up() or is_there(), GONE_FOR)
+                await self._graph.wait_for(lambda _: is_given_up() or not is_missing(), GONE_FOR)
             except TimeoutError:
                 return
             if is_given_up():
@@ -111,7 +115,7 @@ async def _follow(node: RosNode, action: str, told: Subscription, senders: Sende
 
     async def end(number: bytes, sender: bytes, scope: anyio.CancelScope) -> None:
         with scope:
-            await senders.wait_gone(sender)
+            await senders.wait_gone(sender, action)
             await recall(node, action, number, note)
 
     async with anyio.create_task_group() as tasks:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractAsyncContextManager, contextmanager, suppress
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
@@ -15,9 +16,14 @@ from tempfile import mkdtemp
 import anyio
 import pytest
 
+from seoro.bridges.ros2.action_server import GoalEnd, serving_action
 from seoro.bridges.ros2.clients.goals import Goal, pursuing
+from seoro.bridges.ros2.clients.numbers import digest
+from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
+from seoro.bridges.ros2.robots.leftovers import GONE_FOR, Senders
+from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
 from tests.bridges.ros2.robots.test_safety import (
     DEADLINE,
@@ -28,7 +34,10 @@ from tests.bridges.ros2.robots.test_safety import (
     shortest,
     wait_for,
 )
+from tests.bridges.ros2.systems import two_nodes
 
+SEORO = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
+SPIN = "nav2_msgs/action/Spin"
 NAVIGATE = "nav2_msgs/action/NavigateToPose"
 FAR = {"pose": {"pose": {"position": {"x": 90.0}}}}
 
@@ -107,6 +116,44 @@ def test_the_next_bridge_cancels_what_one_has_left_behind(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
+def test_a_bridge_cancels_what_others_have_left_behind(tmp_path: Path) -> None:
+    send = ["ros", "action", "send", "/tb/navigate_to_pose", "{pose: {pose: {position: {x: 90.0}}}}"]
+    with alone(tmp_path) as robot:
+        command = [sys.executable, "-c", SEORO, *send, "--ros", robot.router]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as sender:
+            while has_goal(robot.bridged) is None:
+                assert sender.poll() is None
+                time.sleep(0.02)
+            sender.kill()
+        wait_for(time.monotonic() + GONE_FOR, lambda: goal_ended(robot.bridged))
+
+
+@pytest.mark.slow
+async def test_a_guard_that_has_lost_its_connection_takes_nobody_for_gone(
+    tmp_path: Path, types: TypeStore
+) -> None:
+    router = f"unixsock-stream/{tmp_path}/router"
+    hub = AsyncExitStack()
+    await hub.enter_async_context(open_session(listen=router))
+    async with two_nodes(router, types) as (there, here), serving_action(there, "/spin", SPIN, wait_forever):
+        senders = Senders(here.graph)
+        sender = digest(there.node.session)
+        await here.graph.wait_for(lambda seen: seen.action_servers("/spin"), 5.0)
+        await hub.aclose()
+        with anyio.move_on_after(GONE_FOR + 0.5) as waiting:
+            await senders.wait_gone(sender, "/spin")
+        assert waiting.cancelled_caught
+        async with open_session(listen=router):
+            with anyio.move_on_after(GONE_FOR + 2.0) as waiting:
+                await senders.wait_gone(sender, "/spin")
+            assert waiting.cancelled_caught
+            assert here.graph.action_servers("/spin")
+            senders.give_up(there.node.session)
+            with anyio.fail_after(1.0):
+                await senders.wait_gone(sender, "/spin")
+
+
+@pytest.mark.slow
 async def test_goals_of_those_who_are_there_are_left_alone(tmp_path: Path) -> None:
     with alone(tmp_path) as robot:
         async with connect(robot.router) as system, system.node("else") as node, far_away(node):
@@ -128,6 +175,12 @@ async def test_goals_of_others_are_left_alone(tmp_path: Path, monkeypatch: pytes
 def far_away(node: RosNode) -> AbstractAsyncContextManager[Goal]:
     """A goal that is not reached."""
     return pursuing(node, "/tb/navigate_to_pose", NAVIGATE, FAR, lambda _: None)
+
+
+async def wait_forever(_goal: object) -> GoalEnd:
+    """Carry a goal out that has no end."""
+    await anyio.sleep_forever()
+    raise AssertionError
 
 
 async def leave(_goal: Goal) -> None:
