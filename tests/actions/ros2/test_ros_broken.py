@@ -8,7 +8,8 @@ import anyio
 import pytest
 
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import ran_of, routing, running, starting_robot
+from tests.actions.ros2.conftest import ran_of, running, starting_robot
+from tests.routers import routing
 from tests.runtime.conftest import Ran
 
 BROKEN = '"/broken", "example_interfaces/action/Fibonacci"'

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import ran_of, routing, running, starting_robot
+from tests.actions.ros2.conftest import ran_of, running, starting_robot
+from tests.routers import routing
 from tests.runtime.conftest import Ran
 
 SCAN = '"/scan", {limit}, topic_type: "sensor_msgs/msg/LaserScan"'

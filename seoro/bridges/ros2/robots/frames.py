@@ -43,7 +43,7 @@ class Frames:
     def forget(self) -> None:
         """Forget where frames were, but for those that never move."""
         self._buffer.clear()
-        self.changes.change()
+        self.changes.tell()
 
     def pose(self, frame: str, parent: str) -> Pose | None:
         """The pose of a frame in another; None if that is not known."""

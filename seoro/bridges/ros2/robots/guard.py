@@ -111,7 +111,7 @@ async def _take_over(
 ) -> list[Velocity]:
     """Follow the goals of all robots, and be ready to command those that drive."""
     for type_name in (*TYPES, f"{CANCEL_GOAL}_Request"):
-        system.types.encode(type_name, {})  # the first time takes a quarter of a second, which there is not later
+        system.types.prepare(type_name)  # which takes a quarter of a second, which there is not later
     velocities: list[Velocity] = []
     for robot in robots:
         node = await stack.enter_async_context(system.node(NODE, robot.namespace))

@@ -107,7 +107,7 @@ async def test_a_robot_that_comes_back_is_where_it_says_and_drives(tmp_path: Pat
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     fake = [str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE]
     driven, far, arrived = Ends(), Ends(), Ends()
-    with process("-c", ROUTER, router), process(*fake) as robot, process("-c", BRIDGE, router, endpoint, "tb"):
+    with router_process(router), process(*fake) as robot, process("-c", BRIDGE, router, endpoint, "tb"):
         async with connect_robots(endpoint, "a test") as node:
             await node.navigate("tb", [at(1.0)], stop_at_each=False, report=far)
             assert (await far.wait()).status is GoalStatus.SUCCEEDED
@@ -132,7 +132,7 @@ async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     transform = {"header": {"frame_id": "odom", "stamp": {"sec": 90}}, "child_frame_id": "base_link"}
     placed = {"transforms": [{**transform, "transform": {"rotation": {"w": 1.0}}}]}
-    with (tmp_path / "said").open("wb") as said, process("-c", ROUTER, router):
+    with (tmp_path / "said").open("wb") as said, router_process(router):
         async with (
             connect(router, dialect=RmwZenoh()) as system,
             system.node("simulator", "/tb") as simulator,
@@ -164,7 +164,7 @@ async def test_why_a_robot_says_nothing_is_told(tmp_path: Path) -> None:
             await node.watch_distance("tb", 1.0, Ends())
         return str(refused.value).removeprefix("the robot says nothing on /tb/odom, its odometry: ")
 
-    with process("-c", ROUTER, router):
+    with router_process(router):
         async with connect(router, dialect=RmwZenoh()) as system, system.node("robot", "/tb") as robot:
             with process("-c", BRIDGE, router, endpoint, "tb"):
                 async with connect_robots(endpoint, "a test") as node:

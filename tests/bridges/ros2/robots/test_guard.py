@@ -24,7 +24,7 @@ from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
 from seoro.bridges.ros2.robots.leftovers import GONE_FOR, Senders
 from seoro.bridges.session import open_session
-from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, ROUTER, Bridged, free_endpoint, process
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
     DEADLINE,
     DRIVER,
@@ -35,6 +35,7 @@ from tests.bridges.ros2.robots.test_safety import (
     wait_for,
 )
 from tests.bridges.ros2.systems import two_nodes
+from tests.routers import free_endpoint, process, router_process
 
 SEORO = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
 SPIN = "nav2_msgs/action/Spin"
@@ -55,7 +56,7 @@ class Alone:
 def alone(folder: Path) -> Iterator[Alone]:
     router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
     with (
-        process("-c", ROUTER, router),
+        router_process(router),
         process(str(FAKE_ROBOT), str(folder), router, "tb", "geometry_msgs/msg/Twist"),
         process("-c", BRIDGE, router, endpoint, "tb") as bridge,
     ):
