@@ -1,5 +1,6 @@
 """What becomes of actions of `osc.ros` when the router restarts, and when messages come too fast."""
 
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -81,6 +82,31 @@ scenario main:
     [lost, canceled] = [each["message"] for each in ran.records if each.get("level") == "warning"]
     assert lost.startswith("the goal of /fibonacci may go on: ")
     assert canceled == "/fibonacci: a goal that nobody pursued any more was canceled"
+
+
+@pytest.mark.slow
+async def test_a_goal_that_is_taken_too_late_is_canceled(tmp_path: Path, router: str) -> None:
+    text = """
+scenario main:
+    do serial:
+        wait_for_data("/count", "std_msgs/msg/Int64")
+        log("stop")
+        wait elapsed(0.5s)
+        action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 5000}") with:
+            inverter()
+        log("go on")
+        check_data("/said", "std_msgs/msg/String", "goal canceled", member_name: "data",
+                qos_profile: qos_preset_profiles!system_default_transient_local) with:
+            timeout(10s)
+"""
+    signals = {"stop": signal.SIGSTOP, "go on": signal.SIGCONT}
+    with starting_robot(router) as robot:
+        async with running(tmp_path, router, text) as run:
+            async for record in run.trace():
+                if record.get("message") in signals:
+                    robot.send_signal(signals[str(record["message"])])
+            verdict = await run.result()
+    assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
 async def test_a_robot_that_comes_back_is_heard_again(tmp_path: Path, router: str) -> None:

@@ -35,6 +35,7 @@ CANCEL_WITHIN = 2.0  # [s] for each step of calling a goal off: all of them fit 
 FEEDBACK_DEPTH = 100
 ENDS = {4: GoalStatus.SUCCEEDED, 5: GoalStatus.CANCELED, 6: GoalStatus.ABORTED}  # action_msgs/msg/GoalStatus
 Note = Callable[[str], None]
+Lose = Callable[[str, bytes], None]
 
 log = logging.getLogger(__name__)
 
@@ -120,7 +121,7 @@ async def pursuing(
     goal: Mapping[str, Any],
     feedback: Callable[[Members], None],
     note: Note | None = None,
-    lost: Callable[[str, bytes], None] = lambda _action, _number: None,
+    lost: Lose = lambda _action, _number: None,
     *,
     late: bool = False,
 ) -> AsyncIterator[Goal]:
@@ -152,7 +153,7 @@ async def pursuing(
         topic, message = f"{action}/_action/feedback", f"{type_name}_FeedbackMessage"
         told = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(told)
-        pursued = await _send(clients, goal, action, new_number(node.node.session))
+        pursued = await _send(clients, goal, action, Goal(new_number(node.node.session), clients), lost)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(pursued.fetch)
         tasks.start_soon(_listen, messages, pursued.number, feedback, note or log.warning)
@@ -167,15 +168,17 @@ async def pursuing(
                 await _leave(pursued, action, tell, lost)
 
 
-async def _leave(goal: Goal, action: str, note: Note | None, lost: Callable[[str, bytes], None]) -> None:
+async def _leave(goal: Goal, action: str, note: Note | None, lost: Lose) -> None:
+    """Call a goal off, and tell if it may go on."""
     try:
         await goal.cancel()
     except SeoroError as error:
         if not goal.is_reached:
             lost(action, goal.number)
+        problem = f"the goal of {action} may go on: {error}"
         if note is None:
-            raise
-        note(f"the goal of {action} may go on: {error}")
+            raise BackendError(problem) from error
+        note(problem)
 
 
 async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name: str) -> _Clients:
@@ -192,23 +195,24 @@ async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name:
     return clients
 
 
-async def _send(clients: _Clients, goal: Mapping[str, Any], action: str, number: bytes) -> Goal:
+async def _send(clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, lost: Lose) -> Goal:
     """Send a goal; if that is cancelled after it has been sent, or has no answer, it is called off."""
-    request, sent = {"goal_id": {"uuid": list(number)}, "goal": goal}, Goal(number, clients)
+    request = {"goal_id": {"uuid": list(goal.number)}, "goal": members}
     sending = asyncio.ensure_future(clients.send.call(request, ANSWER_WITHIN))
     try:
         response = await asyncio.shield(sending)
     except asyncio.CancelledError:
         with anyio.CancelScope(shield=True), suppress(SeoroError):
-            await _recall(sending, sent)
+            await _recall(sending, goal)
         raise
     except BackendError:
-        with anyio.CancelScope(shield=True), suppress(SeoroError):
-            await sent.cancel()  # the server may have taken it, and not have been able to say so
+        with anyio.CancelScope(shield=True):
+            # The server may have taken it, and not have been able to say so.
+            await _leave(goal, action, lambda _: None, lost)
         raise
     if not response.accepted:
         raise GoalRejected(f"the server of {action} rejects the goal")
-    return sent
+    return goal
 
 
 async def _recall(sending: asyncio.Future[Any], goal: Goal) -> None:
