@@ -64,9 +64,7 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="begin at the state that a run has saved, with its world, in the simulator that saved it",
     )
-    parser.add_argument(
-        "--rate", type=rate, metavar="R", help="simulated seconds per second, or max (default: 1)"
-    )
+    parser.add_argument("--rate", type=rate, metavar="R", help="simulated seconds per second, or max (default: 1)")
     add_folders(parser, "--model-path", "look up models `name://path` in DIR/name first")
 
 
