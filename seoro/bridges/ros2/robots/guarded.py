@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import logging
+import os
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import Final
@@ -20,8 +23,45 @@ from seoro.errors import BackendError
 READY_WITHIN: Final = 30.0  # [s] from its start until it is on guard
 ENDED_WITHIN: Final = 3.0  # [s] from being told
 ANEW_AFTER: Final = 1.0  # [s] from its end until another is started
+PATIENCE: Final = 1.0  # [s] that the event loop may be busy with one thing, such as loading definitions
 
 log = logging.getLogger(__name__)
+
+
+class Signs:
+    """Signs of life, given by a thread: work that holds up the event loop for a moment is no standstill.
+
+    Args:
+        pipe: The file that the guard reads; it is closed at the end.
+    """
+
+    def __init__(self, pipe: int) -> None:
+        os.set_blocking(pipe, False)
+        self._pipe = pipe
+        self._turned = time.monotonic()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._give, name="signs of life", daemon=True)
+        self._thread.start()
+
+    async def keep_turning(self) -> None:
+        """Note that the event loop goes on, without end."""
+        while True:
+            self._turned = time.monotonic()
+            await anyio.sleep(PERIOD)
+
+    def end(self) -> None:
+        """Say that the end is well, and give none any more."""
+        self._over.set()
+        self._thread.join()
+        with suppress(OSError):
+            os.write(self._pipe, END)
+        os.close(self._pipe)
+
+    def _give(self) -> None:
+        while not self._over.wait(PERIOD):
+            if time.monotonic() - self._turned < PATIENCE:
+                with suppress(OSError):  # nobody reads any more, or for a while
+                    os.write(self._pipe, SIGN)
 
 
 @asynccontextmanager
@@ -39,13 +79,13 @@ async def guarded(settings: GuardSettings) -> AsyncIterator[None]:
 async def _keep_guarded(settings: GuardSettings, *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED) -> None:
     async with _guard(settings) as guard:
         task_status.started()
-        await _give_signs(guard)
+        await guard.wait()
     while True:
         log.warning("the guard of the bridge has ended, and is started again")
         await anyio.sleep(ANEW_AFTER)
         try:
             async with _guard(settings) as guard:
-                await _give_signs(guard)
+                await guard.wait()
         except BackendError as error:
             log.warning("%s", error)
 
@@ -58,32 +98,32 @@ async def _guard(settings: GuardSettings) -> AsyncIterator[Process]:
         BackendError: It does not start.
     """
     command = [sys.executable, "-m", "seoro.bridges.ros2.robots.guard", settings.model_dump_json()]
-    process = await anyio.open_process(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=None, start_new_session=True
-    )
-    assert process.stdin is not None
+    theirs, ours = os.pipe()
+    try:
+        process = await anyio.open_process(
+            command, stdin=theirs, stdout=subprocess.PIPE, stderr=None, start_new_session=True
+        )
+    except BaseException:
+        os.close(ours)
+        raise
+    finally:
+        os.close(theirs)
     assert process.stdout is not None
+    signs = Signs(ours)
     try:
         said = b""
         with anyio.move_on_after(READY_WITHIN), suppress(anyio.EndOfStream):
             said = await process.stdout.receive()
         if not said:
             raise BackendError("the guard of the bridge, which stops the robots if it is killed, does not start")
-        yield process
+        async with background() as tasks:
+            tasks.start_soon(signs.keep_turning)
+            yield process
     finally:
         with anyio.CancelScope(shield=True):
-            with anyio.move_on_after(ENDED_WITHIN), suppress(OSError, anyio.BrokenResourceError):
-                await process.stdin.send(END)
+            signs.end()
+            with anyio.move_on_after(ENDED_WITHIN):
                 await process.wait()
             if process.returncode is None:
                 process.kill()
             await process.aclose()
-
-
-async def _give_signs(guard: Process) -> None:
-    """Give signs of life until the guard has ended."""
-    assert guard.stdin is not None
-    with suppress(OSError, anyio.BrokenResourceError):
-        while True:
-            await guard.stdin.send(SIGN)
-            await anyio.sleep(PERIOD)

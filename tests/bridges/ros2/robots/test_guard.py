@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager, suppress
@@ -22,6 +23,7 @@ from seoro.bridges.ros2.clients.numbers import digest
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
+from seoro.bridges.ros2.robots.guarded import Signs
 from seoro.bridges.ros2.robots.leftovers import GONE_FOR, Senders
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
@@ -222,3 +224,39 @@ async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyP
         assert await has_ended_well(ours, stop, go_on) == bool(last)
     os.close(ours)
     assert heard == ["has given no sign of life for 0.02 s", "goes on"]
+
+
+async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PERIOD", 0.001)
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PATIENCE", 0.1)
+    theirs, ours = os.pipe()
+    os.set_blocking(theirs, False)
+    signs = Signs(ours)
+
+    def given() -> int:
+        with suppress(BlockingIOError):
+            return len(os.read(theirs, 1 << 16))
+        return 0
+
+    async with anyio.create_task_group() as tasks:
+        tasks.start_soon(signs.keep_turning)
+        await anyio.sleep(0.01)
+        given()
+        block(0.05)
+        assert given() > 5
+        block(0.2)
+        given()
+        block(0.05)
+        assert given() == 0
+        await anyio.sleep(0.02)
+        assert given() > 0
+        tasks.cancel_scope.cancel()
+    given()
+    signs.end()
+    assert os.read(theirs, 1 << 16).endswith(END)
+    os.close(theirs)
+
+
+def block(duration: float) -> None:
+    """Hold up the event loop."""
+    threading.Event().wait(duration)
