@@ -22,6 +22,7 @@ from seoro.bridges.session import (
     SessionError,
     open_session,
 )
+from seoro.bridges.session.core import _settings
 from seoro.bridges.session.endpoints import is_endpoint
 
 SERVER = Path(__file__).with_name("echo_server.py")
@@ -174,3 +175,9 @@ def open_files() -> list[str]:
         with suppress(FileNotFoundError):  # that of the listing itself
             found.append(str(entry.readlink()))
     return found
+
+
+@pytest.mark.parametrize("patient", [True, False])
+def test_a_megabyte_may_wait_to_be_sent(patient: bool) -> None:
+    queue = _settings(None, "tcp/127.0.0.1:7447", patient)["transport"]["link"]["tx"]["queue"]
+    assert queue["size"]["data"] * 65_536 == 1_048_576

@@ -33,6 +33,9 @@ from seoro.bridges.session.mailbox import Bound, Mailbox
 CLOSE_DEADLINE = 2.0  # [s]
 LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
 PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it is lost
+# Batches of 64 KiB that wait to be sent, as many as Zenoh has. Its own two are full when a laser scanner of 1,000
+# scans a second has had to wait 20 ms for a processor, and what it sends then is lost.
+ROOM = 16
 INBOX_SIZE = 256
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
@@ -382,13 +385,14 @@ def _bytes(content: zenoh.ZBytes | None) -> bytes:
 
 def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
-    link: dict[str, Any] = {"tx": {"lease": LEASE}}
+    queue: dict[str, Any] = {"size": {"data": ROOM}}
     if patient:
         # Zenoh sends answers as their requests were sent: what finds no room in time is lost. To have it wait for
         # ever would hold up the event loop by a peer that stands still; by Zenoh's own limit of 50 ms, busy
         # machines lose one large answer in a hundred.
         drop = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
-        link["tx"]["queue"] = {"congestion_control": {"drop": drop}}
+        queue["congestion_control"] = {"drop": drop}
+    link = {"tx": {"lease": LEASE, "queue": queue}}
     return {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},
