@@ -11,7 +11,7 @@ from seoro.runtime.context import ActionContext, Pending
 from seoro.runtime.contracts import GoalStatus, Report, Reporter
 
 T = TypeVar("T")
-_DONE = Report(GoalStatus.SUCCEEDED)
+DONE = Report(GoalStatus.SUCCEEDED)
 
 
 async def finish(
@@ -48,7 +48,7 @@ async def meanwhile(ctx: ActionContext, work: Coroutine[Any, Any, T]) -> T:
     """
     pending = Pending()
     task = asyncio.ensure_future(work)
-    task.add_done_callback(lambda done: pending.settle(_DONE))
+    task.add_done_callback(lambda done: pending.settle(DONE))
     try:
         await ctx.report(pending)
     except BaseException:

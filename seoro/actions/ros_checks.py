@@ -7,11 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 from typing import Any, NamedTuple
 
-import anyio
-
-from seoro.actions.reports import meanwhile
 from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
-from seoro.actions.ros_support import failing, member, system_of, telling
+from seoro.actions.ros_support import failing, member, next_message, system_of, telling
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
@@ -82,7 +79,7 @@ async def check(
     with failing(), telling(ctx, lambda: wrong):
         async with system_of(ctx).subscribing(topic, type_name, qos) as subscription:
             while True:
-                message = await meanwhile(ctx, _take(subscription, limit, topic))
+                message = await _take(ctx, subscription, limit, topic)
                 limit = None
                 wrong = judge(message)
                 if not wrong:
@@ -91,11 +88,10 @@ async def check(
                     raise ActionFailed(wrong)
 
 
-async def _take(subscription: RosSubscription, limit: float | None, topic: str) -> RosMessage:
+async def _take(ctx: ActionContext, subscription: RosSubscription, limit: float | None, topic: str) -> RosMessage:
     """The next message, which has to come within a limit [s], if there is one."""
     try:
-        with anyio.fail_after(limit):
-            return await subscription.take()
+        return await next_message(ctx, subscription, limit)
     except TimeoutError:
         raise ActionFailed(f"nothing has come on {topic} within {limit:g} s") from None
 
@@ -125,7 +121,7 @@ async def assert_topic_latency(
         ):
             ages = _Ages(clock, topic_name, rolling_average_count)
             while True:
-                mean = ages.take(await meanwhile(ctx, _take(subscription, limit, topic_name)))
+                mean = ages.take(await _take(ctx, subscription, limit, topic_name))
                 limit = None
                 if mean is not None and not compares(mean, comparison_operator, latency, ""):
                     count = rolling_average_count

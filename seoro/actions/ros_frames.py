@@ -14,7 +14,7 @@ import anyio
 
 from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
-from seoro.actions.ros_support import failing, system_of, telling
+from seoro.actions.ros_support import failing, next_message, system_of, telling
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import MobileRobots
@@ -82,7 +82,7 @@ async def odometry_distance_traveled(
     with failing(), telling(ctx, lambda: f"{distance:g} m on {topic}; it has counted {travelled:.3g} m"):
         async with system.subscribing(topic, ODOMETRY, DEFAULT_QOS) as odometry:
             while travelled < distance:
-                message = (await meanwhile(ctx, odometry.take())).message
+                message = (await next_message(ctx, odometry)).message
                 position = message.pose.pose.position
                 if last is not None:
                     travelled += math.hypot(position.x - last.x, position.y - last.y)

@@ -6,14 +6,16 @@ import asyncio
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, TypeAlias
 
+from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
 from seoro.actions.ros_structs import of_struct
 from seoro.errors import ActionFailed, BackendError, BackendLost, InvalidUse
 from seoro.lang.plan import PrimitiveType
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Members, Ros2System
+from seoro.runtime.context import ActionContext, Pending
+from seoro.runtime.ros_system import Members, Ros2System, RosMessage, RosSubscription
 from seoro.runtime.values import INTEGER_LIMITS, Struct, Variable
 
 Target: TypeAlias = Variable[object] | str  # a variable, or what is declared in the place of none
@@ -57,6 +59,38 @@ def telling(ctx: ActionContext, without: Callable[[], str]) -> Iterator[None]:
 def _words(error: Exception) -> str:
     help_text = error.help if isinstance(error, InvalidUse) else ""
     return f"{error}; {help_text}" if help_text else str(error)
+
+
+async def next_message(
+    ctx: ActionContext, subscription: RosSubscription, limit: float | None = None
+) -> RosMessage:
+    """The next message of a subscription; waits for it while the time of the run goes on.
+
+    The subscription itself wakes the action: a task that waits for it in between would be two more turns of the
+    event loop from the message to what follows from it.
+
+    Args:
+        ctx: Of the action.
+        subscription: The subscription.
+        limit: How long to wait [s of the machine's clock]; without end when None.
+
+    Raises:
+        TimeoutError: None has come by then.
+    """
+    loop = asyncio.get_running_loop()
+    end = None if limit is None else loop.time() + limit
+    while (message := subscription.take_now()) is None:
+        if end is not None and loop.time() >= end:
+            raise TimeoutError
+        arrival = Pending()
+        subscription.when_arrived(partial(arrival.settle, DONE))
+        timer = None if end is None else loop.call_at(end, arrival.settle, DONE)
+        try:
+            await ctx.report(arrival)
+        finally:
+            if timer is not None:
+                timer.cancel()
+    return message
 
 
 def to_members(value: object, what: str) -> Members:

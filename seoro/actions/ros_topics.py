@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import anyio
 
-from seoro.actions.reports import meanwhile
 from seoro.actions.ros_messages import to_twist
-from seoro.actions.ros_support import failing, member, store, system_of, to_members
+from seoro.actions.ros_support import failing, member, next_message, store, system_of, to_members
 from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
@@ -74,7 +73,7 @@ async def wait_for_data(ctx: ActionContext, topic_name: str, topic_type: str, qo
     """Wait for the next message on a topic."""
     with failing():
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
-            await meanwhile(ctx, subscription.take())
+            await next_message(ctx, subscription)
 
 
 @action("topic_monitor", anywhere=Ros2System, open_ended=True)
@@ -91,5 +90,5 @@ async def topic_monitor(
     with failing():
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
             while True:
-                message = await meanwhile(ctx, subscription.take())
+                message = await next_message(ctx, subscription)
                 store(ctx, target_variable, member(message.members, member_name, what), what)

@@ -54,8 +54,12 @@ class RosMessage(Protocol):
 class RosSubscription(Protocol):
     """A subscription, which holds some messages that nobody has taken yet."""
 
-    async def take(self) -> RosMessage:
-        """The next message; waits for it."""
+    def take_now(self) -> RosMessage | None:
+        """The oldest message that nobody has taken, if there is one."""
+        ...
+
+    def when_arrived(self, call: Callable[[], None]) -> None:
+        """Have something called once in the event loop, soon after there is something to take, or to be raised."""
         ...
 
     @property

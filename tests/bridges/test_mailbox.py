@@ -43,6 +43,42 @@ async def test_many_messages_are_one_wake_up(monkeypatch: pytest.MonkeyPatch) ->
     assert len(wakes) == 1
 
 
+async def test_who_waits_without_a_task_is_called_once_when_a_message_arrives() -> None:
+    mailbox: Mailbox[int] = Mailbox(Bound(10))
+    calls: list[str] = []
+    mailbox.when_arrived(lambda: calls.append("called"))
+    await asyncio.sleep(0)
+    assert not calls
+    for number in range(3):
+        mailbox.put(number, 1)
+        await asyncio.sleep(0)
+    assert (calls, mailbox.take_now()) == (["called"], 0)
+
+
+async def test_who_waits_is_called_also_if_there_is_a_message_or_there_will_be_none() -> None:
+    mailbox: Mailbox[int] = Mailbox(Bound(10))
+    calls: list[str] = []
+    mailbox.put(0, 1)
+    await asyncio.sleep(0)
+    mailbox.when_arrived(lambda: calls.append("there is one"))
+    await asyncio.sleep(0)
+    mailbox.take_now()
+    mailbox.when_arrived(lambda: calls.append("it is closed"))
+    mailbox.close()
+    await asyncio.sleep(0)
+    mailbox.when_arrived(lambda: calls.append("it was closed"))
+    await asyncio.sleep(0)
+    assert calls == ["there is one", "it is closed", "it was closed"]
+
+
+async def test_those_who_give_up_waiting_leave_nothing() -> None:
+    mailbox: Mailbox[int] = Mailbox(Bound(10))
+    for _ in range(5):
+        with anyio.move_on_after(0):
+            await mailbox.take()
+    assert not mailbox._calls
+
+
 async def test_the_oldest_are_lost_and_counted() -> None:
     mailbox: Mailbox[int] = Mailbox(Bound(3))
     for number in range(10):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import anyio.to_thread
 from anyio.abc import TaskGroup
@@ -21,15 +22,14 @@ from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.descriptions import decoded
-from seoro.bridges.ros2.errors import WrongType
-from seoro.bridges.ros2.interfaces import Message, TypeStore
+from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
+from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
 from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
 from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
 from seoro.bridges.ros2.tf.listener import TransformListener, listen
-from seoro.bridges.ros2.topics import Publication, Subscription
+from seoro.bridges.ros2.topics import Publication, Received, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Dialect, RmwZenoh, Ros2Dds
-from seoro.bridges.session.mailbox import Closed
 from seoro.errors import InvalidUse
 from seoro.runtime import ros_system as contract
 from seoro.runtime.contracts import Happened, Lost
@@ -57,6 +57,13 @@ class Arrived:
         return Members(self.message)
 
 
+class _Unread(NamedTuple):
+    """A message that cannot be read before somebody has told the definition of its type."""
+
+    received: Received
+    asking: asyncio.Future[Message]
+
+
 class Incoming:
     """A subscription that ends with an error when a publisher of another type is found.
 
@@ -69,16 +76,45 @@ class Incoming:
         self._subscription = subscription
         self._node = node
         self._error: WrongType | None = None
+        self._unread: _Unread | None = None
 
-    async def take(self) -> Arrived:
-        """The next message; waits for it."""
+    def take_now(self) -> Arrived | None:
+        """The oldest message that nobody has taken, if there is one; first the one that a definition is asked for."""
+        if self._unread is not None:
+            return self._read_at_last(self._unread)
+        received = self._subscription.take_now()
+        if received is not None:
+            return self._read(received)
+        if self._error is not None:
+            raise self._error
+        return None
+
+    def _read(self, received: Received) -> Arrived | None:
         try:
-            received = await self._subscription.receive()
-        except Closed:
-            assert self._error is not None, "it is open for as long as the block lasts"
-            raise self._error from None
-        message = await decoded(self._node, self._subscription, received)
-        return Arrived(message, received.arrived * 1e-9)
+            return Arrived(self._subscription.decode(received), received.arrived * 1e-9)
+        except (UnknownInterface, DefinitionMismatch):
+            asking = asyncio.ensure_future(decoded(self._node, self._subscription, received))
+            self._unread = _Unread(received, asking)
+        return None
+
+    def _read_at_last(self, unread: _Unread) -> Arrived | None:
+        if not unread.asking.done():
+            return None
+        self._unread = None
+        return Arrived(unread.asking.result(), unread.received.arrived * 1e-9)
+
+    def when_arrived(self, call: Callable[[], None]) -> None:
+        """Have something called once, soon after there is a message, or something to be raised."""
+        if self._unread is not None:
+            self._unread.asking.add_done_callback(lambda _: call())
+        else:
+            self._subscription.when_arrived(call)
+
+    async def close(self) -> None:
+        """Ask no more."""
+        if self._unread is not None:
+            self._unread.asking.cancel()
+            await asyncio.gather(self._unread.asking, return_exceptions=True)
 
     @property
     def lost(self) -> int:
@@ -205,7 +241,10 @@ class RosBackend:
         async with self._node.subscribing(topic, type_name, PRESETS[qos]) as subscription, background() as tasks:
             incoming = Incoming(subscription, self._node)
             tasks.start_soon(incoming.watch_types)
-            yield incoming
+            try:
+                yield incoming
+            finally:
+                await incoming.close()
 
     async def wait_for(self, wanted: Sequence[contract.Wanted]) -> None:
         """Wait until all of some things are there at one time."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import anyio
 
@@ -81,8 +80,7 @@ class Publication:
         self._publisher.put(payload, attachment)
 
 
-@dataclass(frozen=True, slots=True)
-class Received:
+class Received(NamedTuple):
     """A message as it came.
 
     Attributes:
@@ -115,6 +113,7 @@ class Subscription:
         self.type = type_name
         self._waiting: Mailbox[Received] = Mailbox(bound)
         self._missed = 0
+        self._first_missed: int | None = None
         self._dialect = dialect
         self._types = types
         self._last: dict[bytes, int] = {}
@@ -129,6 +128,11 @@ class Subscription:
     def missed(self) -> int:
         """Messages that got lost on their way, by the numbers that senders give them; 0 where they give none."""
         return self._missed
+
+    @property
+    def first_missed(self) -> int | None:
+        """The number that its sender gave to the first message that got lost on its way; None if none has."""
+        return self._first_missed
 
     async def receive(self) -> Received:
         """The next message, as it came; waits for it.
@@ -147,6 +151,14 @@ class Subscription:
             DefinitionMismatch: Its sender has another definition of the type.
         """
         return self.decode(await self.receive())
+
+    def take_now(self) -> Received | None:
+        """The oldest message that waits, as it came, if there is one."""
+        return self._waiting.take_now()
+
+    def when_arrived(self, call: Callable[[], None]) -> None:
+        """Have something called once, soon after there is a message to take, or there will be none."""
+        self._waiting.when_arrived(call)
 
     def __aiter__(self) -> AsyncIterator[Received]:
         return aiter(self._waiting)
@@ -204,3 +216,5 @@ class Subscription:
                 del self._last[next(iter(self._last))]
         elif beside.sequence > last + 1:
             self._missed += beside.sequence - last - 1
+            if self._first_missed is None:
+                self._first_missed = last + 1

@@ -11,9 +11,10 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Generic, Literal, TypeVar
 
 T = TypeVar("T")
@@ -61,7 +62,7 @@ class Mailbox(Generic[T]):
         self._lost = 0
         self._waking = False
         self._closed = False
-        self._arrived = asyncio.Event()
+        self._calls: dict[Callable[[], None], None] = {}  # for who waits
 
     @property
     def lost(self) -> int:
@@ -98,7 +99,9 @@ class Mailbox(Generic[T]):
 
     def _wake(self) -> None:
         self._waking = False
-        self._arrived.set()
+        calls, self._calls = self._calls, {}
+        for call in calls:
+            call()
 
     async def take(self) -> T:
         """The oldest message; waits for one.
@@ -109,9 +112,27 @@ class Mailbox(Generic[T]):
         while (message := self.take_now()) is None:
             if self._closed:
                 raise Closed
-            self._arrived.clear()
-            await self._arrived.wait()
+            await self._arrival()
         return message
+
+    async def _arrival(self) -> None:
+        arrived = self._loop.create_future()
+        wake = partial(_settle, arrived)
+        self.when_arrived(wake)
+        try:
+            await arrived
+        finally:
+            self._calls.pop(wake, None)
+
+    def when_arrived(self, call: Callable[[], None]) -> None:
+        """Have something called once on the loop's thread, soon after there is a message, or there will be none.
+
+        It spares those who are no task of their own the turns of the loop that a task takes.
+        """
+        if self._waiting or self._closed:
+            self._loop.call_soon(call)
+        else:
+            self._calls[call] = None
 
     def take_now(self) -> T | None:
         """The oldest message if there is one."""
@@ -131,4 +152,9 @@ class Mailbox(Generic[T]):
         """Take nothing in any more, on the loop's thread; what waits can still be taken, and then waiting ends."""
         with self._lock:
             self._closed = True
-        self._arrived.set()
+        self._loop.call_soon(self._wake)
+
+
+def _settle(future: asyncio.Future[None]) -> None:
+    if not future.done():
+        future.set_result(None)

@@ -13,9 +13,8 @@ from __future__ import annotations
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import zenoh
 import zenoh.ext
@@ -28,8 +27,7 @@ from seoro.bridges.session.mailbox import LATEST, Mailbox
 HEARTBEAT = 0.5  # [s] after a sample at the latest, subscribers that recover are told how many there were
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(NamedTuple):
     """What has been published.
 
     Attributes:

@@ -1,5 +1,6 @@
 """Topics, over real sessions and a router."""
 
+import time
 import tracemalloc
 from pathlib import Path
 
@@ -283,6 +284,21 @@ async def test_decoding_is_prepared_before_the_first_message_comes(
             assert prepared == []
         async with here.subscribing("chatter", "std_msgs.msg.String"):
             assert prepared == [STRING]
+
+
+async def test_a_late_event_loop_loses_nothing(router: str, types: TypeStore) -> None:
+    async with (
+        two_nodes(router, types) as (there, here),
+        here.subscribing("/scan", STRING, bound=Bound(1000)) as subscription,
+        there.publishing("/scan", STRING) as publication,
+    ):
+        with anyio.fail_after(10):
+            await publication.wait_for_subscription()
+            for _ in range(100):
+                publication.send(bytes(5_800))
+                time.sleep(0.005)  # nothing is taken meanwhile
+            numbers = [(await subscription.receive()).sequence for _ in range(100)]
+    assert numbers == list(range(1, 101))
 
 
 async def test_reading_ends_with_the_subscription(router: str, types: TypeStore) -> None:

@@ -28,6 +28,9 @@ class Members(Mapping[str, Any]):
             raise KeyError(name)
         return _shown(getattr(self.message, attribute(name)))
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.message.__members__
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.message.__members__)
 

@@ -83,6 +83,7 @@ class Recording:
         self._counts: Counter[str] = Counter()
         self._refused: set[str] = set()
         self._losing: set[str] = set()
+        self._missing: set[str] = set()  # topics of which messages do not arrive
         self._others: set[tuple[str, str]] = set()  # topics and definitions by which they are not recorded
         self._notes: list[str] = []
         self._complete = anyio.Event()
@@ -208,6 +209,9 @@ class Recording:
                 self._writer.lose(name, subscription.lost - lost)
                 lost = subscription.lost
                 self._note_loss(name)
+            if name not in self._missing and subscription.first_missed is not None:
+                self._missing.add(name)
+                self.note(f"{name}: messages do not arrive, the first of them number {subscription.first_missed}")
             if received.type_hash and topic.type_hash and received.type_hash != topic.type_hash:
                 self._note_other(topic, received.type_hash)
                 continue

@@ -8,7 +8,7 @@ A subscription of rmw_zenoh drops messages without it.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from typing import NamedTuple
 
 GID_SIZE = 16
 
@@ -19,8 +19,7 @@ class InvalidAttachment(ValueError):
     """What travelled beside a message is not what rmw_zenoh sends."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attachment:
+class Attachment(NamedTuple):
     """The attachment of a message.
 
     Attributes:

@@ -254,6 +254,30 @@ async def test_topics_that_cannot_be_recorded_are_left_out_of_a_pattern_with_a_n
     assert recording.topics == ("/good",)
 
 
+async def test_messages_that_do_not_arrive_are_told_counted_and_noted(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    told: list[str] = []
+    async with (
+        limited(),
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+    ):
+        await recording.wait_complete()
+        await talk_to(chatter, "1", "2")
+        for _ in range(3):
+            next(chatter._numbers)  # as if they had been dropped on a link that is full
+        await talk_to(chatter, "6")
+        next(chatter._numbers)
+        await talk_to(chatter, "8")
+        await recorded(recording, 4)
+    assert recording.missed == {"/chatter": 4}
+    assert told == ["/chatter: messages do not arrive, the first of them number 3"]
+    noted = custom_data(tmp_path / "bag")
+    assert (noted["missed"], noted["notes"]) == ("4 of /chatter", told[0])
+
+
 async def test_losses_are_told_counted_and_noted(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
