@@ -23,8 +23,7 @@ one after another, the last started first, as each has finished its clean-up.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Generator
-from contextlib import contextmanager
+from collections.abc import Callable, Coroutine
 from contextvars import Context, copy_context
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -214,6 +213,20 @@ class Agenda:
             self._fired.append(waiter)
             self._poke()
 
+    def arrive(self, waiter: Waiter) -> None:
+        """Wake a flow that waits for the outside world.
+
+        Where time passes by itself, an instant begins in this call, and the flow goes on before `drive` does: what
+        arrives is answered a turn of the event loop sooner.
+        """
+        if self._open or self._clock.deterministic or self._finished:
+            self.fire(waiter)
+        elif not (waiter.fired or waiter.over):
+            waiter.fired = True
+            self._fired.append(waiter)
+            self._open_instant()
+            self._interrupt.set()
+
     def at(self, time: float, entry: Entry) -> None:
         """Fire a waiter, or let a timer or a limit act, in the first instant at or after a time."""
         self._timetable.add(time, entry)
@@ -258,14 +271,9 @@ class Agenda:
         """Put down the end of what hears emissions; it takes hold after all of the same round."""
         self._effects.closings.append(effect)
 
-    @contextmanager
-    def expecting(self) -> Generator[None]:
-        """While a backend is going to report something as time goes on, time may go on."""
-        self._expected += 1
-        try:
-            yield
-        finally:
-            self._expected -= 1
+    def expect(self, count: int) -> None:
+        """A backend is going to report something as time goes on, which therefore may; or, for -1, it has."""
+        self._expected += count
 
     # -------------------------------------------------------- ending
 
@@ -479,7 +487,8 @@ class Agenda:
             if self._interrupt.is_set():
                 self._interrupt = anyio.Event()
             if not self._finished:
-                self._open_instant()
+                if not self._open:
+                    self._open_instant()
                 await self._settled.wait()
 
     def _has_work(self) -> bool:

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from random import Random
 from typing import NamedTuple, TypeAlias, assert_never
@@ -219,7 +218,7 @@ class Conditions:
         """The value of an expression now; from now on, it is looked at again when what it has read changes."""
         reads = Reads()
         try:
-            value = bool(evaluate(watch.expression, replace(watch.environment, reads=reads)))
+            value = bool(evaluate(watch.expression, watch.environment.reading(reads)))
         except NotInvoked:
             value = False
         except EvaluationError as error:

@@ -42,7 +42,7 @@ class Pending:
         self._report = report
         if self._waiter is not None:
             place, waiter = self._waiter
-            place.agenda.fire(waiter)
+            place.agenda.arrive(waiter)
 
 
 class Occasion:
@@ -220,8 +220,11 @@ class ActionContext:
         if pending._report is None:
             waiter = Waiter(self._place.flow)
             pending._waiter = (self._place, waiter)
-            with self._place.agenda.expecting():
+            self._place.agenda.expect(1)
+            try:
                 await self._wait(waiter)
+            finally:
+                self._place.agenda.expect(-1)
         assert pending._report is not None
         return pending._report
 

@@ -150,5 +150,19 @@ class Environment:
         """The scenario around."""
         return self.scenario or self.instance
 
+    def reading(self, reads: Reads) -> Environment:
+        """The same, which keeps what is read; made by hand, since conditions are evaluated often."""
+        return Environment(
+            self.instance,
+            self.bindings,
+            self.path,
+            self.scenario,
+            self.depth,
+            self.seed,
+            self.run,
+            self.calls,
+            reads,
+        )
+
 
 Evaluate: TypeAlias = Callable[[Expression, Environment], Value]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
@@ -16,6 +17,7 @@ from seoro.runtime.values import Value, plain
 if TYPE_CHECKING:
     from seoro.runtime.events import Event
 
+OFFSET: Final = "+00:00"  # from UTC
 LOGS_KEPT: Final = 20  # of the last ones, for the verdict
 
 
@@ -35,6 +37,8 @@ class Trace:
         self._now = now
         self._failed = failed
         self._numbers = count()
+        self._second = -1  # since the epoch, of the last record
+        self._second_text = ""
         self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
         self.exact = Exact()
 
@@ -51,6 +55,14 @@ class Trace:
         """Whether anybody sees the records."""
         return bool(self._observers)
 
+    def _wall(self) -> str:
+        """The time by the machine's clock, as `datetime` has it, in a fraction of the time that takes."""
+        seconds, rest = divmod(time.time_ns(), 1_000_000_000)
+        if seconds != self._second:
+            self._second = seconds
+            self._second_text = datetime.fromtimestamp(seconds, UTC).isoformat()[: -len(OFFSET)]
+        return f"{self._second_text}.{rest // 1000:06}{OFFSET}"
+
     def record(self, kind: str, **fields: Any) -> None:
         """Add a record."""
         if not self._observers:
@@ -58,7 +70,7 @@ class Trace:
         record = {
             "seq": next(self._numbers),
             "t": self._now(),
-            "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
+            "wall": self._wall(),
             "kind": kind,
             **fields,
         }
