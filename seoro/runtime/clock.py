@@ -37,13 +37,13 @@ class RealClock:
         return False
 
     async def pass_time(self, due: float | None, interrupt: anyio.Event) -> None:
-        """Sleep until due or interrupted."""
+        """Sleep until due or interrupted; to be due interrupts, too."""
         if due is None:
             await interrupt.wait()
             return
         from seoro.runtime.alarm import alarm  # noqa: PLC0415 - other clocks do without ctypes, which takes time to load
 
-        with anyio.CancelScope() as scope, alarm(self._start + due, scope.cancel):
+        with alarm(self._start + due, interrupt.set):
             await interrupt.wait()
 
 

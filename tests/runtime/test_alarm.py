@@ -1,12 +1,13 @@
 """Alarms: on time, never early, and nothing of them is left."""
 
+import resource
 import time
 from pathlib import Path
 
 import anyio
 import pytest
 
-from seoro.runtime.alarm import alarm
+from seoro.runtime.alarm import NEAR, alarm
 from seoro.runtime.clock import RealClock
 
 HALF_WAY = 0.0021  # [s] a time between those to which event loops round
@@ -52,9 +53,39 @@ async def test_an_alarm_leaves_no_file() -> None:
     before = open_files()
     for _ in range(10):
         with pytest.raises(ZeroDivisionError), alarm(time.monotonic() + 60, lambda: None):
+            assert open_files() == before  # it is far away
+            raise ZeroDivisionError
+    assert open_files() == before
+
+
+async def test_an_alarm_that_is_near_has_a_file_within_its_block_only() -> None:
+    before = open_files()
+    for _ in range(10):
+        with pytest.raises(ZeroDivisionError), alarm(time.monotonic() + NEAR / 2, lambda: None):
             assert open_files() == before + 1
             raise ZeroDivisionError
     assert open_files() == before
+
+
+async def test_an_alarm_rings_on_time_that_was_far_away_when_it_was_set() -> None:
+    at = time.monotonic() + NEAR + HALF_WAY
+    rung, before = anyio.Event(), open_files()
+    with anyio.fail_after(5), alarm(at, rung.set):
+        assert open_files() == before
+        await rung.wait()
+        assert time.monotonic() >= at
+    assert open_files() == before
+
+
+async def test_an_alarm_rings_when_no_more_files_can_be_opened() -> None:
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    rung = anyio.Event()
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, limits[1]))
+    try:
+        with anyio.fail_after(5), alarm(time.monotonic() + 0.005, rung.set):
+            await rung.wait()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
 
 
 async def test_sleep_is_interrupted_before_it_is_due() -> None:
