@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import gc
 import inspect
+import os
 import resource
 import sys
 import threading
@@ -23,6 +24,7 @@ from typing import Any, NamedTuple
 
 LIMIT = 0.1  # [s] that a step may take
 _RENEWAL = 0.02  # [s]; how old a reading is at most when a step begins
+_LONGEST = 100  # [bytes] of what the machine tells of a thread: three numbers
 
 
 class _Reading(NamedTuple):
@@ -40,30 +42,46 @@ class Share:
     def __init__(self) -> None:
         self._taken = -1.0
         self._reading = _Reading(0.0, 0.0, 0, 0)
+        self._delays: int | None = None  # a file, open while the run lasts
+
+    def begin(self) -> None:
+        """The run begins, in this thread."""
+        with suppress(OSError):  # not every kernel tells
+            self._delays = os.open("/proc/thread-self/schedstat", os.O_RDONLY | os.O_CLOEXEC)
+
+    def end(self) -> None:
+        """The run is over."""
+        if self._delays is not None:
+            os.close(self._delays)
+            self._delays = None
 
     def renew(self, now: float) -> None:
-        """A step begins now [s, monotonic]; what is read is at most a moment older."""
+        """A step begins now [s, monotonic]; what is read is at most a moment older.
+
+        What arrives after a while is answered by a step that reads: to open the file anew took half of the time
+        of the answer.
+        """
         if now - self._taken > _RENEWAL:
             self._taken = now
-            self._reading = _read()
+            self._reading = self._read()
 
     def of(self, held: float) -> float:
         """How much of the time [s] that the step took it has computed or waited for something of its own."""
-        before, after = self._reading, _read()
+        before, after = self._reading, self._read()
         if after.collections > before.collections:
             return 0.0
         if after.rests == before.rests:
             return min(held, after.processor - before.processor)
         return held - (after.delay - before.delay)
 
-
-def _read() -> _Reading:
-    used = resource.getrusage(resource.RUSAGE_THREAD)
-    delay = 0
-    with suppress(OSError, ValueError, IndexError):  # not every kernel tells
-        delay = int(Path("/proc/thread-self/schedstat").read_text().split()[1])
-    collections = gc.get_stats()[-1]["collections"]
-    return _Reading(used.ru_utime + used.ru_stime, delay * 1e-9, used.ru_nvcsw, collections)
+    def _read(self) -> _Reading:
+        used = resource.getrusage(resource.RUSAGE_THREAD)
+        delay = 0
+        if self._delays is not None:
+            with suppress(OSError, ValueError, IndexError):
+                delay = int(os.pread(self._delays, _LONGEST, 0).split()[1])
+        collections = gc.get_stats()[-1]["collections"]
+        return _Reading(used.ru_utime + used.ru_stime, delay * 1e-9, used.ru_nvcsw, collections)
 
 
 class Meter:

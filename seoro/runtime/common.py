@@ -45,11 +45,13 @@ class Common:
     def begin(self, group: TaskGroup) -> None:
         """The run begins; what lasts is open in tasks of this group."""
         self._lasting = Lasting(group, self._grace, self._failed)
+        self.share.begin()
 
     async def end(self) -> None:
         """Close what is open, after the last instant."""
         await self.lasting.end()
         self._write_relayed()
+        self.share.end()
 
     @property
     def lasting(self) -> Lasting:

@@ -1,8 +1,10 @@
 """Actions that block the event loop are found out, and named."""
 
 import asyncio
+import os
 import time
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -75,3 +77,28 @@ async def test_what_others_do_within_a_call_of_the_action_is_not_its_fault(prepa
     async with prepare_text(TEXT, Options(clock="virtual", observers=[Slow()]), [work]) as run, run.running():
         records = [record async for record in run.trace()]
         assert [r["message"] for r in records if r["kind"] == "log"] == ["to someone slow"] * 3
+
+
+async def test_a_run_asks_the_machine_by_one_file_and_closes_it(
+    run_text: RunText, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[int] = []
+    open_file = os.open
+
+    def note(*arguments: Any) -> int:
+        file = open_file(*arguments)
+        opened.append(file)
+        return file
+
+    @action("work")
+    async def work(ctx: ActionContext) -> None:
+        for _ in range(3):
+            await ctx.sleep(1.0)
+
+    monkeypatch.setattr(blocking, "_RENEWAL", -1.0)
+    monkeypatch.setattr(os, "open", note)
+    ran = await run_text(TEXT, actions=[work])
+    assert ran.verdict.passed
+    assert len(opened) == 1
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(opened[0])
