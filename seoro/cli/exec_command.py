@@ -11,8 +11,9 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import anyio
 
@@ -85,12 +86,17 @@ def run(options: argparse.Namespace) -> int:
         with _terminable():
             scenario = _load(options.file)
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
-            return anyio.run(_Exec(options, scenario, files).main)
+            return anyio.run(_Exec(options, scenario, files).main, backend_options=_loop_for(options))
     except (InvalidScenario, InvalidUse, BackendError) as error:
         files.write_unrun(STDIN_NAME if options.file == STDIN else options.file, error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED
+
+
+def _loop_for(options: argparse.Namespace) -> dict[str, Any]:
+    """Which event loop a run gets: uvloop, which answers messages sooner, if any may come."""
+    return {"use_uvloop": options.ros is not None and find_spec("uvloop") is not None}
 
 
 class _Terminated(BaseException):

@@ -2,7 +2,9 @@
 
 import argparse
 from pathlib import Path
+from typing import Any
 
+import anyio
 import pytest
 
 from seoro.bridges.ros2.addresses import ROUTER
@@ -70,3 +72,19 @@ def test_one_robot_carries_out_one_run_at_a_time(tmp_path: Path, capsys: pytest.
     file.write_text("import osc.types\nscenario main:\n    do wait elapsed(1s)\n")
     assert main(["sweep", str(file), "--ros", "--jobs", "2", "-o", str(tmp_path / "out")]) == 2
     assert "one robot carries out one run at a time" in capsys.readouterr().err
+
+
+def test_runs_that_reach_a_ros_system_get_the_faster_event_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loops: list[dict[str, Any]] = []
+
+    def run(main: object, *, backend_options: dict[str, Any]) -> int:
+        loops.append(backend_options)
+        return 0
+
+    monkeypatch.setattr(anyio, "run", run)
+    file = tmp_path / "main.osc"
+    file.write_text("scenario main:\n    event done\n")
+    assert main(["exec", str(file), "--ros"]) == main(["exec", str(file)]) == 0
+    assert loops == [{"use_uvloop": True}, {"use_uvloop": False}]
