@@ -10,6 +10,7 @@ robot in another process, behind a router. Nothing may be lost. SECONDS says how
 from __future__ import annotations
 
 import asyncio
+import os
 import shutil
 import socket
 import subprocess
@@ -31,6 +32,7 @@ SCAN = "sensor_msgs/msg/LaserScan"
 IMAGE = "sensor_msgs/msg/Image"
 RATES = {SCAN: 1000, IMAGE: 50}  # [Hz]
 TOPICS = {SCAN: "/scan", IMAGE: "/image"}
+LIMIT = 0.6  # of a core, for what nothing may be lost of
 
 
 def payload(type_name: str) -> bytes:
@@ -58,9 +60,10 @@ class Cost:
     def __init__(self) -> None:
         self._started = time.monotonic(), time.process_time()
 
-    def __str__(self) -> str:
+    def share(self) -> float:
+        """How much it has been."""
         wall, processor = self._started
-        return f"{(time.process_time() - processor) / (time.monotonic() - wall):.0%} of a core"
+        return (time.process_time() - processor) / (time.monotonic() - wall)
 
 
 async def write_alone(folder: Path, type_name: str, seconds: float) -> None:
@@ -106,9 +109,7 @@ async def record_robot(folder: Path, type_name: str, seconds: float) -> None:
         cost = Cost()
         await process.wait()
     lost, missed = sum(recording.lost.values()), sum(recording.missed.values())
-    report("over Zenoh", type_name, folder, cost, lost)
-    if missed:
-        print(f"    {missed} did not arrive: the link was full")
+    report("over Zenoh", type_name, folder, cost, lost, missed)
 
 
 async def decode(node: RosNode) -> None:
@@ -135,14 +136,17 @@ async def be_robot(router: str, type_name: str, seconds: float) -> None:
         await asyncio.sleep(0.5)
 
 
-def report(how: str, type_name: str, folder: Path, cost: Cost, lost: int) -> None:
+def report(how: str, type_name: str, folder: Path, cost: Cost, lost: int, missed: int = 0) -> None:
     """Say what it was, and what it cost."""
-    share = str(cost)
+    share = cost.share()
     bag = open_bag(folder)
     size = sum(file.stat().st_size for file in folder.iterdir())
     seconds = (bag.extent.end - bag.extent.start) / 1e9
     what = f"{bag.extent.count / seconds:.0f} {TOPICS[type_name]} a second, {size / seconds / 1e6:.0f} MB/s"
-    print(f"{how}: {what}, {size / 1e9:.2f} GB: {share}, {lost} lost")
+    print(f"{how}: {what}, {size / 1e9:.2f} GB: {share:.0%} of a core, {lost} lost, {missed} did not arrive")
+    verdict = "met" if share < LIMIT and not lost and not missed else "not met"
+    load = os.getloadavg()[0]
+    print(f"    limit {LIMIT:.0%} of a core and nothing lost: {verdict}; load of the machine {load:.1f}")
     shutil.rmtree(folder)
 
 

@@ -8,8 +8,8 @@ message is put until, in turns,
 - coroutine: the coroutine that waits for it has it.
 - scenario: the action starts that follows a `wait` for a variable, which `topic_monitor` lets follow the topic.
 
-The event loop is that of `seoro exec --ros`, uvloop. All processes read the same monotonic clock. Printed are medians of all messages, the lowest and the highest median
-of a round, and the 99th percentile.
+The event loop is that of `seoro exec --ros`, uvloop. All processes read the same monotonic clock. Printed are
+medians of all messages, the lowest and the highest median of a round, and the 99th percentile.
 """
 
 from __future__ import annotations
