@@ -79,7 +79,7 @@ class Incoming:
         self._unread: _Unread | None = None
 
     def take_now(self) -> Arrived | None:
-        """The oldest message that nobody has taken, if there is one; first the one that a definition is asked for."""
+        """The oldest message that nobody has taken, if there is one, and its definition is known."""
         if self._unread is not None:
             return self._read_at_last(self._unread)
         received = self._subscription.take_now()
