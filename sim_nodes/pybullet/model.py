@@ -61,15 +61,14 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     body = _load(bullet, declaration.urdf, robot.state, static=declaration.fixed)
     links = Links(bullet, body)
     for index in links.links.values():
-        bullet.changeDynamics(
-            body, index, lateralFriction=declaration.body_friction, linearDamping=0.0, angularDamping=0.0
-        )
+        bullet.changeDynamics(body, index, lateralFriction=declaration.body_friction)
     for name in declaration.low_friction_links:
         bullet.changeDynamics(body, links.links[name], lateralFriction=0.0)
     if declaration.mobile is not None:
         drive = declaration.mobile.drive
         for wheel in wheels(links, drive):
             bullet.changeDynamics(body, wheel, lateralFriction=drive.wheel_friction)
+    _undamp(bullet, body)
     return body, links
 
 
@@ -81,15 +80,14 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
     body = _load(bullet, _urdf(model, colour), state, static=model.static)
-    bullet.changeDynamics(
-        body,
-        BASE,
-        lateralFriction=model.friction,
-        linearDamping=0.0,
-        angularDamping=0.0,
-        maxJointVelocity=FASTEST,
-    )
+    bullet.changeDynamics(body, BASE, lateralFriction=model.friction, maxJointVelocity=FASTEST)
+    _undamp(bullet, body)
     return body
+
+
+def _undamp(bullet: Any, body: int) -> None:
+    """Let a body move on; with friction in the same call, Bullet gives that to the base, and not to the link."""
+    bullet.changeDynamics(body, BASE, linearDamping=0.0, angularDamping=0.0)
 
 
 def walls_body(walls: Iterable[Wall]) -> BodyModel:
