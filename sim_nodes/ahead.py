@@ -43,8 +43,11 @@ def go_ahead(simulation: Simulation, horizon: float) -> Ahead | None:
     if horizon <= simulation.time or shown or not isinstance(engine, Rewinds):
         return None
     deadline = monotonic() + LONGEST
+    checkpoint = engine.checkpoint()
+    if checkpoint is None:
+        return None
     # What is saved is in use, and goes on changing.
-    ahead = Ahead(simulation.time, engine.checkpoint(), copied(simulation.save()), simulation.log.number)
+    ahead = Ahead(simulation.time, checkpoint, copied(simulation.save()), simulation.log.number)
     try:
         while simulation.time < horizon and not simulation.has_to_tell and monotonic() < deadline:
             simulation.advance(min(simulation.time + SLICE, horizon))

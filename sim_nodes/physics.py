@@ -336,7 +336,11 @@ class Rewinds(Protocol):
     """
 
     def checkpoint(self) -> Any:
-        """What the future follows from, but the scene and the bodies in it; later steps leave it as it is."""
+        """What the future follows from, but the scene and the bodies in it; later steps leave it as it is.
+
+        Returns:
+            None where there is no way back from now on. To go back to others than the last may take long.
+        """
 
     def rewind(self, checkpoint: Any) -> None:
         """Go on, bit for bit, as from a checkpoint, since which no body was added, removed or put elsewhere."""

@@ -275,6 +275,13 @@ class Mindless(MujocoEngine):
         super().rewind({**checkpoint, "without_power": set()})
 
 
+class Onward(MujocoEngine):
+    """It knows no way back."""
+
+    def checkpoint(self) -> Any:
+        return None
+
+
 class Nosy(MujocoEngine):
     """It steps to see what it saves."""
 
@@ -388,6 +395,7 @@ class Blind(MujocoEngine):
         (Cold, saving.what_is_restored_goes_on_as_it_did, "another engine differs at moment 0"),
         (Littering, saving.what_was_added_since_is_gone_again, ""),
         (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
+        (Onward, saving.what_is_rewound_goes_on_as_it_did, "there is no way back from any of 400 steps"),
         (Mindless, saving.what_is_rewound_goes_on_as_it_did, "an engine that was rewound"),
         (Settled, saving.a_restored_engine_resets_as_any_other, "a restored engine that was reset"),
         (Hasty, repeating.many_steps_are_as_single_ones, ""),
