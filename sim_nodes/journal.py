@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
@@ -65,6 +66,17 @@ class Calls:
                 self._known[kind] = index
         return index
 
+    @property
+    def mark(self) -> tuple[int, int, int]:
+        """How many calls, kinds and numbers there are."""
+        return len(self._steps), len(self._kinds), len(self._numbers)
+
+    def cut(self, mark: tuple[int, int, int]) -> None:
+        """Forget the calls since a mark."""
+        calls, kinds, numbers = mark
+        del self._steps[calls:], self._kind[calls:], self._kinds[kinds:], self._numbers[numbers:]
+        self._known = {kind: index for kind, index in self._known.items() if index < kinds}
+
     def save(self) -> Mapping[str, Any]:
         """All of them as data, of which little is left when it is compressed but the numbers."""
         return {
@@ -99,6 +111,15 @@ def _slot(argument: Any) -> Slot:
     return len(argument) if isinstance(argument, np.ndarray) else (argument,)
 
 
+@dataclass(frozen=True)
+class Mark:
+    """A place in a journal: the number of steps, the calls, and how many of them."""
+
+    steps: int
+    calls: Calls
+    size: tuple[int, int, int]
+
+
 class Journal:
     """The calls of one engine since its scene was built or reset.
 
@@ -119,6 +140,15 @@ class Journal:
             self._calls.add(self._steps, method, arguments)
             if self._calls.is_full:
                 self._calls = None
+
+    def mark(self) -> Mark | None:
+        """Where it is now; None when there were too many calls."""
+        return None if self._calls is None else Mark(self._steps, self._calls, self._calls.mark)
+
+    def cut(self, mark: Mark) -> None:
+        """Forget what was noted since a mark."""
+        self._steps, self._calls = mark.steps, mark.calls
+        mark.calls.cut(mark.size)
 
     def save(self) -> Mapping[str, Any]:
         """All calls.

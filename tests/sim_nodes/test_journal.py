@@ -73,3 +73,35 @@ def test_a_journal_with_too_much_in_it_says_so(monkeypatch: pytest.MonkeyPatch) 
     noted.note("move", (1.0,))
     with pytest.raises(UnsavableState, match=r"more than is kept \(2000000 things, 4 numbers\)"):
         noted.save()
+
+
+def test_what_was_noted_since_a_mark_is_cut_off() -> None:
+    plain, cut = Journal(), Journal()
+    for each in (plain, cut):
+        each.note("command", ("one", 0.1))
+        each.note("put", (CUBE, 1.0))
+        each.step(5)
+    mark = cut.mark()
+    assert mark is not None
+    for _ in range(2):
+        cut.note("command", ("two", 0.2))
+        cut.note("put", (CUBE, 2.0))
+        cut.step(3)
+        cut.cut(mark)
+    for each in (plain, cut):
+        each.note("command", ("two", 0.3))
+        each.note("command", ("one", 0.4))
+        each.step(1)
+    assert pack(cut.save()) == pack(plain.save())
+
+
+def test_a_full_journal_has_no_mark_but_goes_back_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(journal, "MAX_NUMBERS", 2)
+    noted = Journal()
+    noted.note("command", (1.0,))
+    mark = noted.mark()
+    assert mark is not None
+    noted.note("row", (np.array([1.0, 2.0]),))
+    assert noted.mark() is None
+    noted.cut(mark)
+    assert [arguments for _, _, arguments in calls_of(noted.save())] == [(1.0,)]
