@@ -35,6 +35,21 @@ def is_touching(point: Sequence[Any]) -> bool:
 
 
 @dataclass(frozen=True)
+class ArmCommand:
+    """What the motors of an arm were told last.
+
+    Attributes:
+        targets: Where they pull the joints to [rad].
+        rates: How fast that moves [rad/s].
+        fingers: Where the fingers are pulled to [m], and by which force at most [N].
+    """
+
+    targets: Array
+    rates: Array
+    fingers: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Ghost:
     """A part of a body that is somewhere in thought: name of the body, number of the shape, and its place."""
 
@@ -109,6 +124,16 @@ class PybulletArm:
         self._pull()
 
     @property
+    def command(self) -> ArmCommand:
+        """What the motors were told last."""
+        return ArmCommand(self._targets, self._rates, self._grip)
+
+    def take_up(self, command: ArmCommand) -> None:
+        """Go on with a command."""
+        self.command_joints(command.targets, command.rates)
+        self.command_fingers(*command.fingers)
+
+    @property
     def is_moving(self) -> bool:
         """Whether what the motors pull the joints to moves."""
         return bool(self._rates.any())
@@ -133,6 +158,7 @@ class PybulletArm:
 
     def command_fingers(self, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
+        self._grip = (position, force)
         self._bullet.setJointMotorControlArray(
             self._body,
             self._fingers,

@@ -3,15 +3,15 @@
 Bullet keeps a body by its centre of mass, whose frame is turned to the principal axes of inertia; everything
 here is by the origin of the body's own frame, and `_Body` has what lies between the two.
 
-Bullet carries impulses of contacts over from step to step, which no call puts back. So a reset loads everything
-anew, in the same order: a world that is reset goes on as one that was built. Its own saved states go on a little
-differently, too, where many bodies touch; so a state is saved as what led to it.
+Bullet carries contacts over from step to step, which a call puts back only among the bodies that had them (see
+`rewinding.py`). So a reset loads everything anew, in the same order: a world that is reset goes on as one that was
+built. And a state that another process is to go on from is saved as what led to it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from typing import Any
 
@@ -33,8 +33,11 @@ from sim_nodes.physics import (
     TouchPoint,
 )
 from sim_nodes.pybullet.arm import BODY_B, DISTANCE, Ghost, Ghosts, PybulletArm, is_touching
-from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wheels, wxyz, xyzw
+from sim_nodes.pybullet.drive import PybulletDrive
+from sim_nodes.pybullet.meeting import Meeting
+from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
 from sim_nodes.pybullet.output import caught
+from sim_nodes.pybullet.rewinding import AT_ONCE, Checkpoint, LastStep, Saves, tie
 from sim_nodes.views import Picture, View
 
 with caught():  # it prints when it was built
@@ -50,7 +53,6 @@ FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those be
 ALL_GROUPS = -1
 POSITION = 5  # of a contact point on the first body, among what Bullet says of it
 NO_SHAPE = -1  # to collide with
-BEARINGS = 0.002  # [N m] of friction in wheels without power; those without any may creep on for ever
 
 
 @dataclass(frozen=True)
@@ -64,13 +66,11 @@ class _Body:
 
 
 @dataclass(frozen=True)
-class _Drive:
-    """What a robot drives with, and sees by, in Bullet."""
+class _Eye:
+    """What a robot sees by, in Bullet."""
 
     body: int
-    wheels: tuple[int, int]
-    lidar: int
-    torque: float  # limit of the motors [N m]
+    link: int  # of the lidar
     group: int  # collision group, which is the robot's alone
 
 
@@ -113,11 +113,15 @@ class PybulletEngine:
         bullet.resetSimulation()
         bullet.setGravity(0.0, 0.0, -GRAVITY)
         bullet.setPhysicsEngineParameter(
-            fixedTimeStep=1.0 / STEPS_PER_SECOND, deterministicOverlappingPairs=1, enableFileCaching=0
+            fixedTimeStep=1.0 / STEPS_PER_SECOND,
+            deterministicOverlappingPairs=1,
+            minimumSolverIslandSize=AT_ONCE,
+            enableFileCaching=0,
         )
         self._bodies: dict[str, _Body] = {}
         self._owners: dict[int, str] = {}
         self._static: set[int] = set()  # of the bodies, those that have a base which does not move
+        self._meeting = Meeting(bullet)
         plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
         tiles, others = floor_shapes(bullet, self._scene.extent)
         floor = bullet.createMultiBody(0.0, plane, tiles)
@@ -128,10 +132,12 @@ class PybulletEngine:
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
             model = walls_body(wall for wall in walls if wall.name == name)
-            self._note(name, load_body(bullet, model, BodyState((0.0, 0.0, 0.0)), WALL), static=True)
-        self._drives: dict[str, _Drive] = {}
-        self._commands: dict[str, tuple[float, float]] = {}  # to the wheels of robots [rad/s]
-        self._without_power: set[str] = set()  # robots
+            state = BodyState((0.0, 0.0, 0.0))
+            number = load_body(bullet, model, state, WALL)
+            self._note(name, number, static=True)
+            self._meeting.stand(number, model.parts, state)
+        self._drives: dict[str, PybulletDrive] = {}
+        self._eyes: dict[str, _Eye] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._ghosts = Ghosts(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -140,6 +146,10 @@ class PybulletEngine:
         for name, (model, state) in self._added.items():
             self._load_body(name, model, state)
         jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
+        driven = {drive.body: drive.wheels[0] for drive in self._drives.values()}
+        tie(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
+        self._saves = Saves(bullet)
+        self._last: LastStep | None = None  # if it was gone back to
         self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, jointed)
 
     def _note(self, name: str, number: int, *, static: bool) -> None:
@@ -154,24 +164,29 @@ class PybulletEngine:
         self._note(robot.name, number, static=robot.declaration.fixed)
         self._links[robot.name] = links.links
         group = 1 << (FIRST_ROBOT_GROUP + index)
-        for link in links.links.values():
+        for link in links.shapes:
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
+        wide = {links.links[name]: parts for name, parts in links.wide.items()}
+        self._meeting.move(number, wide, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
         if mobile is not None:
-            lidar = links.links[mobile.lidar.link]
-            drive = _Drive(number, wheels(links, mobile.drive), lidar, mobile.drive.motor_torque, group)
-            self._drives[robot.name] = drive
-            self._command(robot.name, 0.0, 0.0)
+            self._drives[robot.name] = PybulletDrive(self._bullet, number, links, mobile)
+            self._eyes[robot.name] = _Eye(number, links.links[mobile.lidar.link], group)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         number = load_body(self._bullet, model, state, colour_of(name, model.colour))
         self._note(name, number, static=model.static)
+        if model.static:
+            self._meeting.stand(number, model.parts, state)
+        else:
+            self._meeting.move(number, {})
         self._place(self._bodies[name], state)
 
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
+        self._last = None
         made = self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
@@ -181,12 +196,55 @@ class PybulletEngine:
         self.journal.step(made)
         return made
 
+    def checkpoint(self) -> Checkpoint | None:
+        """See `Rewinds.checkpoint`."""
+        mark = self.journal.mark()
+        if mark is None or self._meeting.is_twice():
+            return None
+        return Checkpoint(
+            self._saves.take(),
+            mark,
+            {name: drive.command for name, drive in self._drives.items()},
+            {name: arm.command for name, arm in self._arms.items()},
+            self._last or self._seen_of_last_step(),
+        )
+
+    def _seen_of_last_step(self) -> LastStep:
+        return LastStep(
+            self.touching(),
+            {name: self.touch_points(name) for name in self._links},
+            {name: self.link_contacts(name) for name in self._arms},
+            {name: self.joint_states(name).efforts for name in self._arms},
+        )
+
+    def rewind(self, checkpoint: Checkpoint) -> None:
+        """See `Rewinds.rewind`."""
+        self.journal.cut(checkpoint.mark)
+        if self._stepper.is_lost or not self._saves.has(checkpoint.saved):
+            # Bullet takes what has no place any more out of its world for good.
+            self.restore(self.save())
+            return
+        self._saves.put_back(checkpoint.saved, self._movable())
+        for name, told in checkpoint.drives.items():
+            self._drives[name].take_up(told)
+        for name, command in checkpoint.arms.items():
+            self._arms[name].take_up(command)
+        self._last = checkpoint.last
+        self._stepper.touching = self._last.touching
+        self._stepper.disturb()
+
+    def _movable(self) -> list[int]:
+        """Numbers of the bodies that move, or of which parts do."""
+        return [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
+
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._stepper.touching
 
     def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
         """See `Engine.touch_points`."""
+        if self._last is not None:
+            return self._last.points[robot]
         number, points = self._bodies[robot].number, []
         for point in self._bullet.getContactPoints(number):
             other = self._owners[point[BODY_B]]
@@ -218,6 +276,8 @@ class PybulletEngine:
         self._bullet.removeBody(number)
         del self._owners[number], self._added[name]
         self._static.discard(number)
+        self._meeting.remove(number)
+        self._last = None
         self._stepper.disturb()
 
     def body_state(self, name: str) -> BodyState:
@@ -235,12 +295,13 @@ class PybulletEngine:
     @journaled
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""
-        self._place(self._bodies[name], state)
+        body = self._bodies[name]
+        self._place(body, state)
         self._stepper.disturb()
+        if body.static:
+            self._meeting.stand(body.number, self._added[name][0].parts, state)
         if name in self._drives:
-            drive = self._drives[name]
-            for wheel, angle in zip(drive.wheels, self.wheel_angles(name), strict=True):
-                self._bullet.resetJointState(drive.body, wheel, angle, 0.0)
+            self._drives[name].stop()
 
     def _place(self, body: _Body, state: BodyState) -> None:
         bullet = self._bullet
@@ -253,54 +314,40 @@ class PybulletEngine:
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
         """See `Engine.wheel_angles`."""
-        found = self._drives[robot]
-        left, right = pybullet.getJointStates(found.body, found.wheels, self._client)
-        return left[0], right[0]
+        return self._drives[robot].angles()
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
-        if (left, right) != self._commands[robot]:  # most say in each tick what was said before
+        if (left, right) != self._drives[robot].command.speeds:  # most say in each tick what was said before
             self.turn_wheels(robot, left, right)
 
     @journaled
     def turn_wheels(self, robot: str, left: float, right: float) -> None:
         """Have motors turn the wheels at other speeds [rad/s]."""
-        self._command(robot, left, right)
+        drive = self._drives[robot]
+        drive.take_up(replace(drive.command, speeds=(left, right)))
 
     @journaled
     def power_wheels(self, robot: str, on: bool) -> None:
         """See `Engine.power_wheels`."""
-        (self._without_power.discard if on else self._without_power.add)(robot)
-        self._command(robot, *self._commands[robot])
-
-    def _command(self, robot: str, left: float, right: float) -> None:
-        self._commands[robot] = (left, right)
         drive = self._drives[robot]
-        torque = drive.torque
-        if robot in self._without_power:
-            left, right, torque = 0.0, 0.0, BEARINGS
-        self._bullet.setJointMotorControlArray(
-            drive.body,
-            drive.wheels,
-            pybullet.VELOCITY_CONTROL,
-            targetVelocities=[left, right],
-            forces=[torque, torque],
-        )
+        drive.take_up(replace(drive.command, has_power=on))
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
-        found, bullet = self._drives[robot], self._bullet
-        link = bullet.getLinkState(found.body, found.lidar, computeForwardKinematics=True)
+        eye, bullet = self._eyes[robot], self._bullet
+        link = bullet.getLinkState(eye.body, eye.link, computeForwardKinematics=True)
         origin, orientation = link[4:6]
         ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
         hits = bullet.rayTestBatch(
-            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~found.group
+            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~eye.group
         )
         return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
 
     def joint_states(self, robot: str) -> JointStates:
         """See `Engine.joint_states`."""
-        return self._arms[robot].states()
+        states = self._arms[robot].states()
+        return states if self._last is None else replace(states, efforts=self._last.efforts[robot])
 
     @journaled
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
@@ -316,6 +363,8 @@ class PybulletEngine:
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
         """See `Engine.link_contacts`."""
+        if self._last is not None:
+            return self._last.links[robot]
         return self._arms[robot].contacts(self._owners)
 
     def arm_overlaps(

@@ -6,10 +6,12 @@ All shapes go through URDF: other ways to make bodies take 16 shapes at most, an
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, assert_never
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+from defusedxml.ElementTree import fromstring
 
 from sim_nodes.colours import Colour
 from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
@@ -26,7 +28,9 @@ from sim_nodes.physics import (
     Wall,
 )
 from sim_nodes.pybullet.output import caught
-from sim_nodes.robots.declaration import DriveDeclaration
+from sim_nodes.pybullet.shapes import split_links
+from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
+from sim_nodes.robots.shapes import link_parts
 
 FASTEST = 1e5  # [m/s], [rad/s]; Bullet's own limit of a body's velocity is 100, also for those without joints
 BASE = -1  # Bullet's index of the link that is no joint's child
@@ -34,13 +38,31 @@ XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
 
 
 class Links:
-    """Indices of the links and joints of a loaded robot, by name; a joint has the index of its child."""
+    """Indices of the links and joints of a loaded robot, by name; a joint has the index of its child.
 
-    def __init__(self, bullet: Any, body: int) -> None:
+    Args:
+        bullet: Bullet.
+        body: Number of the robot's body.
+        robot: Its declaration.
+        added: Names of links that were added for the further shapes of links, with the names of these.
+
+    Attributes:
+        joints: The joints.
+        links: The links.
+        shapes: The links, and those that were added, with the name of the link that they are of.
+        wide: Links of more than one shape, with these.
+    """
+
+    def __init__(self, bullet: Any, body: int, robot: RobotDeclaration, added: Mapping[str, str]) -> None:
         infos = [bullet.getJointInfo(body, index) for index in range(bullet.getNumJoints(body))]
+        names: dict[int, str] = {info[0]: info[12].decode() for info in infos}
+        names[BASE] = bullet.getBodyInfo(body)[0].decode()
         self.joints: dict[str, int] = {info[1].decode(): info[0] for info in infos}
-        self.links: dict[str, int] = {info[12].decode(): info[0] for info in infos}
-        self.links[bullet.getBodyInfo(body)[0].decode()] = BASE
+        self.links = {name: index for index, name in names.items() if name not in added}
+        self.shapes = {index: added.get(name, name) for index, name in names.items()}
+        split = added.values()
+        parts = link_parts(robot)
+        self.wide = {name: parts[name] for name in self.links if len(parts[name]) > 1 and name not in split}
 
 
 def xyzw(orientation: Quaternion) -> XYZW:
@@ -58,16 +80,19 @@ def wxyz(orientation: XYZW) -> Quaternion:
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     """Load a robot; returns the number of its body and the indices of its links."""
     declaration = robot.declaration
-    body = _load(bullet, declaration.urdf, robot.state, static=declaration.fixed)
-    links = Links(bullet, body)
-    for index in links.links.values():
-        bullet.changeDynamics(body, index, lateralFriction=declaration.body_friction)
-    for name in declaration.low_friction_links:
-        bullet.changeDynamics(body, links.links[name], lateralFriction=0.0)
+    root = fromstring(declaration.urdf)
+    # Arms have links of many shapes, which seldom touch anything; and every link takes time.
+    added = split_links(root) if declaration.arm is None and not declaration.fixed else {}
+    body = _load(bullet, root, robot.state, static=declaration.fixed)
+    links = Links(bullet, body, declaration, added)
+    friction = dict.fromkeys(links.links, declaration.body_friction)
+    friction |= dict.fromkeys(declaration.low_friction_links, 0.0)
     if declaration.mobile is not None:
         drive = declaration.mobile.drive
-        for wheel in wheels(links, drive):
-            bullet.changeDynamics(body, wheel, lateralFriction=drive.wheel_friction)
+        turning = wheels(links, drive)
+        friction |= {name: drive.wheel_friction for name, index in links.links.items() if index in turning}
+    for index, name in links.shapes.items():
+        bullet.changeDynamics(body, index, lateralFriction=friction[name])
     _undamp(bullet, body)
     return body, links
 
@@ -79,8 +104,13 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
 
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
-    body = _load(bullet, _urdf(model, colour), state, static=model.static)
-    bullet.changeDynamics(body, BASE, lateralFriction=model.friction, maxJointVelocity=FASTEST)
+    root = _urdf(model, colour)
+    if not model.static:  # what does not move stays one link, since links take time, however they are fixed
+        split_links(root)
+    body = _load(bullet, root, state, static=model.static)
+    for index in range(BASE, bullet.getNumJoints(body)):
+        bullet.changeDynamics(body, index, lateralFriction=model.friction)
+    bullet.changeDynamics(body, BASE, maxJointVelocity=FASTEST)
     _undamp(bullet, body)
     return body
 
@@ -95,52 +125,53 @@ def walls_body(walls: Iterable[Wall]) -> BodyModel:
     return BodyModel(tuple(wall.part for wall in walls), static=True)
 
 
-def _load(bullet: Any, urdf: str, state: BodyState, *, static: bool = False) -> int:
+def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False) -> int:
     # With convex hulls in place of cylinders, wheels are polygons and robots 3 % too fast.
     flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
     with tempfile.TemporaryDirectory(prefix="seoro-") as folder, caught():
         path = Path(folder) / "model.urdf"
         # Bullet breaks lines after 8 KiB, also in the middle of a word.
-        path.write_text(urdf.replace("><", ">\n<"), encoding="utf-8")
+        text = tostring(urdf, encoding="unicode")
+        path.write_text(text.replace("><", ">\n<"), encoding="utf-8")
         body: int = bullet.loadURDF(
             str(path), state.position, xyzw(state.orientation), useFixedBase=static, flags=flags
         )
     return body
 
 
-def _urdf(model: BodyModel, colour: Colour) -> str:
-    root = ElementTree.Element("robot", name="body")
-    link = ElementTree.SubElement(root, "link", name="body")
+def _urdf(model: BodyModel, colour: Colour) -> Element:
+    root = Element("robot", name="body")
+    link = SubElement(root, "link", name="body")
     spread = inertia(model)
-    inertial = ElementTree.SubElement(link, "inertial")
+    inertial = SubElement(link, "inertial")
     _origin(inertial, spread.centre, spread.axes)
-    ElementTree.SubElement(inertial, "mass", value=repr(model.mass))
+    SubElement(inertial, "mass", value=repr(model.mass))
     ixx, iyy, izz = map(repr, spread.moments)
-    ElementTree.SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
+    SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
     for part in model.parts:
         for purpose in ("collision", "visual"):
-            element = ElementTree.SubElement(link, purpose)
+            element = SubElement(link, purpose)
             _origin(element, part.position, part.orientation)
-            _geometry(ElementTree.SubElement(element, "geometry"), part.shape)
+            _geometry(SubElement(element, "geometry"), part.shape)
     for visual in link.iter("visual"):
-        material = ElementTree.SubElement(visual, "material", name="colour")
-        ElementTree.SubElement(material, "color", rgba=_numbers(colour))
-    return ElementTree.tostring(root, encoding="unicode")
+        material = SubElement(visual, "material", name="colour")
+        SubElement(material, "color", rgba=_numbers(colour))
+    return root
 
 
-def _origin(parent: ElementTree.Element, position: Vector, orientation: Quaternion) -> None:
+def _origin(parent: Element, position: Vector, orientation: Quaternion) -> None:
     rpy = (0.0, 0.0, 0.0) if orientation == IDENTITY else roll_pitch_yaw(orientation)
-    ElementTree.SubElement(parent, "origin", xyz=_numbers(position), rpy=_numbers(rpy))
+    SubElement(parent, "origin", xyz=_numbers(position), rpy=_numbers(rpy))
 
 
-def _geometry(parent: ElementTree.Element, shape: Shape) -> None:
+def _geometry(parent: Element, shape: Shape) -> None:
     match shape:
         case Box(size=size):
-            ElementTree.SubElement(parent, "box", size=_numbers(size))
+            SubElement(parent, "box", size=_numbers(size))
         case Cylinder(radius=radius, length=length):
-            ElementTree.SubElement(parent, "cylinder", radius=repr(radius), length=repr(length))
+            SubElement(parent, "cylinder", radius=repr(radius), length=repr(length))
         case Sphere(radius=radius):
-            ElementTree.SubElement(parent, "sphere", radius=repr(radius))
+            SubElement(parent, "sphere", radius=repr(radius))
         case _:
             assert_never(shape)
 

@@ -52,6 +52,10 @@ class Stepper:
         owners: The entity of each body, which is kept up to date by the owner.
         static: The bodies that have a base which does not move, likewise.
         jointed: Those that have joints which move them, and the joints.
+
+    Attributes:
+        touching: The pairs in contact in the last step.
+        is_lost: Whether the physics were lost in a step.
     """
 
     def __init__(
@@ -67,6 +71,7 @@ class Stepper:
         self._way = FAST * timestep  # [m] that a body may move in a step
         self._owners, self._static, self._jointed = owners, static, jointed
         self.touching: frozenset[tuple[str, str]] = frozenset()
+        self.is_lost = False
         self.disturb()
 
     def disturb(self, wait: int = 0) -> None:
@@ -154,6 +159,7 @@ class Stepper:
     def _poses(self) -> tuple[Pose, ...]:
         poses = tuple(map(self._pose, self._moving))
         if not math.isfinite(sum(sum(pose.place) + sum(pose.joints) for pose in poses)):
+            self.is_lost = True
             raise UnstablePhysics("Bullet found no positions: reset the simulation")
         return poses
 

@@ -8,14 +8,25 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes import ahead as going_ahead
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.codec import pack
+from sim_nodes.physics import SavesState
 from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.engines import make_engine
 from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, HOME
 
-pytestmark = pytest.mark.engine("mujoco")
+on_both = pytest.mark.parametrize("engine", ENGINES)
 
 END = 4.0  # [s]
 AWAY = (HOME[0] + 0.3, *HOME[1:])  # [rad]
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How busy the machine is decides nothing."""
+    monkeypatch.setattr(going_ahead, "LONGEST", 60.0)  # [s]
 
 
 def ahead(client: Client, until: float, horizon: float) -> wire.Advanced:
@@ -26,9 +37,9 @@ def rewind(client: Client, time: float) -> float:
     return client.ask(wire.REWIND, wire.Rewind(time=time)).time
 
 
-def busy() -> Client:
+def busy(engine: str) -> Client:
     """A robot with a noisy lidar on its way, beside a box that falls onto another."""
-    client = Client("maze", 3)
+    client = Client("maze", 3, engine)
     client.localise()
     client.navigate(pose(1.5, 1.5))
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=0.4))
@@ -54,30 +65,39 @@ def there_and_back(client: Client, until: float, draw: random.Random) -> list[ob
     """The same by a client that has the node go ahead, and takes half of that back."""
     seen: list[object] = []
     while (now := client.simulator.time) < until:
-        grant = min(until, now + 0.02)
+        grant = min(until, round(now + 0.02, 9))
         advanced = ahead(client, grant, min(until, now + draw.choice((0.1, 0.5, 2.0))))
         if advanced.time > grant and draw.random() < 0.7:
             back = draw.uniform(grant, advanced.time)
-            assert back <= rewind(client, back) < back + 0.004
+            assert back <= rewind(client, back) < back + 0.005
             continue
         seen += [*advanced.contacts, *advanced.occurrences, *advanced.feedback]
     return seen
 
 
+def kept(client: Client) -> bytes:
+    engine = client.simulator.simulation.engine
+    assert isinstance(engine, SavesState)
+    return pack(engine.save())
+
+
+@on_both
 @pytest.mark.parametrize("seed", range(3))
-def test_what_was_taken_back_leaves_no_trace(seed: int) -> None:
-    one, other = busy(), busy()
+def test_what_was_taken_back_leaves_no_trace(seed: int, engine: str) -> None:
+    one, other = busy(engine), busy(engine)
     happened = plain(one, END)
     assert there_and_back(other, END, random.Random(seed)) == happened
     assert {"noise", "way"} <= {each.id for each in happened if isinstance(each, wire.Occurrence)}
     assert any(isinstance(each, wire.Contact) for each in happened)
     assert differences(one.simulator.simulation, other.simulator.simulation) == []
+    assert kept(one) == kept(other)
 
 
-def test_an_arm_that_was_taken_back_moves_on_as_it_did() -> None:
+@on_both
+def test_an_arm_that_was_taken_back_moves_on_as_it_did(engine: str) -> None:
     ends = []
     for tried in (False, True):
-        client = Client("arm_cell")
+        client = Client("arm_cell", engine=engine)
         goal = wire.FollowJointTrajectory(id="goal", robot=ARM, points=(AWAY,))
         client.ask(wire.FOLLOW_JOINT_TRAJECTORY, goal)
         client.advance(0.3)
@@ -89,8 +109,9 @@ def test_an_arm_that_was_taken_back_moves_on_as_it_did() -> None:
     assert ends[0] == ends[1]
 
 
-def test_a_node_goes_ahead_to_what_happens_first() -> None:
-    client = Client("maze")
+@on_both
+def test_a_node_goes_ahead_to_what_happens_first(engine: str) -> None:
+    client = Client("maze", engine=engine)
     client.spawn("box", pose(0.45, 0.0, z=0.1))
     client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.3, angular=0.0, duration=4.0))
     advanced = ahead(client, 0.02, 4.0)
@@ -100,6 +121,7 @@ def test_a_node_goes_ahead_to_what_happens_first() -> None:
     assert client.advance(4.0).contacts == advanced.contacts
 
 
+@pytest.mark.engine("mujoco")
 def test_nothing_is_taken_back_after_another_request() -> None:
     client = Client("maze")
     reached = ahead(client, 0.02, 1.0).time
@@ -107,6 +129,7 @@ def test_nothing_is_taken_back_after_another_request() -> None:
     assert rewind(client, 0.02) == reached
 
 
+@pytest.mark.engine("mujoco")
 @pytest.mark.parametrize("time", [0.1, 0.02, 0.0])
 def test_a_node_that_went_nowhere_stays_where_it_is(time: float) -> None:
     client = Client("maze")
@@ -114,15 +137,26 @@ def test_a_node_that_went_nowhere_stays_where_it_is(time: float) -> None:
     assert rewind(client, time) == 0.5
 
 
+@pytest.mark.engine("mujoco")
 @pytest.mark.parametrize("horizon", [float("nan"), float("inf")])
 def test_a_horizon_is_a_time(horizon: float) -> None:
     with pytest.raises(RequestRefused, match="up to a finite time"):
         ahead(Client("maze"), 0.02, horizon)
 
 
-@pytest.mark.engine("pybullet")
-def test_engines_that_cannot_go_back_do_not_go_ahead() -> None:
-    client = Client("maze", engine="pybullet")
+@pytest.mark.engine("mujoco")
+def test_engines_that_cannot_go_back_do_not_go_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    one_way = type("OneWay", (type(make_engine("mujoco")),), {"rewind": None})
+    monkeypatch.setitem(ENGINES, "mujoco", one_way)
+    client = Client("maze")
     features = client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
     assert wire.REWIND.name not in features.features
     assert ahead(client, 0.02, 1.0).time == pytest.approx(0.02)
+
+
+@pytest.mark.engine("pybullet")
+def test_where_there_is_no_way_back_nothing_goes_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = Client("maze", engine="pybullet")
+    monkeypatch.setattr(client.simulator.simulation.engine, "checkpoint", lambda: None)
+    assert ahead(client, 0.02, 1.0).time == pytest.approx(0.02)
+    assert rewind(client, 0.02) == pytest.approx(0.02)

@@ -4,15 +4,17 @@ import gc
 import logging
 import os
 import sys
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import pytest
 
-from sim_nodes.check.bench import CUBE, ORIGIN, ROBOT, at, body, built, drive, run
+from sim_nodes.check.arms import HOME, OUTSTRETCHED, PLACED, UR10E
+from sim_nodes.check.bench import BASE, CUBE, EXTENT, ORIGIN, ROBOT, TURTLEBOT, at, body, built, drive, run
 from sim_nodes.geometry import quaternion
 from sim_nodes.journal import Journal, calls_of
-from sim_nodes.physics import BodyModel, BodyState, Box, Part, SavesState, Scene, UnsavableState
+from sim_nodes.physics import BodyModel, BodyState, Box, Part, SavesState, Scene, UnsavableState, Wall
 from tests.sim_nodes.engines import make_engine
 
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
@@ -20,6 +22,7 @@ pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
 from sim_nodes.pybullet.output import caught
 
 make = partial(make_engine, "pybullet")
+LINKS = ("upper_arm_link", "forearm_link")
 
 
 def test_what_c_code_prints_is_logged_for_debugging_only(
@@ -121,3 +124,55 @@ def test_what_motors_are_told_again_is_not_kept() -> None:
         (9, "turn_wheels", (ROBOT, 2.0, 2.0)),
         (15, "power_wheels", (ROBOT, False)),
     ]
+
+
+def frictions(engine: Any, name: str) -> dict[str, float]:
+    """The sliding friction of all links of a robot or a body, by their names in Bullet."""
+    bullet, number = engine._bullet, engine._bodies[name].number
+    names = {-1: bullet.getBodyInfo(number)[0].decode()}
+    names |= {
+        index: bullet.getJointInfo(number, index)[12].decode() for index in range(bullet.getNumJoints(number))
+    }
+    return {link: bullet.getDynamicsInfo(number, index)[1] for index, link in names.items()}
+
+
+def test_every_shape_has_the_friction_of_its_link() -> None:
+    engine = built(make, ORIGIN)
+    engine.add_body("pair", BodyModel((Part(CUBE), Part(CUBE, (0.5, 0.0, 0.0))), friction=0.7), at(2.0, 0.0, 0.1))
+    slippery = dict.fromkeys(TURTLEBOT.low_friction_links, 0.0)
+    assert frictions(engine, ROBOT) == {
+        **dict.fromkeys(("base_link", "base_link#1", "rplidar_link"), TURTLEBOT.body_friction),
+        **dict.fromkeys(("left_wheel", "right_wheel"), BASE.drive.wheel_friction),
+        **slippery,
+    }
+    assert set(frictions(engine, "pair").values()) == {0.7}
+
+
+def test_a_link_of_several_shapes_is_one_link() -> None:
+    engine = make()
+    engine.build(Scene((), (PLACED,), EXTENT))
+    down = OUTSTRETCHED.copy()
+    down[1] = 0.5  # [rad] below the horizontal
+    found = {overlap.link for overlap in engine.arm_overlaps(ROBOT, down, (), None)}
+    assert "forearm_link" in found
+    assert not any("#" in name for name in found)
+    folded = HOME.copy()
+    folded[2] = 2.9
+    [pair] = {(each.link, each.other) for each in engine.arm_overlaps(ROBOT, folded, (LINKS,), None)}
+    assert pair == LINKS
+
+
+def test_a_base_of_several_shapes_stands_without_touching() -> None:
+    from sim_nodes.pybullet.engine import PybulletEngine
+
+    second = '<collision><origin xyz="0.1 0 0.04"/><geometry><box size="0.1 0.1 0.08"/></geometry></collision>'
+    urdf = UR10E.urdf.replace("</collision>\n  </link>", f"</collision>{second}</link>", 1)
+    assert urdf != UR10E.urdf
+    arm = replace(PLACED, declaration=UR10E.model_copy(update={"urdf": urdf}))
+    engine = PybulletEngine()
+    pedestal = Wall("pedestal", arm.pose.x, arm.pose.y, 0.0, 0.5, 0.5, arm.height)
+    engine.build(Scene((pedestal,), (arm,), EXTENT))
+    run(engine, 0.1)
+    assert engine.touching() == frozenset()
+    assert engine.link_contacts(ROBOT) == frozenset()
+    assert engine.checkpoint() is not None
