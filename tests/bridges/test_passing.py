@@ -17,15 +17,13 @@ from seoro.bridges.sim.passing import FAMILIAR, FURTHEST, Foresight
 from seoro.runtime.capabilities import DrivenRobots, MobileRobots, Simulation
 from tests.bridges.nodes import running
 
-pytestmark = pytest.mark.engine("mujoco")
-
 GRANT = 0.02  # [s]
 
 
-@pytest.fixture(scope="module")
-def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
-    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
-    with running("mujoco", tmp_path_factory.mktemp("n")) as making:
+@pytest.fixture(scope="module", params=["mujoco", "pybullet"])
+def make(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Make]:
+    pytest.importorskip(request.param, reason=f"the engine {request.param} is not installed")
+    with running(request.param, tmp_path_factory.mktemp("n")) as making:
         yield making
 
 
