@@ -11,7 +11,7 @@ Bullet's `restoreState` puts back to the bit where bodies are, how they move and
 - All is solved at once. Islands that are solved one by one are each iterated until they are accurate enough, and
   which bodies are in them depends on the past, too (`AT_ONCE`).
 - Something touched in the saved state; otherwise Bullet leaves contacts as they are, and bounding boxes, by which
-  rays find bodies. So everything is taken apart before, and the boxes are renewed (`Saves.put_back`).
+  rays find bodies. So everything is taken apart before then, and the boxes are renewed (`Saves.put_back`).
 
 What is left out is what was told to motors, and what is to be seen of the step that led to the state.
 """
@@ -72,10 +72,10 @@ class Checkpoint:
 
 
 class Saved:
-    """A state that Bullet has saved, by its number; it is another than the next of that number."""
+    """A state that Bullet has saved, by its number, which a later one may have; and whether anything touched."""
 
-    def __init__(self, number: int) -> None:
-        self.number = number
+    def __init__(self, number: int, *, touched: bool) -> None:
+        self.number, self.touched = number, touched
 
 
 class Saves:
@@ -93,7 +93,7 @@ class Saves:
         """Save the state."""
         if self._last is not None:
             self._bullet.removeState(self._last.number)
-        self._last = Saved(self._bullet.saveState())
+        self._last = Saved(self._bullet.saveState(), touched=bool(self._bullet.getContactPoints()))
         return self._last
 
     def has(self, saved: Saved) -> bool:
@@ -103,9 +103,10 @@ class Saves:
     def put_back(self, saved: Saved, bodies: Sequence[int]) -> None:
         """Be in a state again, with these bodies, and others that never move."""
         bullet = self._bullet
-        for place, body in enumerate(bodies):
-            bullet.resetBasePositionAndOrientation(body, (APART * place, 0.0, APART), (0.0, 0.0, 0.0, 1.0))
-        bullet.performCollisionDetection()
+        if not saved.touched:
+            for place, body in enumerate(bodies):
+                bullet.resetBasePositionAndOrientation(body, (APART * place, 0.0, APART), (0.0, 0.0, 0.0, 1.0))
+            bullet.performCollisionDetection()
         bullet.restoreState(saved.number)
         for body in bodies:
             bullet.resetBaseVelocity(body, *bullet.getBaseVelocity(body))  # which renews its boxes
