@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +32,7 @@ from seoro.embed.runs import Run
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.frontend import Checked, lower
 from seoro.lang.frontend import load as load_sources
-from seoro.lang.loader import Reader, read_file
+from seoro.lang.loader import Reader, Sources, read_file
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.recorder import Recorder
 from seoro.parameters import read_parameters
@@ -67,6 +67,8 @@ def check_file(
     modules: Iterable[ModuleType] = (),
     read: Reader = read_file,
     recorder: Recorder | None = None,
+    name: str | None = None,
+    vet: Callable[[Sources], object] | None = None,
 ) -> Scenario:
     """Parse and check a file; errors in its text, and in what it is bound to, stand in `.checked.diagnostics`.
 
@@ -78,8 +80,12 @@ def check_file(
         modules: As `load`.
         read: Gives the texts of files.
         recorder: Is told what names mean and of what types values are.
+        name: How to call the file in messages; as its path unless said otherwise.
+        vet: Called with what was read, before any Python is imported; what it raises comes out.
     """
-    sources = load_sources(Path(path), str(path), read)
+    sources = load_sources(Path(path), name or str(path), read)
+    if vet is not None:
+        vet(sources)
     bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)
     return Scenario(bound.checked, bound.functions)
 
@@ -153,6 +159,8 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     clock, rate = check_options(options)
     overrides = _overrides(scenario, options)
     plan = lower(scenario.checked, options.name, overrides)
+    if options.vet is not None:
+        options.vet(plan)
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
     async with (
@@ -173,6 +181,14 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             version=__version__,
         )
         yield Run(Execution(plan, settings), seed, node, readers)
+
+
+def announcement(run: Run, options: Options) -> str:
+    """What a run runs with, in a line for people."""
+    simulator = run.simulator
+    where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
+    where += f", lab {options.lab.file}" if options.lab else ""
+    return f"seed {run.seed}{where}"
 
 
 def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptance:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypedDict
 
+from seoro.lang.plan import Plan
 from seoro.runtime.contracts import Observer
 
 OF_ROS = "ros"  # names the simulator of a ROS 2 system
@@ -89,6 +90,7 @@ class Options:
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
         grace: Time for the clean-up of a cancelled action [s].
+        vet: Called with the plan before anything is started; what it raises comes out of `start`.
     """
 
     name: str | None = None
@@ -103,6 +105,7 @@ class Options:
     output_directory: Path | None = None
     keep_trace: bool = False
     grace: float = 5.0
+    vet: Callable[[Plan], object] | None = None
 
 
 class OptionFields(TypedDict, total=False):
@@ -120,3 +123,4 @@ class OptionFields(TypedDict, total=False):
     output_directory: Path | None
     keep_trace: bool
     grace: float
+    vet: Callable[[Plan], object] | None

@@ -1,0 +1,207 @@
+"""How a run ended, as bytes: what one process knows of it, another can print and write as if it had run it itself.
+
+Verdicts and messages are trees of frozen values whose places lie in texts. They are packed by their fields, each
+text once, and unpacked by the types that their classes declare, so that bytes from elsewhere become what they
+should be or are refused.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from enum import Enum
+from functools import cache
+from typing import Any, Final, TypeAlias, Union, get_args, get_origin, get_type_hints
+
+import msgpack
+
+from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
+from seoro.lang.diagnostic import Diagnostic
+from seoro.lang.frozen import Frozen, Value
+from seoro.lang.source import SourceFile, Span
+from seoro.runtime.verdict import Verdict
+
+MAX_DEPTH: Final = 50  # of values within values
+_UNIONS: Final = (Union, types.UnionType)
+
+
+class LeftFile(Value):
+    """A file that a run has left: its path in the output folder, and what it is."""
+
+    path: str
+    description: str
+
+
+class Ended(Value):
+    """A run that has a verdict.
+
+    Args:
+        verdict: The verdict.
+        parameters: The chosen value of every parameter, as JSON knows it.
+        files: What it has left in its output folder.
+        fault: Where an action's own code has raised what ended the run, in a line; empty if none did.
+        traceback: Of that.
+    """
+
+    verdict: Verdict
+    parameters: object
+    files: tuple[LeftFile, ...]
+    fault: str
+    traceback: str
+
+
+class Misuse(Value):
+    """How a run was refused: the fields of an `InvalidUse`."""
+
+    message: str
+    span: Span | None
+    help: str
+    places: tuple[tuple[Span, str], ...]
+    code: str
+
+
+class NotRun(Value):
+    """A run that never began.
+
+    Args:
+        diagnostics: What is wrong with the scenario.
+        misuse: What is wrong with how it was to be run.
+        backend: What a simulator or a bridge did not do.
+    """
+
+    diagnostics: tuple[Diagnostic, ...] = ()
+    misuse: Misuse | None = None
+    backend: str = ""
+
+    @property
+    def error(self) -> SeoroError:
+        """The exception that a run in this process would have raised."""
+        if self.misuse is not None:
+            misuse = self.misuse
+            return InvalidUse(misuse.message, misuse.span, misuse.help, misuse.places, misuse.code)
+        return InvalidScenario(self.diagnostics) if self.diagnostics else BackendError(self.backend)
+
+
+class _Packed(Value):
+    ended: Ended | None
+    not_run: NotRun | None
+
+
+End: TypeAlias = Ended | NotRun
+
+
+class InvalidEnd(Exception):
+    """Bytes that are no end of a run."""
+
+
+def not_run(error: SeoroError) -> NotRun:
+    """What an exception says that kept a run from beginning."""
+    match error:
+        case InvalidScenario(diagnostics=diagnostics):
+            return NotRun(diagnostics=diagnostics)
+        case InvalidUse():
+            return NotRun(misuse=Misuse(str(error), error.span, error.help, error.places, error.code))
+        case _:
+            return NotRun(backend=str(error))
+
+
+def pack_end(end: End) -> bytes:
+    """The bytes of an end."""
+    files: dict[SourceFile, int] = {}
+    both = _Packed(end if isinstance(end, Ended) else None, end if isinstance(end, NotRun) else None)
+    content = _pack(both, files)
+    texts = [[file.name, file.text] for file in files]
+    packed: bytes = msgpack.packb([texts, content], unicode_errors="surrogatepass")
+    return packed
+
+
+def unpack_end(data: bytes) -> End:
+    """The end in some bytes.
+
+    Raises:
+        InvalidEnd: There is none in them.
+    """
+    try:
+        texts, content = msgpack.unpackb(data, unicode_errors="surrogatepass")
+        files = tuple(SourceFile(_of(str, name), _of(str, text)) for name, text in texts)
+        both: _Packed = _unpack(_Packed, content, files, 0)
+        end = both.ended or both.not_run
+    except (ValueError, TypeError, msgpack.UnpackException) as error:
+        raise InvalidEnd(f"what came is no end of a run: {error}") from error
+    if end is None:
+        raise InvalidEnd("what came is no end of a run: it says neither how it ended nor why it did not begin")
+    return end
+
+
+def _pack(value: Any, files: dict[SourceFile, int]) -> Any:
+    match value:
+        case SourceFile():
+            return files.setdefault(value, len(files))
+        case Enum():
+            return value.value
+        case Frozen():
+            return [_pack(getattr(value, name), files) for name in value.__match_args__]
+        case tuple() | list():
+            return [_pack(part, files) for part in value]
+        case Mapping():
+            return {str(key): _pack(part, files) for key, part in value.items()}
+        case None | bool() | int() | float() | str():
+            return value
+        case _:
+            raise TypeError(f"{type(value).__name__} cannot be part of the end of a run")
+
+
+def _unpack(kind: Any, value: Any, files: tuple[SourceFile, ...], depth: int) -> Any:
+    if depth > MAX_DEPTH:
+        raise ValueError(f"more than {MAX_DEPTH} values within each other")
+    origin = get_origin(kind)
+    if kind in (object, Any):
+        return value
+    if origin in _UNIONS:
+        [inner] = (each for each in get_args(kind) if each is not types.NoneType)
+        return None if value is None else _unpack(inner, value, files, depth)
+    if origin is tuple:
+        return _unpack_tuple(get_args(kind), _of(list, value), files, depth)
+    if kind is SourceFile:
+        index = _of(int, value)
+        if not 0 <= index < len(files):
+            raise ValueError(f"there is no text {index}")
+        return files[index]
+    if issubclass(kind, Enum):
+        return kind(value)
+    if issubclass(kind, Frozen):
+        return _unpack_fields(kind, _of(list, value), files, depth)
+    return _of(kind, value)
+
+
+def _unpack_tuple(
+    kinds: tuple[Any, ...], values: list[Any], files: tuple[SourceFile, ...], depth: int
+) -> tuple[Any, ...]:
+    if len(kinds) == 2 and kinds[1] is Ellipsis:
+        kinds = (kinds[0],) * len(values)
+    return tuple(_unpack(kind, part, files, depth + 1) for kind, part in zip(kinds, values, strict=True))
+
+
+def _unpack_fields(kind: type[Frozen], values: list[Any], files: tuple[SourceFile, ...], depth: int) -> Frozen:
+    names, hints = kind.__match_args__, _hints(kind)
+    if len(names) != len(values):
+        raise ValueError(f"{kind.__name__} has {len(names)} fields, not {len(values)}")
+    fields = (_unpack(hints[name], part, files, depth + 1) for name, part in zip(names, values, strict=True))
+    made = kind(*fields)
+    if isinstance(made, Span) and not 0 <= made.start <= made.end <= len(made.file.text):
+        raise ValueError("a place lies outside of its text")
+    return made
+
+
+@cache
+def _hints(kind: type[Frozen]) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+def _of(kind: type, value: Any) -> Any:
+    """A value of a plain type; where a float is expected, an integer is one."""
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+        raise ValueError(f"{type(value).__name__} stands where {kind.__name__} belongs")
+    return value
