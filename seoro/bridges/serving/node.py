@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 import secrets
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import anyio
 from anyio.abc import TaskGroup
@@ -16,6 +14,7 @@ from anyio.abc import TaskGroup
 from seoro import __version__
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.serving.answering import answer, decoded
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.hold import Hold
 from seoro.bridges.serving.robot import Handlers, ServedRobot
@@ -28,8 +27,6 @@ WAITING = Bound(256, lose="newest")  # requests
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
 # What may be asked while nobody holds the robots.
 HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.CANCEL_GOAL.name, wire.CANCEL_WATCH.name})
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -119,31 +116,21 @@ class RobotServer:
 
     async def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
-        verb = request.key.rsplit("/", 1)[-1]
-        try:
-            request.reply(wire.encode(await self._carry_out(verb, request.payload)))
-        except RequestRefused as refused:
-            _refuse(request, refused.code, refused.message)
-        except Exception as error:
-            log.exception("fault in %s", verb)
-            _refuse(request, Result.OPERATION_FAILED, f"fault in the bridge: {type(error).__name__}: {error}")
-        except BaseException:
-            _refuse(request, Result.OPERATION_FAILED, "the bridge ends")
-            raise
+        await answer(request, self._carry_out, "bridge")
 
     async def _carry_out(self, name: str, payload: bytes) -> wire.Message:
         if name not in HARMLESS and name not in {verb.name for verb in wire.BRIDGE_VERBS}:
             self.hold.check()
         if name in self._own:
             verb, carry = self._own[name]
-            return await carry(_decoded(verb, payload))
+            return await carry(decoded(verb, payload))
         serving = {robot: verbs[name] for robot, verbs in self._theirs.items() if name in verbs}
         if not serving:
             raise RequestRefused(
                 Result.FEATURE_UNSUPPORTED,
                 f"robots behind this bridge cannot be asked for {name!r}: known are {listed(self._verbs)}",
             )
-        request = _decoded(next(iter(serving.values()))[0], payload)
+        request = decoded(next(iter(serving.values()))[0], payload)
         robot = self._addressed(name, request)
         if robot not in serving:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"the robot '{robot}' cannot be asked for {name!r}")
@@ -212,17 +199,3 @@ class RobotServer:
     async def _cancel(self, request: wire.CancelGoal | wire.CancelWatch) -> wire.Empty:
         await self._work.cancel(request.id)
         return wire.Empty()
-
-
-def _decoded(verb: wire.Verb[Any, Any], payload: bytes) -> Any:
-    try:
-        return wire.decode(verb.request, payload)
-    except wire.WireError as error:
-        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-
-
-def _refuse(request: Request, code: int, message: str) -> None:
-    try:
-        request.refuse(wire.encode(wire.Refusal(code=code, message=message)))
-    except Exception:  # whoever asked is gone, or was answered in part
-        log.exception("cannot refuse a request")

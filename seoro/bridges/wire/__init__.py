@@ -14,42 +14,27 @@ How those who serve requests check and refuse them is in `refusal.py`.
 
 The major version stands in every key. Within a major version fields are only added, with defaults, and
 readers ignore what they do not know.
+
+What executors and their clients say is in `seoro.bridges.executor`: hundreds of messages take a tenth of a
+second to load, which who has no simulator does without. So they are loaded when the first of them is asked for.
 """
 
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from seoro.bridges.wire.arms import *
-from seoro.bridges.wire.artifacts import *
-from seoro.bridges.wire.cameras import *
-from seoro.bridges.wire.description import *
-from seoro.bridges.wire.driving import *
-from seoro.bridges.wire.entities import *
-from seoro.bridges.wire.faults import *
-from seoro.bridges.wire.feedback import *
-from seoro.bridges.wire.filters import *
-from seoro.bridges.wire.geometry import *
-from seoro.bridges.wire.happened import *
-from seoro.bridges.wire.holding import *
-from seoro.bridges.wire.holding import BRIDGE_VERBS
-from seoro.bridges.wire.keys import *
-from seoro.bridges.wire.listing import *
-from seoro.bridges.wire.localisation import *
-from seoro.bridges.wire.maps import *
-from seoro.bridges.wire.measurements import *
-from seoro.bridges.wire.message import *
-from seoro.bridges.wire.message import Verb
-from seoro.bridges.wire.mobile import *
-from seoro.bridges.wire.passing import *
-from seoro.bridges.wire.poses import *
-from seoro.bridges.wire.recording import *
-from seoro.bridges.wire.results import *
-from seoro.bridges.wire.sensors import *
-from seoro.bridges.wire.simulator import *
-from seoro.bridges.wire.snapshots import *
-from seoro.bridges.wire.spawnables import *
-from seoro.bridges.wire.streams import *
+if TYPE_CHECKING:
+    from seoro.bridges.wire.everything import *
+    from seoro.bridges.wire.everything import VERBS as VERBS
+    from seoro.bridges.wire.holding import BRIDGE_VERBS as BRIDGE_VERBS
+    from seoro.bridges.wire.message import Verb as Verb
 
-# What simulators serve; bridges to robots serve what robots can, and `BRIDGE_VERBS` besides.
-VERBS: tuple[Verb[Any, Any], ...] = tuple(
-    value for value in tuple(globals().values()) if isinstance(value, Verb) and value not in BRIDGE_VERBS
-)
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("__"):
+        raise AttributeError(name)
+    everything = vars(import_module("seoro.bridges.wire.everything"))
+    globals().update({each: value for each, value in everything.items() if not each.startswith("__")})
+    try:
+        return everything[name]
+    except KeyError:
+        raise AttributeError(f"module 'seoro.bridges.wire' has no attribute {name!r}") from None

@@ -50,3 +50,18 @@ def holder_token(namespace: str, holder: str) -> str:
 def holder_tokens(namespace: str) -> str:
     """Key expression of the tokens of all holders."""
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/*"
+
+
+def executor_command(namespace: str, executor: str, verb: str) -> str:
+    """Key on which an executor is asked to carry out a verb; `verb` may be `*` for all."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/exec/{_chunk(executor)}/cmd/{verb if verb == '*' else _chunk(verb)}"
+
+
+def executor_token(namespace: str, executor: str, boot: str) -> str:
+    """Liveliness token of an executor; `boot` tells one start of it from the next."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/{_chunk(executor)}/{_chunk(boot)}"
+
+
+def executor_tokens(namespace: str) -> str:
+    """Key expression of the tokens of all executors."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/*/*"
