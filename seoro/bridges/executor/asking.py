@@ -1,0 +1,98 @@
+"""Asking an executor. All that it is asked for can be asked again, so that a lost answer costs time only."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+import anyio
+
+from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.wire.keys import executor_command
+from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
+from seoro.bridges.wire.results import Refusal, Result
+from seoro.errors import BackendLost, BackendRefused
+
+NAMESPACE: Final = "default"
+TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
+PATIENCE: Final = 300.0  # [s] for which it is asked again
+FIRST_PAUSE: Final = 0.05  # [s] before it is asked again; doubles
+LONGEST_PAUSE: Final = 1.0  # [s]
+
+
+class ExecutorLost(BackendLost):
+    """The executor is gone, or cannot be reached any more."""
+
+
+class Executor:
+    """An executor that can be asked.
+
+    Args:
+        session: That reaches it.
+        name: Its name.
+
+    `on_silence` is called when it does not answer, and `on_answer` when it does again.
+    """
+
+    def __init__(self, session: AsyncSession, name: str) -> None:
+        self._session = session
+        self.name = name
+        self.patience = PATIENCE
+        self.on_silence: Callable[[str], object] = lambda reason: None
+        self.on_answer: Callable[[], object] = lambda: None
+
+    async def ask(self, verb: Verb[Q, A], request: Q, wait: float = 0.0) -> A:
+        """Ask for something, again and again while there is no answer.
+
+        Args:
+            verb: What is asked for.
+            request: The same in full.
+            wait: How long the executor may wait before it answers [s].
+
+        Raises:
+            BackendRefused: It said no.
+            ExecutorLost: It has not answered for as long as it is waited for.
+        """
+        began, pause, is_silent = time.monotonic(), FIRST_PAUSE, False
+        while True:
+            try:
+                answer = await self._ask_once(verb, request, wait)
+            except SessionError as error:
+                if time.monotonic() - began > self.patience:
+                    raise ExecutorLost(self._lost(error)) from None
+                if not is_silent:
+                    is_silent = True
+                    self.on_silence(self._lost(error))
+                await anyio.sleep(pause)
+                pause = min(2.0 * pause, LONGEST_PAUSE)
+            else:
+                if is_silent:
+                    self.on_answer()
+                return answer
+
+    def _lost(self, error: SessionError) -> str:
+        match error:
+            case NoServer():
+                return f"the executor '{self.name}' is gone, or the connection to it is lost"
+            case NoAnswer():
+                return f"the executor '{self.name}' does not answer"
+            case _:
+                return f"the executor '{self.name}' cannot be asked: {error}"
+
+    async def _ask_once(self, verb: Verb[Q, A], request: Q, wait: float) -> A:
+        key = executor_command(NAMESPACE, self.name, verb.name)
+        try:
+            return decode(verb.answer, await self._session.query(key, encode(request), wait + TIMEOUT))
+        except Refused as refused:
+            said = _refusal(refused.payload)
+            raise BackendRefused(said.message, said.code) from None
+        except WireError as error:
+            raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error
+
+
+def _refusal(payload: bytes) -> Refusal:
+    try:
+        return decode(Refusal, payload)
+    except WireError:
+        return Refusal(code=Result.OPERATION_FAILED, message="it gave no reason that can be read")

@@ -1,0 +1,251 @@
+"""What executors and their clients say to each other: bundles, runs, records. Not among the verbs of nodes.
+
+An executor serves its verbs at `executor_command(...)`, in the form of those of nodes. A run is known by an id
+that its client has drawn, so that a submission which is sent twice is one run. What a scenario consists of
+travels as blobs, single files that are known by the SHA-256 of their content, and a manifest that says where
+they belong.
+
+A trace is a file that only grows, as JSON Lines. A watcher says up to which byte it has it, and the answer waits
+until there is more: nothing can be lost or doubled on the way, and who asks late, or seldom, delays nobody.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from seoro.bridges.wire.message import Empty, Message, Verb
+
+CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
+MAX_FILES = 10_000  # of a bundle
+MAX_FILE = 256 << 20  # [bytes]
+MAX_BUNDLE = 1 << 30  # [bytes] of all its files
+MAX_PATH = 1024  # [characters]
+MAX_TEXT = 10_000  # [characters] of an option
+LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
+
+Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+RunId = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
+Text = Annotated[str, Field(max_length=MAX_TEXT)]
+Place = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
+
+
+class State(StrEnum):
+    """What has become of a run."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    PASSED = "passed"
+    FAILED = "failed"
+    ERROR = "error"
+    CANCELLED = "cancelled"
+    LOST = "lost"  # its executor died while it ran
+    INVALID = "invalid"  # it was not run: the scenario, or how it was to be run, cannot be
+
+    @property
+    def is_final(self) -> bool:
+        """Whether nothing changes any more."""
+        return self not in (State.QUEUED, State.RUNNING)
+
+
+class BundleFile(Message):
+    """A file of a bundle: where it belongs, relative to the bundle's root, and what its content is."""
+
+    path: Place
+    hash: Hash
+    size: Annotated[int, Field(ge=0, le=MAX_FILE)]
+
+
+class BundledSimulator(Message):
+    """As `seoro.Simulator`; files are those of the bundle, the endpoint is seen from the executor."""
+
+    name: Text | None = None
+    endpoint: Text | None = None
+    world: Text | None = None
+    rate: float
+    model_path: tuple[Place, ...] = ()
+    snapshot: Place | None = None
+
+
+class BundledRos(Message):
+    """As `seoro.Ros`."""
+
+    endpoint: Text
+    domain: int = 0
+    dialect: Text | None = None
+    interfaces: tuple[Place, ...] = ()
+
+
+class BundledLab(Message):
+    """As `seoro.Lab`."""
+
+    file: Place
+    rate: float | None = None
+    model_path: tuple[Place, ...] = ()
+
+
+class BundledOptions(Message):
+    """How the scenario is to be run: as the options of `seoro.start`, with files of the bundle."""
+
+    name: Text | None = None
+    seed: int | None = None
+    overrides: Annotated[dict[Text, Text], Field(default_factory=dict)]
+    parameters: Place | None = None
+    clock: Text | None = None
+    simulator: BundledSimulator | None = None
+    ros: BundledRos | None = None
+    lab: BundledLab | None = None
+    grace: float
+    timeout: float | None = None  # [s] of the machine's clock
+
+
+class Manifest(Message):
+    """What is run: the files, which of them is the scenario, what the user calls it, and how it is run."""
+
+    files: Annotated[tuple[BundleFile, ...], Field(min_length=1, max_length=MAX_FILES)]
+    entry: Place
+    shown: Text
+    directory: Text = ""  # what stands for the working directory, relative to the root
+    options: BundledOptions
+
+
+class Hashes(Message):
+    """Blobs."""
+
+    hashes: Annotated[tuple[Hash, ...], Field(max_length=MAX_FILES)]
+
+
+class PutBlob(Message):
+    """A part of a blob; parts come in order, and the last completes it."""
+
+    hash: Hash
+    size: Annotated[int, Field(ge=0, le=MAX_FILE)]
+    offset: Annotated[int, Field(ge=0)]
+    data: Annotated[bytes, Field(max_length=CHUNK)]
+
+
+class Submission(Message):
+    """A run that is asked for; its blobs are there. The same once more is the same run."""
+
+    run: RunId
+    manifest: Manifest
+    by: Text = ""  # who asks for it, for people
+    stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
+
+
+class RunInfo(Message):
+    """What is known of a run; times are seconds since 1970 by the executor's clock."""
+
+    run: RunId
+    file: str  # as the user named it
+    by: str
+    state: State
+    submitted: float
+    started: float | None = None
+    ended: float | None = None
+    reason: str = ""  # of its end, in a line
+    announcement: str = ""  # what it runs with, once that is known
+
+
+class Runs(Message):
+    """Runs, the youngest first."""
+
+    runs: tuple[RunInfo, ...]
+
+
+class ListRuns(Message):
+    """The youngest runs, so many at most; those whose ids begin so."""
+
+    limit: Annotated[int, Field(ge=1, le=1000)] = 100
+    prefix: Annotated[str, Field(pattern=r"^[0-9a-f]{0,32}$")] = ""
+
+
+class OneRun(Message):
+    """A run that is meant."""
+
+    run: RunId
+
+
+class StopRun(OneRun):
+    """Stop a run, which cleans up; of no effect on one that is over."""
+
+    reason: Text = ""
+
+
+class Details(Message):
+    """All about a run: `end` is what it ended with (`seoro.embed.ends`); empty while there is none."""
+
+    info: RunInfo
+    end: bytes = b""
+
+
+class AskRecords(OneRun):
+    """The records of a run from a byte of its trace on; waits up to `wait` [s] for something that is new."""
+
+    at: Annotated[int, Field(ge=0)] = 0
+    state: State | None = None  # as far as the asker knows
+    is_announced: bool = False  # whether the asker knows what it runs with
+    wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0
+    keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
+
+
+class Records(Message):
+    """Whole lines of a trace; `info.state` is final in the answer to one who has them all."""
+
+    lines: bytes
+    at: int  # where to go on
+    is_complete: bool  # whether nothing comes any more
+    info: RunInfo
+
+
+class OutputInfo(Message):
+    """A file that a run has left: its path in the output folder, and its size."""
+
+    path: str
+    size: int
+
+
+class Outputs(Message):
+    """What a run has left."""
+
+    files: tuple[OutputInfo, ...]
+
+
+class ReadFile(OneRun):
+    """A part of a file of the output folder."""
+
+    path: Place
+    offset: Annotated[int, Field(ge=0)] = 0
+
+
+class FilePart(Message):
+    """A part of a file; empty at its end."""
+
+    data: bytes
+
+
+class ExecutorInfo(Message):
+    """What an executor is."""
+
+    version: str  # of seoro
+    jobs: int  # how many runs go on at a time
+    allowed: tuple[str, ...]  # what scenarios may do that they else may not
+
+
+DESCRIBE = Verb("describe", Empty, ExecutorInfo)
+MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes)
+PUT_BLOB = Verb("put_blob", PutBlob, Empty)
+SUBMIT = Verb("submit", Submission, RunInfo)
+LIST_RUNS = Verb("list_runs", ListRuns, Runs)
+GET_RUN = Verb("get_run", OneRun, Details)
+STOP_RUN = Verb("stop_run", StopRun, RunInfo)
+RECORDS = Verb("records", AskRecords, Records)
+LIST_FILES = Verb("list_files", OneRun, Outputs)
+READ_FILE = Verb("read_file", ReadFile, FilePart)
+REMOVE_RUN = Verb("remove_run", OneRun, Empty)
+EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
+    DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS, LIST_FILES, READ_FILE,
+    REMOVE_RUN,
+)  # fmt: skip

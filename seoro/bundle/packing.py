@@ -1,0 +1,235 @@
+"""Makes a bundle of a scenario: which files it consists of is asked of those who have read them.
+
+The files of a bundle keep their places to each other, below the folder that contains them all, since scenario
+files import each other by relative paths.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from seoro.bridges.executor import messages as wire
+from seoro.bundle.places import ROOT, InvalidPlace, check_place
+from seoro.embed import Scenario
+from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
+from seoro.errors import InvalidUse
+from seoro.lang import ast
+from seoro.lang.libraries import Origin, folder_around
+from seoro.lang.loader import Sources, path_of
+
+_CACHES: Final = frozenset({"__pycache__"})  # what Python leaves beside modules
+_WORLD_FILES: Final = frozenset({".yaml", ".yml"})
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A bundle whose blobs are files of this machine.
+
+    Args:
+        manifest: What it consists of.
+        blobs: For each hash, a file with that content.
+    """
+
+    manifest: wire.Manifest
+    blobs: dict[str, Path]
+
+
+def pack(scenario: Scenario, options: Options, timeout: float | None = None) -> Bundle:
+    """Make a bundle.
+
+    Args:
+        scenario: What `load` returned.
+        options: How it is to be run; observers and the output folder stay here.
+        timeout: [s] of the machine's clock after which the run is given up.
+
+    Raises:
+        InvalidUse: It needs something that cannot be sent, or is too large.
+    """
+    sources = scenario.checked.sources
+    entry = sources.entry.file.path
+    if entry is None or not entry.is_file():
+        raise InvalidUse(
+            f"{sources.entry.file.name} is no file, and only files can be sent", help="save the scenario in a file"
+        )
+    folders = _folders(options)
+    files = [*_own_sources(sources), *_single_files(options)]
+    for folder in (*folders, *_library_folders(sources)):
+        files += _files_below(folder)
+    absolute = sorted({Path(os.path.abspath(file)) for file in files})  # noqa: PTH100 - links keep their names
+    parents = [str(file.parent) for file in absolute]
+    root = Path(os.path.commonpath([*parents, *(os.path.abspath(folder) for folder in folders)]))  # noqa: PTH100
+    packer = _Packer(root)
+    listed = tuple(packer.add(file) for file in absolute)
+    if (total := sum(file.size for file in listed)) > wire.MAX_BUNDLE:
+        raise InvalidUse(
+            f"the files of the scenario have {total >> 20} MiB, more than {wire.MAX_BUNDLE >> 20} MiB"
+        )
+    here = Path.cwd()
+    manifest = wire.Manifest(
+        files=listed,
+        entry=packer.place(entry),
+        shown=sources.entry.file.name,
+        directory=packer.place(here) if here.is_relative_to(root) and here != root else ROOT,
+        options=_bundled(options, packer, timeout),
+    )
+    return Bundle(manifest, packer.blobs)
+
+
+class _Packer:
+    """Gives files their places in a bundle."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self.blobs: dict[str, Path] = {}
+
+    def place(self, path: Path) -> str:
+        """Where a file or a folder is in the bundle."""
+        return Path(os.path.abspath(path)).relative_to(self._root).as_posix()  # noqa: PTH100 - as above
+
+    def add(self, path: Path) -> wire.BundleFile:
+        """A file, with its hash."""
+        try:
+            check_place(self.place(path))
+            with path.open("rb") as stream:
+                size = os.fstat(stream.fileno()).st_size
+                if size > wire.MAX_FILE:
+                    raise InvalidUse(
+                        f"{path} has {size >> 20} MiB, more than the {wire.MAX_FILE >> 20} MiB of a file"
+                    )
+                digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        except InvalidPlace as error:
+            raise InvalidUse(f"{path} cannot be sent: {error}", help="give it another name") from error
+        except OSError as error:
+            raise InvalidUse(f"cannot read {path}: {error.strerror}") from error
+        self.blobs[digest] = path
+        return wire.BundleFile(path=self.place(path), hash=digest, size=size)
+
+
+# ---------------------------------------------------------------- which files
+
+
+def _own_sources(sources: Sources) -> Iterator[Path]:
+    """The scenario files that do not come with seoro or an installed package."""
+    origins = {library.name: library.origin for library in sources.libraries}
+    for module in sources.modules:
+        if module.library is not None and origins[module.library] is not Origin.BESIDE:
+            continue
+        for statement in module.tree.statements:
+            if isinstance(statement, ast.ImportUri):
+                path = path_of(statement.uri)
+                if path is not None and path.is_absolute():
+                    raise InvalidUse(
+                        "what is imported by an absolute path is not there on another machine",
+                        statement.span,
+                        "import it by a path relative to this file",
+                    )
+        if module.file.path is not None:
+            yield module.file.path
+
+
+def _library_folders(sources: Sources) -> Iterator[Path]:
+    """The folders of libraries beside the scenario, whose Python may use everything in them."""
+    for library in sources.libraries:
+        if library.origin is Origin.BESIDE:
+            yield folder_around(library.path) or library.path.parent
+
+
+def _single_files(options: Options) -> Iterator[Path]:
+    if options.parameters is not None:
+        yield options.parameters
+    if options.simulator is not None and options.simulator.snapshot is not None:
+        yield options.simulator.snapshot
+    if options.lab is not None:
+        yield options.lab.file
+
+
+def _folders(options: Options) -> Sequence[Path]:
+    """The folders that the options name."""
+    named: list[Path] = []
+    if options.simulator is not None:
+        named += options.simulator.model_path
+    if options.lab is not None:
+        named += options.lab.model_path
+    if options.ros is not None:
+        named += options.ros.interfaces
+    for folder in named:
+        if not folder.is_dir():
+            raise InvalidUse(f"there is no folder {folder}")
+        if next(_files_below(folder), None) is None:
+            raise InvalidUse(f"there is nothing in the folder {folder}")
+    return named
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    """The files in and below a folder; hidden ones and caches are left out."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _CACHES)
+        yield from (Path(place, name) for name in sorted(files) if not name.startswith("."))
+
+
+# ---------------------------------------------------------------- how it is run
+
+
+def _bundled(options: Options, packer: _Packer, timeout: float | None) -> wire.BundledOptions:
+    return wire.BundledOptions(
+        name=options.name,
+        seed=options.seed,
+        overrides=dict(options.overrides),
+        parameters=None if options.parameters is None else packer.place(options.parameters),
+        clock=options.clock,
+        simulator=None if options.simulator is None else _simulator(options.simulator, packer),
+        ros=None if options.ros is None else _ros(options.ros, packer),
+        lab=None if options.lab is None else _lab(options.lab, packer),
+        grace=options.grace,
+        timeout=timeout,
+    )
+
+
+def _simulator(given: Simulator, packer: _Packer) -> wire.BundledSimulator:
+    _check_world(given.world)
+    if given.name == OF_ROS:
+        raise InvalidUse("the simulator of a ROS 2 system cannot be used over the network yet")
+    return wire.BundledSimulator(
+        name=given.name,
+        endpoint=given.endpoint,
+        world=given.world,
+        rate=given.rate,
+        model_path=_places(given.model_path, packer),
+        snapshot=None if given.snapshot is None else packer.place(given.snapshot),
+    )
+
+
+def _ros(given: Ros, packer: _Packer) -> wire.BundledRos:
+    return wire.BundledRos(
+        endpoint=given.endpoint,
+        domain=given.domain,
+        dialect=given.dialect,
+        interfaces=_places(given.interfaces, packer),
+    )
+
+
+def _lab(given: Lab, packer: _Packer) -> wire.BundledLab:
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+
+    _check_world(read_lab(given.file).world)
+    return wire.BundledLab(
+        file=packer.place(given.file), rate=given.rate, model_path=_places(given.model_path, packer)
+    )
+
+
+def _places(folders: Iterable[Path], packer: _Packer) -> tuple[str, ...]:
+    return tuple(packer.place(folder) for folder in folders)
+
+
+def _check_world(world: str | None) -> None:
+    """Refuse world files: what they name is known to simulators only."""
+    if world is not None and Path(world).suffix in _WORLD_FILES:
+        raise InvalidUse(
+            f"the world file {world} cannot be sent over the network yet",
+            help="name a world that the executor's simulators have, such as `maze`",
+        )

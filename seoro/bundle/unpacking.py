@@ -1,0 +1,126 @@
+"""Lays a bundle out in a folder. It comes from elsewhere, and nothing in it is trusted."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+
+from seoro.bridges.executor import messages as wire
+from seoro.bundle.places import ROOT, InvalidPlace, check_place
+from seoro.embed.checking import check_options
+from seoro.embed.options import ClockName, Lab, Options, Ros, Simulator
+from seoro.errors import InvalidUse
+
+
+class InvalidBundle(Exception):
+    """A bundle that cannot be what a client of seoro sends."""
+
+
+def check_manifest(manifest: wire.Manifest) -> None:
+    """Check what a manifest says, before anything of it is looked at.
+
+    Raises:
+        InvalidBundle: Paths lead out of the bundle or lie within each other, files that it refers to are not in
+        it,
+            or it is too large.
+    """
+    try:
+        places = {str(check_place(file.path)) for file in manifest.files}
+        folders = {str(parent) for place in places for parent in PurePosixPath(place).parents}
+        if manifest.directory != ROOT:
+            check_place(manifest.directory)
+    except InvalidPlace as error:
+        raise InvalidBundle(str(error)) from error
+    if len(places) != len(manifest.files) or places & folders:
+        raise InvalidBundle("two files of the bundle are at the same place")
+    world = manifest.options.simulator.world if manifest.options.simulator is not None else None
+    if world is not None and ("/" in world or "." in world):
+        raise InvalidBundle(f"{world!r} is not the name of a world")
+    if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
+        raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
+    options = manifest.options
+    simulator, lab = options.simulator, options.lab
+    files = [manifest.entry, options.parameters, simulator and simulator.snapshot, lab and lab.file]
+    named = [*(simulator.model_path if simulator else ()), *(lab.model_path if lab else ())]
+    named += options.ros.interfaces if options.ros else ()
+    for file in files:
+        if file is not None and file not in places:
+            raise InvalidBundle(f"the bundle does not have the file {file!r} that it refers to")
+    for folder in named:
+        if folder not in folders:
+            raise InvalidBundle(f"the bundle does not have the folder {folder!r} that it refers to")
+
+
+def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -> None:
+    """Write the files of a bundle.
+
+    Args:
+        manifest: One that was checked.
+        blob: The file of a blob.
+        folder: Where to; it is made.
+
+    Raises:
+        InvalidBundle: A blob is not what the manifest says.
+        OSError: They cannot be written.
+    """
+    folder.mkdir(parents=True)
+    for file in manifest.files:
+        path = folder / check_place(file.path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(blob(file.hash), path)
+        with path.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        if digest != file.hash or path.stat().st_size != file.size:
+            raise InvalidBundle(f"the content of {file.path!r} is not what the manifest says")
+    (folder / manifest.directory).mkdir(parents=True, exist_ok=True)
+
+
+def options_of(manifest: wire.Manifest, folder: Path) -> Options:
+    """How a bundle is to be run that lies in a folder.
+
+    Raises:
+        InvalidUse: Its options do not go together.
+    """
+    given = manifest.options
+    options = Options(
+        name=given.name,
+        seed=given.seed,
+        overrides=given.overrides,
+        parameters=None if given.parameters is None else folder / given.parameters,
+        clock=_clock(given.clock),
+        simulator=None if given.simulator is None else _simulator(given.simulator, folder),
+        ros=None if given.ros is None else _ros(given.ros, folder),
+        lab=None if given.lab is None else _lab(given.lab, folder),
+        grace=given.grace,
+    )
+    check_options(options)
+    return options
+
+
+def _clock(name: str | None) -> ClockName | None:
+    match name:
+        case None | "real" | "virtual" | "sim":
+            return name
+        case _:
+            raise InvalidUse(f"there is no clock '{name}'")
+
+
+def _simulator(given: wire.BundledSimulator, folder: Path) -> Simulator:
+    return Simulator(
+        name=given.name,
+        endpoint=given.endpoint,
+        world=given.world,
+        rate=given.rate,
+        model_path=[folder / path for path in given.model_path],
+        snapshot=None if given.snapshot is None else folder / given.snapshot,
+    )
+
+
+def _ros(given: wire.BundledRos, folder: Path) -> Ros:
+    return Ros(given.endpoint, given.domain, given.dialect, [folder / path for path in given.interfaces])
+
+
+def _lab(given: wire.BundledLab, folder: Path) -> Lab:
+    return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

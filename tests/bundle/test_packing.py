@@ -1,0 +1,104 @@
+"""Making bundles: which files they have."""
+
+from pathlib import Path
+
+import pytest
+
+from seoro.bundle.packing import Bundle, pack
+from seoro.embed import check_file
+from seoro.embed.options import Lab, Options, Simulator
+from seoro.errors import InvalidUse
+
+
+def bundle(file: Path, options: Options | None = None) -> Bundle:
+    scenario = check_file(file, import_python=False)
+    assert not scenario.checked.errors, scenario.checked.errors
+    return pack(scenario, options or Options())
+
+
+def paths(found: Bundle) -> list[str]:
+    return [file.path for file in found.manifest.files]
+
+
+def write(
+    path: Path, text: str = "import osc.helpers\nscenario main:\n    do serial:\n        log('x')\n"
+) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text.replace("'", '"'))
+    return path
+
+
+def test_a_scenario_alone_is_one_file(tmp_path: Path) -> None:
+    found = bundle(write(tmp_path / "main.osc"))
+    assert paths(found) == ["main.osc"]
+    assert found.manifest.entry == "main.osc"
+    assert found.manifest.shown == str(tmp_path / "main.osc")
+
+
+def test_what_is_imported_comes_along_at_its_place(tmp_path: Path) -> None:
+    write(tmp_path / "common/robots.osc", "struct thing\n")
+    write(tmp_path / "unrelated.osc", "struct other\n")
+    text = "import '../common/robots.osc'\nimport osc.helpers\nscenario main:\n    do serial:\n        log('x')\n"
+    found = bundle(write(tmp_path / "tests/main.osc", text))
+    assert paths(found) == ["common/robots.osc", "tests/main.osc"]
+    assert found.manifest.entry == "tests/main.osc"
+
+
+def test_libraries_beside_the_scenario_come_along_with_their_python(tmp_path: Path) -> None:
+    write(tmp_path / "seoro.libraries/mine/mine.osc", "action greet\n")
+    write(tmp_path / "seoro.libraries/mine/__init__.py", "1 / 0\n")  # is not run here
+    write(tmp_path / "seoro.libraries/mine/__pycache__/x.pyc", "")
+    found = bundle(write(tmp_path / "main.osc", "import osc.mine\nscenario main:\n    do greet()\n"))
+    assert paths(found) == ["main.osc", "seoro.libraries/mine/__init__.py", "seoro.libraries/mine/mine.osc"]
+
+
+def test_files_and_folders_of_the_options_come_along(tmp_path: Path) -> None:
+    write(tmp_path / "models/box/box.sdf", "<sdf/>")
+    simulator = Simulator(name="mujoco", world="maze", model_path=[tmp_path / "models"])
+    params = write(tmp_path / "p.yaml", "main: {}\n")
+    found = bundle(write(tmp_path / "main.osc"), Options(simulator=simulator, parameters=params))
+    assert paths(found) == ["main.osc", "models/box/box.sdf", "p.yaml"]
+    options = found.manifest.options
+    assert options.parameters == "p.yaml"
+    assert options.simulator is not None
+    assert options.simulator.model_path == ("models",)
+
+
+def test_the_same_content_is_one_blob(tmp_path: Path) -> None:
+    write(tmp_path / "models/a/x.sdf", "<sdf/>")
+    write(tmp_path / "models/b/x.sdf", "<sdf/>")
+    simulator = Simulator(name="mujoco", model_path=[tmp_path / "models"])
+    found = bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+    assert len(found.manifest.files) == 3
+    assert len(found.blobs) == 2
+
+
+def test_an_import_by_an_absolute_path_is_refused(tmp_path: Path) -> None:
+    other = write(tmp_path / "other.osc", "struct thing\n")
+    file = write(
+        tmp_path / "main.osc", f"import '{other}'\nscenario main:\n    do serial:\n        wait elapsed(1s)\n"
+    )
+    with pytest.raises(InvalidUse, match="absolute path") as caught:
+        pack(check_file(file, import_python=False), Options())
+    assert caught.value.span is not None
+    assert caught.value.span.line == 1
+
+
+def test_a_file_of_a_world_is_refused(tmp_path: Path) -> None:
+    simulator = Simulator(name="mujoco", world=str(tmp_path / "hall.yaml"))
+    with pytest.raises(InvalidUse, match=r"hall\.yaml cannot be sent"):
+        bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+
+
+def test_a_lab_with_a_file_of_a_world_is_refused(tmp_path: Path) -> None:
+    lab = write(tmp_path / "lab.yaml", "simulators:\n  sim: {simulator: mujoco, world: hall.yaml}\n")
+    with pytest.raises(InvalidUse, match=r"hall\.yaml cannot be sent"):
+        bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
+
+
+@pytest.mark.parametrize("what", ["missing", "empty"])
+def test_a_folder_without_anything_is_refused(tmp_path: Path, what: str) -> None:
+    (tmp_path / "empty").mkdir()
+    simulator = Simulator(name="mujoco", model_path=[tmp_path / what])
+    with pytest.raises(InvalidUse, match=what):
+        bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
