@@ -1,0 +1,51 @@
+"""What an executor and the process of a run say to each other, over two pipes: frames of a kind and some bytes.
+
+One pipe has the job and, later, that it is to stop; its end means that the executor is gone. The other has what
+the run begins with, the lines of its trace as they are made, and its end.
+"""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+from typing import IO, Final
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.wire.message import Message
+
+HEADER: Final = struct.Struct("!BI")  # kind, and the length of what follows [bytes]
+
+
+class Frame(IntEnum):
+    """What a frame is."""
+
+    JOB = 1  # `Job`
+    STOP = 2  # why, as text
+    BEGIN = 3  # what the run begins with, as text for people
+    TRACE = 4  # lines
+    END = 5  # `seoro.embed.ends`
+
+
+class Job(Message):
+    """A run that is to be carried out: where its files lie, and what its scenario may do."""
+
+    manifest: wire.Manifest
+    files: str  # folder with the bundle
+    output: str  # folder for what it leaves
+    log: str  # file for what its process prints
+    allowed: tuple[str, ...]
+
+
+def write_frame(to: IO[bytes], kind: Frame, data: bytes) -> None:
+    """Write a frame."""
+    to.write(HEADER.pack(kind, len(data)) + data)
+
+
+def read_frame(source: IO[bytes]) -> tuple[Frame, bytes] | None:
+    """The next frame, which is waited for; None when nothing more comes."""
+    header = source.read(HEADER.size)
+    if len(header) < HEADER.size:
+        return None
+    kind, length = HEADER.unpack(header)
+    data = source.read(length)
+    return None if len(data) < length else (Frame(kind), data)

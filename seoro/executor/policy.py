@@ -1,0 +1,129 @@
+"""What a scenario that comes over the network must not do, unless the executor allows it by name.
+
+Two things let a scenario do on the executor's machine whatever its user can: programs that it starts, and
+Python that it brings or names. Both are found in the text before anything of it runs, and refused as an invalid
+scenario is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from seoro.actions.processes import RUNNING_PROGRAMS
+from seoro.bindings.modules import is_module, root_of
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang import ast
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.frozen import Frozen
+from seoro.lang.libraries import Origin, library_files, own_libraries
+from seoro.lang.loader import Reader, Sources, Unreadable, read_file
+from seoro.lang.plan import Plan
+from seoro.lang.source import Span
+from seoro.runtime.needs import invocations
+
+PYTHON: Final = "python"
+CODE: Final = "E0500"
+_FILES: Final = "check_data_external"  # runs Python of a file that it names
+PERMISSIONS: Final = {
+    PYTHON: "Python that a scenario brings with it, or names with `external`",
+    **{name: f"the action `{name}`, which starts programs" for name in RUNNING_PROGRAMS},
+}
+
+
+def vet_sources(sources: Sources, allowed: Collection[str]) -> None:
+    """Refuse a scenario that would have Python imported.
+
+    Raises:
+        InvalidScenario: It would, and that is not allowed.
+    """
+    found = [] if PYTHON in allowed else list(_python(sources))
+    if found:
+        raise InvalidScenario(found)
+
+
+def _python(sources: Sources) -> Iterator[Diagnostic]:
+    trusted = {library.name for library in sources.libraries if library.origin is not Origin.BESIDE}
+    for library in sources.libraries:
+        root = root_of(library) if library.origin is Origin.BESIDE else None
+        if root is not None and is_module(root, [library.module]):
+            yield _refused(library.span, f"`{library.name}` brings Python with it", PYTHON)
+    for module in sources.modules:
+        if module.library not in trusted:
+            for method in _externals(module.tree):
+                yield _refused(method.span, "an external method calls Python", PYTHON)
+
+
+def _externals(node: Any) -> Iterator[ast.ExternalMethod]:
+    """The external methods in a tree of declarations; expressions and behaviors have none."""
+    if isinstance(node, ast.ExternalMethod):
+        yield node
+    elif isinstance(node, tuple):
+        for part in node:
+            yield from _externals(part)
+    elif isinstance(node, Frozen) and not isinstance(node, Span | ast.DoDirective):
+        for name in node.__match_args__:
+            yield from _externals(getattr(node, name))
+
+
+def vet_plan(plan: Plan, allowed: Collection[str]) -> None:
+    """Refuse a plan that starts programs, or runs the Python of a file.
+
+    Raises:
+        InvalidScenario: It does, and that is not allowed.
+    """
+    found = []
+    for invocation in invocations(plan):
+        name = invocation.action.rpartition(".")[2]
+        needed = PYTHON if name == _FILES else name
+        if needed in PERMISSIONS and needed not in allowed:
+            found.append(_refused(invocation.span, f"this executor does not allow `{name}`", needed))
+    if found:
+        raise InvalidScenario(found)
+
+
+def _refused(span: Span, what: str, permission: str) -> Diagnostic:
+    return error(
+        CODE,
+        span,
+        what,
+        label="not allowed here",
+        help=f"whoever runs the executor can allow it: `seoro serve --allow {permission}`",
+    )
+
+
+def check_permissions(names: Collection[str]) -> None:
+    """Check that what is to be allowed is something that is not allowed by itself.
+
+    Raises:
+        InvalidUse: It is not.
+    """
+    for name in names:
+        if name not in PERMISSIONS:
+            raise InvalidUse(
+                f"there is nothing to allow called '{name}'", help=f"there are {', '.join(PERMISSIONS)}"
+            )
+
+
+def reader_of(root: Path) -> Reader:
+    """Reads the files of a bundle, and those of installed libraries; no others of this machine.
+
+    Args:
+        root: Folder of the bundle.
+    """
+    home = root.resolve()
+
+    def read(path: Path) -> str | Unreadable:
+        resolved = path.resolve()
+        if resolved.is_relative_to(home) or _is_library(resolved):
+            return read_file(path)
+        return Unreadable("it is not part of what was sent")
+
+    return read
+
+
+def _is_library(path: Path) -> bool:
+    """Whether a file is that of a library that is installed here; seoro's own are asked first, which is quick."""
+    own = {file.resolve() for file in own_libraries().values()}
+    return path in own or path in {file.resolve() for file in library_files(None).values()}

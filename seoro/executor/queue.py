@@ -1,0 +1,245 @@
+"""Runs that are not over: they wait, first come, first served, get a process, and are seen to until their end."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Collection
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from anyio.abc import TaskGroup
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo, State
+from seoro.changes import Changes
+from seoro.embed.ends import Ended, InvalidEnd, unpack_end
+from seoro.executor.frames import Frame, Job
+from seoro.executor.store import Store
+from seoro.executor.workers import Pool, Worker
+
+STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
+FILL_PAUSE: Final = 0.5  # [s] after a run, in which whoever waited for it can see its end
+_KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
+
+
+class LiveRun:
+    """A run that is not over.
+
+    Args:
+        info: What is known of it.
+        submission: What it was submitted with.
+    """
+
+    def __init__(self, info: RunInfo, submission: wire.Submission) -> None:
+        self.info = info
+        self.submission = submission
+        self.size = 0  # of its trace so far [bytes]
+        self.changes = Changes()  # of all of that
+        self._worker: Worker | None = None
+        self._stop_reason: str | None = None
+        self._watched = time.monotonic()
+        self._killing: asyncio.TimerHandle | None = None
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether it was asked to stop."""
+        return self._stop_reason is not None
+
+    def set(self, **changed: object) -> None:
+        """Something about it has changed."""
+        self.info = self.info.model_copy(update=changed)
+        self.changes.tell()
+
+    def have(self, worker: Worker) -> None:
+        """It has a process."""
+        self._worker = worker
+        if self._stop_reason is not None:
+            self._stop(worker, self._stop_reason)
+
+    def stop(self, reason: str) -> None:
+        """Stop it, in order; a process that does not end is killed."""
+        if self._stop_reason is None:
+            self._stop_reason = reason
+            if self._worker is not None:
+                self._stop(self._worker, reason)
+            self.changes.tell()
+
+    def _stop(self, worker: Worker, reason: str) -> None:
+        worker.stop(reason)
+        self._killing = asyncio.get_running_loop().call_later(STOP_TIMEOUT, worker.kill)
+
+    def release(self) -> None:
+        """Its process has ended."""
+        self._worker = None
+        if self._killing is not None:
+            self._killing.cancel()
+
+    def note_watcher(self) -> None:
+        """Whoever is to be there for it to go on has given a sign of life."""
+        self._watched = time.monotonic()
+
+    @property
+    def alone(self) -> float:
+        """How much longer it was without a sign of life than it may be [s]; below 0 if it is not."""
+        allowed = self.submission.stop_if_lost
+        return -1.0 if allowed is None else time.monotonic() - self._watched - allowed
+
+
+class Queue:
+    """The runs of an executor that are not over.
+
+    Args:
+        store: Keeps them.
+        pool: Of processes.
+        tasks: In which runs are seen to.
+        jobs: How many go on at a time.
+        allowed: What their scenarios may do.
+    """
+
+    def __init__(self, store: Store, pool: Pool, tasks: TaskGroup, jobs: int, allowed: Collection[str]) -> None:
+        self._store = store
+        self._pool = pool
+        self._tasks = tasks
+        self._free = jobs
+        self._allowed = tuple(sorted(allowed))
+        self._live: dict[str, LiveRun] = {}
+        self._waiting: dict[str, None] = {}  # in order
+        self._changes = Changes()
+        self._is_closing = False
+
+    def get(self, run: str) -> LiveRun | None:
+        """A run, if it is not over."""
+        return self._live.get(run)
+
+    def add(self, info: RunInfo, submission: wire.Submission) -> None:
+        """A run is to be carried out."""
+        self._live[info.run] = LiveRun(info, submission)
+        self._waiting[info.run] = None
+        self._changes.tell()
+
+    async def work(self) -> None:
+        """Start runs as there is room for them; runs as long as the executor."""
+        while True:
+            await self._changes.wait_for(lambda: self._free > 0 and self._waiting and not self._is_closing)
+            run = next(iter(self._waiting))
+            del self._waiting[run]
+            self._free -= 1
+            self._tasks.start_soon(self._carry, self._live[run])
+
+    async def stop(self, run: str, reason: str) -> None:
+        """Stop a run; one that waits is over at once."""
+        live = self._live[run]
+        if run in self._waiting:
+            del self._waiting[run]
+            await self._finish(live, State.CANCELLED, reason, b"")
+        else:
+            live.stop(reason)
+
+    async def stop_lonely(self) -> None:
+        """Stop runs whose watchers are gone, where that is asked for; runs as long as the executor."""
+        while True:
+            for run, live in list(self._live.items()):
+                if live.alone > 0.0 and not live.is_stopped:
+                    await self.stop(run, f"its watcher was gone for {live.submission.stop_if_lost:g} s")
+            await asyncio.sleep(0.1)
+
+    async def close(self) -> None:
+        """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor."""
+        self._is_closing = True
+        running = [live for run, live in self._live.items() if run not in self._waiting]
+        for live in running:
+            live.stop("the executor ends")
+        for live in running:
+            await live.changes.wait_for(lambda live=live: live.info.state.is_final)  # type: ignore[misc]
+
+    async def _carry(self, live: LiveRun) -> None:
+        """Carry a run out to its end."""
+        try:
+            await self._store.start(live.info.run)
+            live.set(state=State.RUNNING, started=time.time())
+            worker = await self._pool.take()
+            try:
+                await self._carry_by(live, worker)
+            except BaseException:
+                worker.kill()
+                raise
+            finally:
+                live.release()
+                worker.close()
+                await worker.wait()
+        except OSError as error:  # a full disk
+            await self._finish(live, State.ERROR, f"the executor cannot keep the run: {error}", b"")
+        finally:
+            self._free += 1
+            self._changes.tell()
+
+    async def _carry_by(self, live: LiveRun, worker: Worker) -> None:
+        """Have a process carry a run out; whoever waits for its end need not wait for that of the process."""
+        worker.begin(self._job(live))
+        live.have(worker)
+        end = await self._follow(live, worker)
+        self._tasks.start_soon(self._pool.fill, FILL_PAUSE)
+        code = 0 if end else await worker.wait()
+        _drop_empty(self._store.folder(live.info.run).log)
+        await self._finish(live, *_outcome(end, code, live.is_stopped), end)
+
+    def _job(self, live: LiveRun) -> Job:
+        folder = self._store.folder(live.info.run)
+        folder.output.mkdir(exist_ok=True)
+        return Job(
+            manifest=live.submission.manifest,
+            files=str(folder.files),
+            output=str(folder.output),
+            log=str(folder.log),
+            allowed=self._allowed,
+        )
+
+    async def _follow(self, live: LiveRun, worker: Worker) -> bytes:
+        """Keep what the process of a run tells; returns the end of the run, empty if it told none."""
+        end = b""
+        with self._store.folder(live.info.run).trace.open("ab", buffering=0) as trace:
+            async for kind, data in worker.frames():
+                match kind:
+                    case Frame.TRACE:
+                        trace.write(data)
+                        live.size += len(data)
+                        live.changes.tell()
+                    case Frame.BEGIN:
+                        live.set(announcement=data.decode())
+                        await self._store.announce(live.info.run, live.info.announcement)
+                    case Frame.END:
+                        end = data
+                    case Frame.JOB | Frame.STOP:
+                        break  # those go the other way
+        return end
+
+    async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
+        with suppress(OSError):
+            await self._store.finish(live.info.run, state, reason, end)
+        del self._live[live.info.run]
+        live.set(state=state, reason=reason, ended=time.time())
+
+
+def _drop_empty(log: Path) -> None:
+    """Remove the file for what is printed, if nothing was."""
+    if log.exists() and log.stat().st_size == 0:
+        log.unlink()
+
+
+def _outcome(end: bytes, code: int, is_stopped: bool) -> tuple[State, str]:
+    """What has become of a run whose process has ended."""
+    if not end:
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        return State.ERROR, _KILLED if is_stopped else f"its process {how} before the end of the run"
+    try:
+        found = unpack_end(end)
+    except InvalidEnd as error:
+        return State.ERROR, str(error)
+    if isinstance(found, Ended):
+        return State(found.verdict.status.value), found.verdict.reason
+    if found.backend:
+        return State.ERROR, found.backend
+    reason = found.misuse.message if found.misuse is not None else found.diagnostics[0].message
+    return State.INVALID, reason

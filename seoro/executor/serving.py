@@ -1,0 +1,216 @@
+"""Answers clients: takes bundles and runs in, and tells what becomes of them."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import anyio
+import anyio.to_thread
+
+from seoro import __version__
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo
+from seoro.bridges.serving.answering import decoded
+from seoro.bridges.wire import Empty, Message, Result, Verb
+from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bundle.places import InvalidPlace, check_place
+from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
+from seoro.executor.blobs import Blobs
+from seoro.executor.queue import Queue
+from seoro.executor.store import Store
+
+PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
+
+Handler = Callable[[Any], Awaitable[Message]]
+
+
+class Server:
+    """Carries out requests.
+
+    Args:
+        store: Of runs.
+        queue: Of those that are not over.
+        jobs: How many go on at a time.
+        allowed: What their scenarios may do.
+    """
+
+    def __init__(self, store: Store, queue: Queue, jobs: int, allowed: tuple[str, ...]) -> None:
+        self._store = store
+        self._queue = queue
+        self._blobs = Blobs(store.blobs)
+        self._info = wire.ExecutorInfo(version=__version__, jobs=jobs, allowed=allowed)
+        self._submitting = anyio.Lock()
+        handlers: Mapping[Verb[Any, Any], Handler] = {
+            wire.DESCRIBE: self._describe,
+            wire.MISSING_BLOBS: self._missing_blobs,
+            wire.PUT_BLOB: self._put_blob,
+            wire.SUBMIT: self._submit,
+            wire.LIST_RUNS: self._list_runs,
+            wire.GET_RUN: self._get_run,
+            wire.STOP_RUN: self._stop_run,
+            wire.RECORDS: self._records,
+            wire.LIST_FILES: self._list_files,
+            wire.READ_FILE: self._read_file,
+            wire.REMOVE_RUN: self._remove_run,
+        }
+        self._handlers = MappingProxyType({verb.name: (verb, handler) for verb, handler in handlers.items()})
+
+    async def carry_out(self, name: str, payload: bytes) -> Message:
+        """Carry out a verb.
+
+        Raises:
+            RequestRefused: There is none of that name, or it cannot be carried out.
+        """
+        if name not in self._handlers:
+            raise RequestRefused(
+                Result.FEATURE_UNSUPPORTED,
+                f"this executor cannot be asked for {name!r}: known are {listed(self._handlers)}",
+            )
+        verb, handler = self._handlers[name]
+        return await handler(decoded(verb, payload))
+
+    async def forget(self, before: float) -> None:
+        """Remove runs that ended before a time, and blobs that were not used since."""
+        for run in await self._store.over(before):
+            await self._store.remove(run)
+        await anyio.to_thread.run_sync(self._blobs.forget, before)
+
+    # -------------------------------------------------------- taking runs in
+
+    async def _describe(self, _request: Empty) -> wire.ExecutorInfo:
+        return self._info
+
+    async def _missing_blobs(self, request: wire.Hashes) -> wire.Hashes:
+        return wire.Hashes(hashes=self._blobs.missing(request.hashes))
+
+    async def _put_blob(self, request: wire.PutBlob) -> Empty:
+        async with self._submitting:
+            await anyio.to_thread.run_sync(self._blobs.put, request)
+        return Empty()
+
+    async def _submit(self, request: wire.Submission) -> RunInfo:
+        async with self._submitting:
+            with suppress(KeyError):
+                return await self._store.info(request.run)
+            await anyio.to_thread.run_sync(self._unpack, request)
+            info, _ = await self._store.add(request)
+        self._queue.add(info, request)
+        return info
+
+    def _unpack(self, request: wire.Submission) -> None:
+        """Lay the bundle of a run out, before the run is known: half of one is removed with the next start."""
+        hashes = {file.hash for file in request.manifest.files}
+        if missing := self._blobs.missing(hashes):
+            raise RequestRefused(Result.INCORRECT_STATE, f"{len(missing)} blobs of the bundle are missing")
+        self._blobs.use(hashes)
+        folder = self._store.folder(request.run)
+        try:
+            check_manifest(request.manifest)
+            unpack(request.manifest, self._blobs.path, folder.files)
+        except (InvalidBundle, OSError) as error:
+            raise RequestRefused(Result.OPERATION_FAILED, f"the bundle cannot be taken: {error}") from error
+
+    # -------------------------------------------------------- telling of runs
+
+    async def _list_runs(self, request: wire.ListRuns) -> wire.Runs:
+        return wire.Runs(runs=await self._store.youngest(request.limit, request.prefix))
+
+    async def _known(self, run: str) -> RunInfo:
+        live = self._queue.get(run)
+        if live is not None:
+            return live.info
+        try:
+            return await self._store.info(run)
+        except KeyError:
+            raise RequestRefused(Result.NOT_FOUND, f"there is no run {run}") from None
+
+    async def _get_run(self, request: wire.OneRun) -> wire.Details:
+        info = await self._known(request.run)
+        return wire.Details(info=info, end=await self._store.end(request.run))
+
+    async def _stop_run(self, request: wire.StopRun) -> RunInfo:
+        await self._known(request.run)
+        if self._queue.get(request.run) is not None:
+            await self._queue.stop(request.run, request.reason or "stopped by a client")
+        return await self._known(request.run)
+
+    async def _records(self, request: wire.AskRecords) -> wire.Records:
+        live = self._queue.get(request.run)
+        if live is not None:
+
+            def is_news() -> bool:
+                is_known = (live.info.state, bool(live.info.announcement)) == (request.state, request.is_announced)
+                return live.size > request.at or not is_known
+
+            if request.keeps_alive:
+                live.note_watcher()
+            with suppress(TimeoutError):
+                await live.changes.wait_for(is_news, request.wait)
+            if request.keeps_alive:
+                live.note_watcher()
+        info = live.info if live is not None else await self._known(request.run)
+        lines, is_last = _lines(self._store.folder(request.run).trace, request.at)
+        return wire.Records(
+            lines=lines, at=request.at + len(lines), is_complete=is_last and info.state.is_final, info=info
+        )
+
+    async def _list_files(self, request: wire.OneRun) -> wire.Outputs:
+        await self._known(request.run)
+        output = self._store.folder(request.run).output
+        return wire.Outputs(files=tuple(await anyio.to_thread.run_sync(list, _outputs(output))))
+
+    async def _read_file(self, request: wire.ReadFile) -> wire.FilePart:
+        await self._known(request.run)
+        output = self._store.folder(request.run).output
+        try:
+            path = output / check_place(request.path)
+            if not path.resolve().is_relative_to(output.resolve()) or not path.is_file():
+                raise RequestRefused(Result.NOT_FOUND, f"the run has left no file {request.path!r}")
+            with path.open("rb") as file:
+                file.seek(request.offset)
+                return wire.FilePart(data=file.read(wire.CHUNK))
+        except (InvalidPlace, OSError) as error:
+            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+
+    async def _remove_run(self, request: wire.OneRun) -> Empty:
+        info = await self._known(request.run)
+        if not info.state.is_final:
+            raise RequestRefused(Result.INCORRECT_STATE, f"the run is {info.state.value}: stop it first")
+        await self._store.remove(request.run)
+        return Empty()
+
+
+def _lines(trace: Path, at: int) -> tuple[bytes, bool]:
+    """Whole lines of a trace from a byte on, and whether there are no more."""
+    try:
+        with trace.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            file.seek(at)
+            data = file.read(PART)
+            if b"\n" not in data:
+                data += file.readline()
+            whole = data[: data.rfind(b"\n") + 1]
+            # What an executor that died has left half written is no line, and stays out.
+            return whole, at + len(data) >= size
+    except FileNotFoundError:  # it has not begun
+        return b"", True
+
+
+def _outputs(folder: Path) -> Iterator[wire.OutputInfo]:
+    """The files in and below a folder; none that links lead to."""
+    for place, _, files in os.walk(folder):
+        for name in files:
+            path = Path(place, name)
+            if path.is_file() and not path.is_symlink():
+                yield wire.OutputInfo(path=path.relative_to(folder).as_posix(), size=path.stat().st_size)
+
+
+def days_ago(days: float) -> float:
+    """A time, in seconds since 1970."""
+    return time.time() - days * 86_400.0

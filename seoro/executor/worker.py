@@ -1,0 +1,243 @@
+"""The process of a run: `python -m seoro.executor.worker CONTROL DATA`, the numbers of two open pipes.
+
+It loads all that a run needs, waits for its job, carries it out as a program that embeds seoro does, tells what
+happens, and ends. When the pipe for its job ends, its executor is gone: the run is stopped and cleans up, and
+whatever hangs then ends with the process.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from itertools import groupby
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import IO, Any, Final
+
+import anyio
+
+import seoro.bridges.launch  # noqa: F401 - most runs have a simulator: to load what that takes is no time of a run
+from seoro.bridges import wire
+from seoro.bundle.unpacking import options_of
+from seoro.embed import announcement, check_file, prepare
+from seoro.embed import run as run_scenario
+from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
+from seoro.embed.runs import Run
+from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.executor.frames import HEADER, Frame, Job, read_frame
+from seoro.executor.policy import reader_of, vet_plan, vet_sources
+from seoro.lang.loader import read_file
+from seoro.reasons import fault_text
+from seoro.runtime.jsonl import to_line
+
+MOST_AT_ONCE: Final = 1000  # records in one frame
+SWITCH: Final = 0.0002  # [s] for which the run may keep the thread that tells of it from working
+ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
+_WARM_UP: Final = """import osc.helpers
+scenario warm_up:
+    do serial:
+        log("ready")
+        wait elapsed(1s)
+"""
+
+
+class Telling:
+    """Tells the executor what happens, from a thread that no run waits for; what is made together goes together.
+
+    Args:
+        data: The pipe.
+    """
+
+    def __init__(self, data: IO[bytes]) -> None:
+        self._data = data
+        self._waiting: SimpleQueue[dict[str, Any] | tuple[Frame, bytes] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="tells the executor", daemon=True)
+        self._thread.start()
+        self.record = self._waiting.put  # an observer of the trace
+
+    def tell(self, kind: Frame, data: bytes) -> None:
+        """Send something."""
+        self._waiting.put((kind, data))
+
+    def finish(self) -> None:
+        """Wait until everything is sent."""
+        self._waiting.put(None)
+        self._thread.join()
+
+    def _work(self) -> None:
+        with suppress(BrokenPipeError):  # the executor is gone, which the other pipe tells
+            while True:
+                items = [self._waiting.get()]
+                with suppress(Empty):
+                    while len(items) < MOST_AT_ONCE:
+                        items.append(self._waiting.get_nowait())
+                for is_record, group in groupby(items, lambda item: isinstance(item, dict)):
+                    if is_record:
+                        self._write(Frame.TRACE, b"".join(map(to_line, group)))  # type: ignore[arg-type]
+                        continue
+                    for item in group:
+                        if not isinstance(item, tuple):
+                            return
+                        self._write(*item)
+
+    def _write(self, kind: Frame, data: bytes) -> None:
+        rest = memoryview(HEADER.pack(kind, len(data)) + data)
+        while rest:
+            rest = rest[self._data.write(rest) or 0 :]
+
+
+class Stopping:
+    """That a run is to stop, which may be said before there is one. From a thread that reads the pipe.
+
+    Args:
+        control: The pipe.
+    """
+
+    def __init__(self, control: IO[bytes]) -> None:
+        self._control = control
+        self._lock = threading.Lock()
+        self._reason: str | None = None
+        self._stop: Callable[[str], object] | None = None
+
+    def start(self) -> None:
+        """Begin to listen."""
+        threading.Thread(target=self._listen, name="listens to the executor", daemon=True).start()
+
+    def when_asked(self, stop: Callable[[str], object]) -> None:
+        """Have something called, in another thread, with the reason; at once if it was said already."""
+        with self._lock:
+            self._stop = stop
+            if self._reason is not None:
+                stop(self._reason)
+
+    def _listen(self) -> None:
+        while (frame := read_frame(self._control)) is not None:
+            self.ask(frame[1].decode())
+        self.ask("the executor is gone")
+        time.sleep(ORPHANED)
+        os._exit(1)
+
+    def ask(self, reason: str) -> None:
+        """Stop the run."""
+        with self._lock:
+            if self._reason is None:
+                self._reason = reason
+                if self._stop is not None:
+                    self._stop(reason)
+
+
+def _warm_up() -> None:
+    """Run a scenario that does nothing, which loads what is loaded on demand."""
+    path = Path("warm_up.osc")
+    scenario = check_file(path, read=lambda other: _WARM_UP if other == path else read_file(other))
+    run_scenario(scenario, clock="virtual", seed=0)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Wait for a job, and carry it out."""
+    _warm_up()
+    control_number, data_number = map(int, arguments)
+    for number in (control_number, data_number):
+        os.set_inheritable(number, False)  # what the run starts must not keep them open
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # those are for the executor
+    control, data = os.fdopen(control_number, "rb"), os.fdopen(data_number, "wb", buffering=0)
+    first = read_frame(control)
+    if first is None:
+        return
+    job = wire.decode(Job, first[1])
+    _redirect(Path(job.log))
+    sys.setswitchinterval(SWITCH)
+    telling, stopping = Telling(data), Stopping(control)
+    stopping.start()
+    telling.tell(Frame.END, pack_end(anyio.run(_carry_out, job, telling, stopping)))
+    telling.finish()
+    sys.stdout.flush()
+    os._exit(0)  # all is cleaned up; what a thread of an action still does ends with the run
+
+
+def _redirect(log: Path) -> None:
+    """Have what is printed go to a file."""
+    sys.stdout.flush()
+    with log.open("ab") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+
+
+async def _carry_out(job: Job, telling: Telling, stopping: Stopping) -> End:
+    try:
+        return await _run(job, telling, stopping)
+    except (InvalidScenario, InvalidUse, BackendError) as error:
+        return not_run(error)
+    except Exception as error:
+        traceback.print_exc()
+        found = error.exceptions[0] if isinstance(error, ExceptionGroup) else error
+        return not_run(BackendError(f"internal error of the executor: {type(found).__name__}: {found}"))
+
+
+async def _run(job: Job, telling: Telling, stopping: Stopping) -> End:
+    files, manifest = Path(job.files), job.manifest
+    os.chdir(files / manifest.directory)
+    scenario = check_file(
+        files / manifest.entry,
+        name=manifest.shown,
+        read=reader_of(files),
+        vet=partial(vet_sources, allowed=job.allowed),
+    )
+    if scenario.checked.errors:
+        raise InvalidScenario(scenario.checked.errors)
+    loop = asyncio.get_running_loop()
+    options = replace(
+        options_of(manifest, _as_seen_from(Path(manifest.directory))),
+        observers=(telling,),
+        output_directory=Path(job.output),
+        vet=partial(vet_plan, allowed=job.allowed),
+    )
+    async with prepare(scenario, options) as run:
+        telling.tell(Frame.BEGIN, announcement(run, options).encode())
+        stopping.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
+        async with run.running():
+            with anyio.move_on_after(manifest.options.timeout or math.inf):
+                await run.result()
+            if run.verdict is None:
+                run.give_up(f"no verdict within {manifest.options.timeout:g} s of wall time (`--timeout`)")
+            await run.result()
+        left = await _leave(run, Path(job.output))
+    assert run.verdict is not None, "it was waited for"
+    fault = run.fault
+    return Ended(
+        verdict=run.verdict,
+        parameters=run.parameters,
+        files=left,
+        fault="" if fault is None else fault_text(fault),
+        traceback="" if fault is None else "".join(traceback.format_exception(fault)),
+    )
+
+
+def _as_seen_from(directory: Path) -> Path:
+    """The root of a bundle from a folder in it, so that messages call files as the user does."""
+    return Path(*[".."] * len(directory.parts))
+
+
+async def _leave(run: Run, output: Path) -> tuple[LeftFile, ...]:
+    """What a run leaves in its output folder, with what its simulator has to show."""
+    left = [LeftFile(file.path.relative_to(output).as_posix(), file.description) for file in run.files]
+    for artifact in await run.artifacts():
+        path = output / Path(artifact.name).name
+        path.write_bytes(artifact.data)
+        left.append(LeftFile(path.name, artifact.description))
+    return tuple(left)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,93 @@
+"""What scenarios must not do at executors, and where it is said."""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+import seoro
+from seoro.embed import check_file
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.executor.policy import check_permissions, reader_of, vet_plan, vet_sources
+from seoro.lang.frontend import lower
+
+EXTERNAL = """import osc.helpers
+struct clock:
+    def now() -> float is external time.time()
+scenario main:
+    do serial:
+        log("x")
+"""
+PROGRAM = """import osc.helpers
+scenario main:
+    do parallel:
+        log("x")
+        serial:
+            run_process("touch /tmp/never")
+"""
+
+
+def write(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return path
+
+
+def vet(file: Path, *allowed: str) -> seoro.Scenario:
+    return check_file(file, vet=partial(vet_sources, allowed=allowed))
+
+
+def test_python_that_a_scenario_brings_is_refused_before_it_is_imported(tmp_path: Path) -> None:
+    mark = tmp_path / "imported"
+    write(tmp_path / "seoro.libraries/mine.osc", "action greet\n")
+    write(tmp_path / "seoro.libraries/mine.py", f"open({str(mark)!r}, 'w')\n")
+    file = write(tmp_path / "main.osc", "import osc.mine\nscenario main:\n    do greet()\n")
+    with pytest.raises(InvalidScenario) as caught:
+        vet(file)
+    [found] = caught.value.diagnostics
+    assert found.primary.span.line == 1
+    assert "--allow python" in found.help
+    assert not mark.exists()
+
+
+def test_external_methods_are_refused_where_they_stand(tmp_path: Path) -> None:
+    with pytest.raises(InvalidScenario) as caught:
+        vet(write(tmp_path / "main.osc", EXTERNAL))
+    [found] = caught.value.diagnostics
+    assert found.primary.span.line == 3
+
+
+def test_external_methods_of_files_that_are_imported_are_refused(tmp_path: Path) -> None:
+    write(tmp_path / "other.osc", EXTERNAL)
+    with pytest.raises(InvalidScenario):
+        vet(write(tmp_path / "main.osc", 'import "other.osc"\n'))
+
+
+def test_what_is_allowed_is_let_pass(tmp_path: Path) -> None:
+    scenario = vet(write(tmp_path / "main.osc", EXTERNAL), "python")
+    assert not scenario.checked.errors
+
+
+def test_programs_are_refused_where_they_are_started(tmp_path: Path) -> None:
+    scenario = vet(write(tmp_path / "main.osc", PROGRAM))
+    plan = lower(scenario.checked, None, {})
+    with pytest.raises(InvalidScenario) as caught:
+        vet_plan(plan, ())
+    [found] = caught.value.diagnostics
+    assert found.primary.span.line == 6
+    assert "--allow run_process" in found.help
+    vet_plan(plan, ("run_process",))
+
+
+def test_a_file_of_this_machine_is_not_shown_to_who_imports_it(tmp_path: Path) -> None:
+    secret = write(tmp_path / "secret.txt", "my password\n")
+    file = write(tmp_path / "bundle/main.osc", f'import "{secret}"\nimport "../secret.txt"\n')
+    scenario = check_file(file, read=reader_of(tmp_path / "bundle"))
+    text = str(InvalidScenario(scenario.checked.errors))
+    assert "it is not part of what was sent" in text
+    assert "password" not in text
+
+
+def test_what_cannot_be_allowed_is_told() -> None:
+    with pytest.raises(InvalidUse, match="everything"):
+        check_permissions({"everything"})

@@ -1,0 +1,147 @@
+"""What executors keep."""
+
+import hashlib
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import State
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.errors import InvalidUse
+from seoro.executor.blobs import Blobs
+from seoro.executor.store import open_store
+
+RUN = "0123456789abcdef" * 2
+OTHER = "f" * 32
+
+
+def submission(run: str = RUN) -> wire.Submission:
+    file = wire.BundleFile(path="main.osc", hash="0" * 64, size=1)
+    options = wire.BundledOptions(grace=5.0, overrides={})
+    return wire.Submission(
+        run=run, manifest=wire.Manifest(files=(file,), entry="main.osc", shown="main.osc", options=options)
+    )
+
+
+async def test_a_run_that_is_added_twice_is_one(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        assert (await store.add(submission()))[1]
+        assert not (await store.add(submission()))[1]
+        assert [info.run for info in await store.youngest(10)] == [RUN]
+
+
+async def test_what_was_kept_is_there_after_a_restart(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        await store.add(submission())
+        await store.add(submission(OTHER))
+        await store.start(RUN)
+        await store.finish(RUN, State.FAILED, "because", b"end")
+    with open_store(tmp_path) as store:
+        info = await store.info(RUN)
+        assert (info.state, info.reason, await store.end(RUN)) == (State.FAILED, "because", b"end")
+        assert await store.queued() == (OTHER,)
+        assert await store.submission(OTHER) == submission(OTHER)
+
+
+async def test_what_ran_when_the_executor_died_is_lost_and_what_waited_waits(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        await store.add(submission())
+        await store.add(submission(OTHER))
+        await store.start(RUN)
+        assert await store.give_up_running() == 1
+        assert (await store.info(RUN)).state is State.LOST
+        assert (await store.info(OTHER)).state is State.QUEUED
+
+
+async def test_half_of_a_submission_is_removed(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        (tmp_path / "runs" / RUN).mkdir()
+        await store.sweep()
+        assert not (tmp_path / "runs" / RUN).exists()
+
+
+async def test_runs_are_found_by_how_their_ids_begin(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        await store.add(submission())
+        await store.add(submission(OTHER))
+        assert [info.run for info in await store.youngest(10, "0123")] == [RUN]
+
+
+async def test_what_is_removed_is_gone_with_its_files(tmp_path: Path) -> None:
+    with open_store(tmp_path) as store:
+        await store.add(submission())
+        store.folder(RUN).output.mkdir(parents=True)
+        await store.remove(RUN)
+        assert not store.folder(RUN).path.exists()
+        with pytest.raises(KeyError):
+            await store.info(RUN)
+
+
+def test_two_executors_do_not_share_a_folder(tmp_path: Path) -> None:
+    with open_store(tmp_path), pytest.raises(InvalidUse, match="another executor"), open_store(tmp_path):
+        pass
+
+
+def test_a_folder_of_another_version_is_refused(tmp_path: Path) -> None:
+    with open_store(tmp_path):
+        pass
+    with sqlite3.connect(tmp_path / "runs.sqlite") as database:
+        database.execute("PRAGMA user_version = 99")
+    database.close()
+    with pytest.raises(InvalidUse, match="another version"), open_store(tmp_path):
+        pass
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InvalidUse, match="cannot keep runs"), open_store(tmp_path / "file"):
+        pass
+
+
+# ---------------------------------------------------------------- blobs
+
+DATA = b"0123456789"
+HASH = hashlib.sha256(DATA).hexdigest()
+
+
+def part(offset: int, data: bytes, size: int = len(DATA)) -> wire.PutBlob:
+    return wire.PutBlob(hash=HASH, size=size, offset=offset, data=data)
+
+
+def test_a_blob_comes_in_parts_and_may_begin_anew(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    blobs.put(part(0, DATA[:4]))
+    assert blobs.missing([HASH]) == (HASH,)
+    blobs.put(part(0, DATA[:6]))
+    blobs.put(part(6, DATA[6:]))
+    assert blobs.missing([HASH]) == ()
+    assert blobs.path(HASH).read_bytes() == DATA
+    blobs.put(part(0, b"xxxx"))  # it is there, and stays
+    assert blobs.path(HASH).read_bytes() == DATA
+
+
+def test_parts_out_of_turn_and_too_long_blobs_are_refused(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    with pytest.raises(RequestRefused, match="out of turn"):
+        blobs.put(part(4, DATA[4:]))
+    with pytest.raises(RequestRefused, match="longer"):
+        blobs.put(part(0, DATA, size=4))
+
+
+def test_a_blob_with_other_content_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    with pytest.raises(RequestRefused, match="not what its name says"):
+        blobs.put(part(0, b"x" * len(DATA)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_blobs_that_were_not_used_for_long_are_forgotten(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    blobs.put(part(0, DATA))
+    written = blobs.path(HASH).stat().st_mtime
+    blobs.forget(written - 1.0)
+    assert blobs.missing([HASH]) == ()
+    blobs.forget(written + 1.0)
+    assert blobs.missing([HASH]) == (HASH,)

@@ -1,0 +1,68 @@
+"""Executors for tests: real ones, in processes of their own."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+NAME = "lab-a"
+HELLO = 'import osc.helpers\nscenario hello:\n    do serial:\n        log("hello")\n'
+LONG = """import osc.helpers
+scenario long:
+    do serial:
+        log("begun")
+        wait elapsed(60s)
+"""
+MANY = """import osc.helpers
+scenario many:
+    event tick
+    on every(10ms):
+        emit tick
+    do serial:
+        wait elapsed(3s)
+"""
+
+
+@dataclass(frozen=True)
+class RunningExecutor:
+    """An executor that is running."""
+
+    endpoint: str
+    folder: Path
+    process: subprocess.Popen[bytes]
+
+    def kill(self) -> None:
+        """As a crash would."""
+        self.process.kill()
+        self.process.wait()
+
+    def end(self) -> int:
+        """As Ctrl-C does."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(20)
+
+
+@contextmanager
+def executor(folder: Path, *options: str) -> Iterator[RunningExecutor]:
+    """An executor with its socket and its runs in a folder."""
+    endpoint = f"unixsock-stream/{folder}/hub"
+    (folder / "hub").unlink(missing_ok=True)  # of one that was killed
+    command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
+    command += ["--folder", str(folder / "state"), *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            assert b"Ctrl-C" in process.stdout.readline()
+            yield RunningExecutor(endpoint, folder, process)
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                try:
+                    process.wait(20)
+                except subprocess.TimeoutExpired:
+                    process.kill()
