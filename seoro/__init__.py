@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from seoro.client import Client
     from seoro.embed import Scenario, load, run, start
     from seoro.embed.options import Lab, Ros, Simulator
     from seoro.embed.runs import Run
@@ -33,6 +34,7 @@ __all__ = [
     "Actor",
     "BackendError",
     "Child",
+    "Client",
     "EnumValue",
     "InvalidScenario",
     "InvalidUse",
@@ -64,6 +66,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "seoro.client": ("Client",),
     "seoro.embed": ("Scenario", "load", "run", "start"),
     "seoro.embed.options": ("Lab", "Ros", "Simulator"),
     "seoro.embed.runs": ("Run",),

@@ -1,0 +1,167 @@
+"""Running scenarios on executors, across the network, from Python.
+
+    async with seoro.Client() as client:
+        run = await client.submit("lab-a", "maze.osc", seed=7)
+        async for record in run.records():
+            ...
+        verdict = await run.result()
+        await run.fetch("out")
+
+A run lives at its executor: it goes on when the client is gone, and any client that knows its id may follow it
+from the first record on, stop it, or fetch what it has left.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import secrets
+import socket
+from collections.abc import Iterable
+from contextlib import AsyncExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Self, Unpack
+
+from seoro.bridges.executor import ENDPOINT, Executor, find_executor, find_executors
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bundle.packing import Bundle, pack
+from seoro.client.runs import RemoteRun
+from seoro.client.uploading import upload
+from seoro.embed import Scenario, check_file
+from seoro.embed.checking import check_options
+from seoro.embed.options import OptionFields, Options
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang.diagnostics import near
+
+VARIABLE = "SEORO_EXECUTOR"  # of the environment, with the endpoint
+
+
+class Client:
+    """A connection to executors; `async with` opens and closes it.
+
+    Args:
+        endpoint: Where they are reached; None for that of the environment variable `SEORO_EXECUTOR`, else
+            `tcp/127.0.0.1:7470`.
+
+    Opening raises `InvalidUse` when nothing answers there.
+    """
+
+    def __init__(self, endpoint: str | None = None) -> None:
+        self.endpoint = endpoint or os.environ.get(VARIABLE) or ENDPOINT
+        self._opened = AsyncExitStack()
+        self._session: AsyncSession | None = None
+
+    async def __aenter__(self) -> Self:
+        try:
+            self._session = await self._opened.enter_async_context(open_session(connect=self.endpoint))
+        except SessionError as error:
+            hint = "start an executor with `seoro serve`, or say with `SEORO_EXECUTOR` where one is reached"
+            raise InvalidUse(str(error), help=hint) from error
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._session = None
+        await self._opened.aclose()
+
+    async def executors(self) -> list[str]:
+        """The names of all executors that are there."""
+        return [executor.name for executor in await find_executors(self._there)]
+
+    @property
+    def _there(self) -> AsyncSession:
+        if self._session is None:
+            raise InvalidUse("the client is not open", help="use it in `async with seoro.Client() as client:`")
+        return self._session
+
+    async def submit(
+        self,
+        executor: str,
+        scenario: str | Path | Scenario,
+        *,
+        timeout: float | None = None,
+        stop_if_lost: float | None = None,
+        **options: Unpack[OptionFields],
+    ) -> RemoteRun:
+        """Have a scenario run on an executor.
+
+        It is checked here first, without its Python, and sent with all files that it consists of. What the
+        executor finds wrong with it besides, `result` raises.
+
+        Args:
+            executor: Name of the executor.
+            scenario: Its file, or what `load` returned.
+            timeout: Give the run up after that many seconds of the machine's clock.
+            stop_if_lost: Stop the run when nobody has followed it by `records` or `result` for that many seconds;
+                by default, it goes on.
+            options: As `start`; observers stay here and are called by `records`, files are sent.
+
+        Raises:
+            InvalidScenario, InvalidUse: It cannot be run like this; nothing was sent.
+            BackendError: The executor refuses it, or is gone.
+        """
+        wanted = Options(**options)
+        check_options(wanted)
+        found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
+        if found.checked.errors:
+            raise InvalidScenario(found.checked.errors)
+        return await self.submit_bundle(executor, pack(found, wanted, timeout), stop_if_lost)
+
+    async def submit_bundle(self, executor: str, bundle: Bundle, stop_if_lost: float | None = None) -> RemoteRun:
+        """The same with a bundle that was made before."""
+        reached = await find_executor(self._there, executor)
+        submission = wire.Submission(
+            run=secrets.token_hex(16), manifest=bundle.manifest, by=_submitter(), stop_if_lost=stop_if_lost
+        )
+        await upload(reached, bundle)
+        info = await reached.ask(wire.SUBMIT, submission)
+        return RemoteRun(reached, info, stop_if_lost)
+
+    async def runs(self, executor: str | None = None, limit: int = 100) -> list[RemoteRun]:
+        """The runs of an executor, or of all, the youngest first."""
+        return await self._runs(await self._reached(executor), wire.ListRuns(limit=limit))
+
+    async def run(self, run: str, executor: str | None = None) -> RemoteRun:
+        """A run by its id, or by how that begins if no other does.
+
+        Raises:
+            InvalidUse: There is none, or there are several.
+        """
+        reached = await self._reached(executor)
+        if not (1 <= len(run) <= 32 and set(run) <= set("0123456789abcdef")):
+            raise InvalidUse(f"'{run}' is no id of a run", help="`seoro ps` lists runs with their ids")
+        found = await self._runs(reached, wire.ListRuns(prefix=run, limit=10))
+        if len(found) == 1:
+            return found[0]
+        if found:
+            ids = ", ".join(each.id for each in found)
+            raise InvalidUse(f"the ids of several runs begin with '{run}'", help=f"there are {ids}")
+        known = [each.id[:8] for each in await self._runs(reached, wire.ListRuns())]
+        raise InvalidUse(
+            f"there is no run '{run}'", help=near(run, known) or "`seoro ps` lists those that there are"
+        )
+
+    async def _reached(self, executor: str | None) -> list[Executor]:
+        if executor is None:
+            return await find_executors(self._there)
+        return [await find_executor(self._there, executor)]
+
+    @staticmethod
+    async def _runs(executors: Iterable[Executor], request: wire.ListRuns) -> list[RemoteRun]:
+        found = [
+            RemoteRun(executor, info)
+            for executor in executors
+            for info in (await executor.ask(wire.LIST_RUNS, request)).runs
+        ]
+        return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
+
+
+def _submitter() -> str:
+    """Who submits, for people."""
+    try:
+        return f"{getpass.getuser()}@{socket.gethostname()}"
+    except (KeyError, OSError):  # a container without names
+        return socket.gethostname()

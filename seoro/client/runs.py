@@ -1,0 +1,166 @@
+"""A run on an executor, as a client sees it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any, Final
+
+import anyio
+
+from seoro.bridges.executor import Executor
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo, State
+from seoro.bundle.places import InvalidPlace, check_place
+from seoro.embed.ends import Ended, InvalidEnd, unpack_end
+from seoro.errors import BackendError, BackendLost, InvalidUse
+from seoro.runtime.verdict import Verdict
+
+WAIT: Final = 5.0  # [s] for what comes next; with every question, the executor knows that somebody is there
+SHORTEST_WAIT: Final = 0.05  # [s]
+
+
+class RemoteRun:
+    """A run on an executor. Made by `seoro.Client`.
+
+    Args:
+        executor: Where it is.
+        info: What is known of it.
+        stop_if_lost: [s] without this client after which it is stopped; None if it goes on.
+    """
+
+    def __init__(self, executor: Executor, info: RunInfo, stop_if_lost: float | None = None) -> None:
+        self.executor = executor
+        self.info = info
+        self._stop_if_lost = stop_if_lost
+
+    @property
+    def id(self) -> str:
+        """Its id, which any client can find it by."""
+        return self.info.run
+
+    @property
+    def state(self) -> State:
+        """What has become of it, when that was last asked for."""
+        return self.info.state
+
+    async def parts(self) -> AsyncIterator[tuple[RunInfo, list[dict[str, Any]]]]:
+        """What is known of the run and the records that are new, whenever one of them has changed, to its end.
+
+        Raises:
+            BackendError: The executor is gone, or has forgotten the run.
+        """
+        at, is_complete = 0, False
+        allowed = self._stop_if_lost
+        wait = WAIT if allowed is None else min(WAIT, max(allowed / 3.0, SHORTEST_WAIT))
+        while not is_complete:
+            request = wire.AskRecords(
+                run=self.id,
+                at=at,
+                state=self.info.state,
+                is_announced=bool(self.info.announcement),
+                wait=wait,
+                keeps_alive=allowed is not None,
+            )
+            found = await self.executor.ask(wire.RECORDS, request, wait)
+            self.info, at, is_complete = found.info, found.at, found.is_complete
+            yield found.info, _records(found.lines)
+
+    async def records(self) -> AsyncIterator[dict[str, Any]]:
+        """The records of its trace, from the first to the last, as they come; each once, in their order.
+
+        Raises:
+            BackendError: As `parts`.
+        """
+        async for _, records in self.parts():
+            for record in records:
+                yield record
+
+    async def records_so_far(self) -> AsyncIterator[dict[str, Any]]:
+        """The records that there are, without waiting for more.
+
+        Raises:
+            BackendError: As `parts`.
+        """
+        at = 0
+        while True:
+            found = await self.executor.ask(wire.RECORDS, wire.AskRecords(run=self.id, at=at))
+            self.info, at = found.info, found.at
+            if not found.lines:
+                return
+            for record in _records(found.lines):
+                yield record
+
+    async def end(self) -> Ended:
+        """How it ended, with all that a program needs to show it; waits for that.
+
+        Raises:
+            InvalidScenario, InvalidUse: It was not run; as `start` would have raised it here.
+            BackendError: There is no verdict: its process, its simulator or its executor has died.
+        """
+        if not self.state.is_final:
+            async for _ in self.parts():
+                pass
+        found = await self.executor.ask(wire.GET_RUN, wire.OneRun(run=self.id))
+        self.info = found.info
+        if not found.end:
+            raise BackendLost(f"the run is {found.info.state.value}: {found.info.reason}")
+        try:
+            end = unpack_end(found.end)
+        except InvalidEnd as error:
+            raise BackendError(str(error)) from error
+        if isinstance(end, Ended):
+            return end
+        raise end.error
+
+    async def result(self) -> Verdict:
+        """The verdict, which is waited for. Does not raise when the scenario fails.
+
+        Raises:
+            InvalidScenario, InvalidUse, BackendError: There is none; see `end`.
+        """
+        return (await self.end()).verdict
+
+    async def stop(self, reason: str = "") -> None:
+        """Ask it to stop; it cleans up, which `result` waits for. Of no effect when it is over."""
+        self.info = await self.executor.ask(wire.STOP_RUN, wire.StopRun(run=self.id, reason=reason))
+
+    async def remove(self) -> None:
+        """Have the executor forget it; it must be over."""
+        await self.executor.ask(wire.REMOVE_RUN, wire.OneRun(run=self.id))
+
+    async def fetch(self, folder: str | Path) -> list[Path]:
+        """Bring what it has left in its output folder into one of ours; returns the files.
+
+        Raises:
+            InvalidUse: They cannot be written.
+            BackendError: The executor is gone.
+        """
+        outputs = await self.executor.ask(wire.LIST_FILES, wire.OneRun(run=self.id))
+        return [await self._fetch(output.path, Path(folder)) for output in outputs.files]
+
+    async def _fetch(self, name: str, folder: Path) -> Path:
+        try:
+            path = folder / check_place(name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            async with await anyio.open_file(path, "wb") as file:
+                offset = 0
+                while data := (await self._part(name, offset)).data:
+                    await file.write(data)
+                    offset += len(data)
+        except InvalidPlace as error:
+            raise BackendError(f"the executor names a file that cannot be: {error}") from error
+        except OSError as error:
+            raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+        return path
+
+    async def _part(self, name: str, offset: int) -> wire.FilePart:
+        return await self.executor.ask(wire.READ_FILE, wire.ReadFile(run=self.id, path=name, offset=offset))
+
+
+def _records(lines: bytes) -> list[dict[str, Any]]:
+    try:
+        return [json.loads(line) for line in lines.splitlines()]
+    except ValueError as error:
+        raise BackendError(f"the executor sent records that are none: {error}") from error

@@ -1,0 +1,351 @@
+"""Clients of executors: real ones, over real sessions, to the end and through deaths of all who take part."""
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import State
+from seoro.bundle.packing import pack
+from seoro.client.runs import RemoteRun
+from seoro.embed.options import Options
+from seoro.errors import BackendRefused
+from tests.executors import HELLO, LONG, MANY, NAME, RunningExecutor, executor
+
+DEADLINE = 30.0  # [s]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
+    with executor(tmp_path_factory.mktemp("x"), "--jobs", "3") as running:
+        yield running
+
+
+def write(folder: Path, text: str, name: str = "test.osc") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+async def all_records(run: RemoteRun) -> list[dict[str, Any]]:
+    return [record async for record in run.records()]
+
+
+def check_sequence(records: list[dict[str, Any]]) -> None:
+    """Nothing is lost, and nothing doubled."""
+    assert [record["seq"] for record in records] == list(range(len(records)))
+
+
+async def wait_for(run: RemoteRun, state: State) -> None:
+    async for info, _ in run.parts():
+        if info.state is state:
+            return
+    assert run.state is state
+
+
+async def test_a_scenario_runs_to_its_verdict(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, HELLO), seed=7)
+        records = await all_records(run)
+        verdict = await run.result()
+    assert verdict.passed
+    assert verdict.seed == 7
+    check_sequence(records)
+    assert (records[0]["kind"], records[-1]["kind"]) == ("run.start", "run.end")
+    assert [record["message"] for record in records if record["kind"] == "log"] == ["hello"]
+
+
+async def test_the_trace_is_that_of_a_run_here(lab: RunningExecutor, tmp_path: Path) -> None:
+    file = write(tmp_path, MANY)
+    here: list[dict[str, Any]] = []
+
+    class Keep:
+        def record(self, record: dict[str, Any]) -> None:
+            here.append(record)
+
+    async with seoro.start(seoro.load(file), seed=3, clock="virtual", observers=[Keep()]) as started:
+        await started.result()
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, file, seed=3, clock="virtual")
+        there = await all_records(run)
+
+    def comparable(records: list[dict[str, Any]]) -> list[Any]:
+        plain = json.loads(json.dumps(records))
+        return [{key: value for key, value in each.items() if key != "wall"} for each in plain]
+
+    assert comparable(there) == comparable(here)
+
+
+async def test_a_failure_comes_with_its_reason(lab: RunningExecutor, tmp_path: Path) -> None:
+    text = "import osc.helpers\nscenario broken:\n    do serial:\n        emit fail\n"
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, text))
+        verdict = await run.result()
+    assert verdict.status is seoro.RunStatus.FAILED
+    assert verdict.span is not None
+    assert verdict.span.line == 4
+    assert run.state is State.FAILED
+
+
+async def test_what_is_wrong_here_is_said_here(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        before = len(await client.runs())
+        with pytest.raises(seoro.InvalidScenario):
+            await client.submit(NAME, write(tmp_path, "scenario main:\n    do nothing()\n"))
+        with pytest.raises(seoro.InvalidUse, match="rate"):
+            await client.submit(NAME, write(tmp_path, HELLO), simulator=seoro.Simulator(name="mujoco", rate=-1.0))
+        assert len(await client.runs()) == before
+
+
+async def test_what_the_executor_does_not_allow_is_an_invalid_scenario(
+    lab: RunningExecutor, tmp_path: Path
+) -> None:
+    mark = tmp_path / "mark"
+    text = f'import osc.helpers\nscenario main:\n    do serial:\n        run_process("touch {mark}")\n'
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, text))
+        with pytest.raises(seoro.InvalidScenario) as caught:
+            await run.result()
+        assert run.state is State.INVALID
+    assert caught.value.diagnostics[0].primary.span.line == 4
+    assert not mark.exists()
+
+
+async def test_a_submission_that_is_repeated_is_one_run(lab: RunningExecutor, tmp_path: Path) -> None:
+    bundle = pack(seoro.load(write(tmp_path, HELLO)), Options())
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit_bundle(NAME, bundle)
+        again = wire.Submission(run=run.id, manifest=bundle.manifest)
+        infos = await asyncio.gather(*(run.executor.ask(wire.SUBMIT, again) for _ in range(5)))
+        assert {info.run for info in infos} == {run.id}
+        await run.result()
+        await run.executor.ask(wire.SUBMIT, again)  # also after its end
+        assert run.state is State.PASSED
+        assert [each.id for each in await client.runs() if each.id == run.id] == [run.id]
+        starts = [record for record in await all_records(run) if record["kind"] == "run.start"]
+    assert len(starts) == 1
+
+
+async def test_a_second_bundle_sends_nothing_again(lab: RunningExecutor, tmp_path: Path) -> None:
+    bundle = pack(seoro.load(write(tmp_path, HELLO + "# another\n")), Options())
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit_bundle(NAME, bundle)
+        missing = await run.executor.ask(wire.MISSING_BLOBS, wire.Hashes(hashes=tuple(bundle.blobs)))
+        await run.result()
+    assert missing.hashes == ()
+
+
+async def test_a_forged_bundle_is_refused_and_nothing_runs(lab: RunningExecutor, tmp_path: Path) -> None:
+    bundle = pack(seoro.load(write(tmp_path, HELLO)), Options())
+    [file] = bundle.manifest.files
+    evil = bundle.manifest.model_copy(update={"files": (file, file.model_copy(update={"path": "../../evil.osc"}))})
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit_bundle(NAME, bundle)
+        with pytest.raises(BackendRefused, match="bundle cannot be taken"):
+            await run.executor.ask(wire.SUBMIT, wire.Submission(run="e" * 32, manifest=evil))
+        with pytest.raises(seoro.InvalidUse, match="no run"):
+            await client.run("e" * 32)
+    assert not list(lab.folder.rglob("evil.osc"))
+
+
+async def test_files_outside_of_the_output_folder_are_not_read(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, HELLO))
+        await run.result()
+        for path in ("../files/test.osc", "/etc/passwd", "nothing"):
+            with pytest.raises(BackendRefused):
+                await run.executor.ask(wire.READ_FILE, wire.ReadFile(run=run.id, path=path))
+
+
+async def test_a_run_is_stopped_and_cleans_up(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, LONG))
+        await wait_for(run, State.RUNNING)
+        await run.stop("enough")
+        with anyio.fail_after(DEADLINE):
+            verdict = await run.result()
+        assert (verdict.status, verdict.reason) == (seoro.RunStatus.CANCELLED, "enough")
+        assert run.state is State.CANCELLED
+        await run.stop()  # of no effect
+        await run.remove()
+        with pytest.raises(BackendRefused, match="no run"):
+            await run.stop()
+
+
+async def test_a_run_that_goes_on_is_not_removed(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, LONG))
+        with pytest.raises(BackendRefused, match="stop it first"):
+            await run.remove()
+        await run.stop()
+        await run.result()
+
+
+async def test_a_run_whose_process_is_killed_is_an_error(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, LONG))
+        async for record in run.records():
+            if record["kind"] == "log":
+                break
+        os.kill(worker_of(lab, run), signal.SIGKILL)
+        with anyio.fail_after(DEADLINE), pytest.raises(seoro.BackendError, match="killed by signal 9"):
+            await run.result()
+        assert run.state is State.ERROR
+        check_sequence(await all_records(run))
+
+
+def worker_of(lab: RunningExecutor, run: RemoteRun) -> int:
+    """The process of a run, which works in the folder of its bundle."""
+    folder = lab.folder / "state" / "runs" / run.id / "files"
+    [found] = [pid for pid in children_of(lab.process.pid) if Path(f"/proc/{pid}/cwd").readlink() == folder]
+    return found
+
+
+def children_of(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+async def test_runs_without_their_watcher_are_stopped_if_that_is_asked_for(
+    lab: RunningExecutor, tmp_path: Path
+) -> None:
+    file = write(tmp_path, LONG)
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, file, stop_if_lost=0.5)
+        other = await client.submit(NAME, file)
+        await wait_for(run, State.RUNNING)
+    async with seoro.Client(lab.endpoint) as client:  # who only looks does not keep it alive
+        with anyio.fail_after(DEADLINE):
+            verdict = await (await client.run(run.id)).result()
+        assert verdict.status is seoro.RunStatus.CANCELLED
+        assert "watcher was gone for 0.5 s" in verdict.reason
+        found = await client.run(other.id)
+        assert not found.state.is_final
+        await found.stop()
+        await found.result()
+
+
+async def test_a_watched_run_goes_on(lab: RunningExecutor, tmp_path: Path) -> None:
+    text = "import osc.helpers\nscenario short:\n    do serial:\n        wait elapsed(1.2s)\n"
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, text), stop_if_lost=0.4)
+        assert (await run.result()).passed
+
+
+_WATCHER = """
+import anyio, json, sys, seoro
+async def main(endpoint, run):
+    async with seoro.Client(endpoint) as client:
+        found = await client.run(run)
+        async for record in found.records():
+            print(record["seq"], flush=True)
+anyio.run(main, *sys.argv[1:])
+"""
+
+
+async def test_a_frozen_watcher_holds_nobody_up_and_misses_nothing(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, MANY))
+        watcher = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", _WATCHER, lab.endpoint, run.id, stdout=subprocess.PIPE
+        )
+        assert watcher.stdout is not None
+        first = await watcher.stdout.readline()
+        watcher.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+        records = await all_records(run)
+        verdict = await run.result()
+        assert time.monotonic() - began < 15.0
+        assert verdict.passed
+        watcher.send_signal(signal.SIGCONT)
+        with anyio.fail_after(DEADLINE):
+            rest = await watcher.stdout.read()
+        await watcher.wait()
+    check_sequence(records)
+    assert list(map(int, (first + rest).split())) == list(range(len(records)))
+
+
+async def test_a_watcher_that_comes_late_gets_all(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        run = await client.submit(NAME, write(tmp_path, MANY), clock="virtual")
+        await run.result()
+        first, second = await all_records(run), await all_records(await client.run(run.id[:12]))
+    check_sequence(first)
+    assert first == second
+    assert len(first) > 300
+
+
+async def test_what_is_asked_for_wrongly_is_told(lab: RunningExecutor, tmp_path: Path) -> None:
+    async with seoro.Client(lab.endpoint) as client:
+        with pytest.raises(seoro.InvalidUse, match="no executor 'lab-b'") as caught:
+            await client.submit("lab-b", write(tmp_path, HELLO))
+        assert caught.value.help == f"there are {NAME}"
+        with pytest.raises(seoro.InvalidUse, match="no id of a run"):
+            await client.run("xyz")
+        with pytest.raises(seoro.InvalidUse, match="no run '000000000'"):
+            await client.run("000000000")
+
+
+async def test_nobody_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(seoro.InvalidUse, match="nothing answers"):
+        async with seoro.Client(f"unixsock-stream/{tmp_path}/nobody"):
+            pass
+    with pytest.raises(seoro.InvalidUse, match="not open"):
+        await seoro.Client().runs()
+
+
+# ---------------------------------------------------------------- the executor dies
+
+
+async def test_an_executor_that_is_killed_comes_back_and_goes_on(tmp_path: Path) -> None:
+    async with anyio.create_task_group() as tasks:
+        with executor(tmp_path) as lab:
+            async with seoro.Client(lab.endpoint) as client:
+                run = await client.submit(NAME, write(tmp_path, LONG))
+                waiting = await client.submit(NAME, write(tmp_path, HELLO, "hello.osc"))
+                async for record in run.records():
+                    if record["kind"] == "log":
+                        break
+                process = worker_of(lab, run)
+                lab.kill()
+                with anyio.fail_after(DEADLINE):
+                    while Path(f"/proc/{process}/exe").exists():  # it is told by its pipe, and stops its run
+                        await anyio.sleep(0.02)
+                tasks.start_soon(_come_back, tmp_path, run.id, waiting.id)
+                with anyio.fail_after(DEADLINE):  # this client asks until there is an executor again
+                    with pytest.raises(seoro.BackendError, match="lost"):
+                        await run.result()
+                    assert (await waiting.result()).passed
+                check_sequence(await all_records(run))
+
+
+async def _come_back(folder: Path, *runs: str) -> None:
+    with executor(folder) as lab:
+        async with seoro.Client(lab.endpoint) as client:
+            for name in runs:
+                async for _ in (await client.run(name)).parts():
+                    pass
+            await anyio.sleep(3.0)  # until the other client has looked
+
+
+async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
+    with executor(tmp_path) as lab:
+        async with seoro.Client(lab.endpoint) as client:
+            run = await client.submit(NAME, write(tmp_path, LONG))
+            waiting = await client.submit(NAME, write(tmp_path, HELLO, "hello.osc"))
+            await wait_for(run, State.RUNNING)
+        assert lab.end() == 0
+    with executor(tmp_path) as lab:
+        async with seoro.Client(lab.endpoint) as client:
+            assert (await client.run(run.id)).state is State.CANCELLED
+            assert (await (await client.run(waiting.id)).result()).passed
