@@ -1,4 +1,4 @@
-"""`seoro exec`: run a scenario here."""
+"""`seoro exec`: run a scenario here, or on an executor across the network."""
 
 from __future__ import annotations
 
@@ -11,25 +11,27 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import anyio
 
 from seoro.background import background
+from seoro.cli.concluding import Conclusion, conclude, progress_of
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.film_arguments import add_film_arguments, film_of
-from seoro.cli.output import Progress, error_text, is_terminal, print_reason
-from seoro.cli.results import STDOUT, ResultFiles, result, unproved
-from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
-from seoro.embed import Scenario, check_file, load, prepare
-from seoro.embed.options import Options
+from seoro.cli.output import error_text
+from seoro.cli.remote_arguments import add_on_arguments, check_on
+from seoro.cli.results import STDOUT, ResultFiles, add_result_arguments, unproved
+from seoro.cli.run_arguments import add_run_arguments, settings_of
+from seoro.embed import Scenario, announcement, check_file, load, prepare
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.lang.loader import read_file
-from seoro.reasons import fault_text, reason_text
+from seoro.reasons import fault_text
 from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict
@@ -40,12 +42,12 @@ EXAMPLES = """examples:
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450 --seed 7
   seoro exec check_robot.osc --ros tcp/192.168.0.7:7447
   seoro exec obstacle.osc --lab hall.yaml
+  seoro exec obstacle.osc --sim mujoco --on lab-a -o out/
 
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
-    from seoro.cli.live_tree import LiveTree
     from seoro.film import Recording
 
 _LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
@@ -55,32 +57,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("file", metavar="FILE", help="the scenario file (.osc); - for stdin")
     add_run_arguments(parser)
-    parser.add_argument(
-        "-o",
-        "--output-dir",
-        type=Path,
-        metavar="DIR",
-        help="write trace, test.xml, coverage.json and pictures there",
-    )
+    add_result_arguments(parser)
     add_film_arguments(parser)
-    parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
-    parser.add_argument(
-        "-t", "--live-tree", action="store_true", help="show the tree of what runs, drawn again as it changes"
-    )
-    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
     parser.add_argument(
         "-n",
         "--dry-run",
         action="store_true",
         help="check and print the chosen values; do not run, and write no files",
     )
-    parser.add_argument(
-        "--json", action="store_true", help="print the result, or the chosen values, as one JSON object on stdout"
-    )
+    add_on_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    check_on(options)
+    if options.on is not None:
+        from seoro.cli.exec_remote import run_remote  # noqa: PLC0415 - Zenoh, for runs elsewhere
+
+        return run_remote(options)
     files = ResultFiles(options)
     try:
         with _terminable():
@@ -138,7 +132,9 @@ class _Exec:
         self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         # Where stdout is for a program, people are told on stderr.
-        self._progress = _progress(options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout)
+        self._progress = progress_of(
+            options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout
+        )
 
     async def main(self) -> int:
         """Run, and see to Ctrl-C from the first moment to the last."""
@@ -176,25 +172,17 @@ class _Exec:
 
     async def _prepare_and_run(self) -> Exit:
         options = self._options
-        settings = Options(
-            name=options.scenario,
-            seed=options.seed,
-            overrides=overrides_of(options.set),
-            parameters=options.params,
-            clock=options.clock,
-            simulator=simulator_of(options),
-            ros=ros_of(options),
-            lab=lab_of(options),
+        settings = replace(
+            settings_of(options),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
-            keep_trace=False,
         )
         loop = asyncio.get_running_loop()
         async with prepare(self._scenario, settings) as run:
             if options.dry_run:
                 self._print_parameters(run)
                 return Exit.PASSED
-            self._announce(run)
+            self._progress.say(f"{self._options.file}: {announcement(run, settings)}\n")
             self._run = run
             self._progress.follow(lambda: run.now)
             self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
@@ -210,17 +198,19 @@ class _Exec:
         return nullcontext() if self._film is None else run.recording(*self._film)
 
     async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
-        """Write what the run leaves, and tell of its end."""
-        if (error := await self._files.finish()) is not None:
-            verdict = unproved(verdict, unwritten(error))
-        written = [(file.path, file.description) for file in run.files]
+        files = [(file.path, file.description) for file in run.files]
         if self._film is not None:
-            written.append((self._film[1], "film of the run"))
-        try:
-            written += self._files.write(verdict, run.parameters, self._why(verdict, run), artifacts)
-        except InvalidUse as refused:
-            verdict = unproved(verdict, str(refused))
-        await self._print_end(verdict, run, written)
+            files.append((self._film[1], "film of the run"))
+        fault = run.fault
+        found = Conclusion(
+            verdict,
+            run.parameters,
+            files,
+            fault="" if fault is None else fault_text(fault),
+            traceback="" if fault is None else "".join(traceback.format_exception(fault)),
+            artifacts=artifacts,
+        )
+        verdict = await conclude(found, self._options, self._files, self._progress)
         return self._interrupted or OF_STATUS[verdict.status]
 
     async def _await_verdict(self, run: Run) -> Verdict:
@@ -232,12 +222,6 @@ class _Exec:
 
     # -------------------------------------------------------- output
 
-    def _announce(self, run: Run) -> None:
-        simulator = run.simulator
-        where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
-        where += f", lab {self._options.lab}" if self._options.lab else ""
-        self._progress.say(f"{self._options.file}: seed {run.seed}{where}\n")
-
     def _print_parameters(self, run: Run) -> None:
         if self._options.json:
             print(to_json({"seed": run.seed, "parameters": run.parameters}))
@@ -245,36 +229,3 @@ class _Exec:
         self._progress.say(f"{self._options.file} can be run: seed {run.seed}")
         for name, value in run.parameters.items():
             self._progress.say(f"  {name} = {to_json(value)}")
-
-    @staticmethod
-    def _why(verdict: Verdict, run: Run) -> str:
-        """Why a run did not pass, for those who read it later: with the traceback of a fault."""
-        fault = "".join(traceback.format_exception(run.fault)) if run.fault is not None else ""
-        return "\n\n".join(filter(None, (reason_text(verdict), fault)))
-
-    async def _print_end(self, verdict: Verdict, run: Run, files: Sequence[tuple[Path, str]]) -> None:
-        await self._progress.end_of_run()
-        self._progress.verdict(verdict)
-        width = max((len(str(path)) for path, _ in files), default=0)
-        for path, what in files:
-            self._progress.say(f"  {path!s:{width}}  {what}")
-        await self._progress.finish()
-        print_reason(verdict)
-        if run.fault is not None and self._options.debug:
-            traceback.print_exception(run.fault)
-        elif run.fault is not None:
-            print(fault_text(run.fault), file=sys.stderr)
-        if self._options.json:
-            print(to_json(result(verdict, run.parameters, files)))
-
-
-def _progress(options: argparse.Namespace, file: TextIO) -> Progress | LiveTree:
-    """What shows the run to people."""
-    if not options.live_tree:
-        return Progress(file)
-    if not is_terminal(file):
-        print("note: `--live-tree` needs a terminal; what happens is printed line by line", file=sys.stderr)
-        return Progress(file)
-    from seoro.cli.live_tree import LiveTree  # noqa: PLC0415 - drawing takes long to load
-
-    return LiveTree(file)

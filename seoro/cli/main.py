@@ -17,7 +17,7 @@ from seoro.errors import BackendError, InvalidScenario, InvalidUse
 
 # What each command does, in the order of `--help`; its module is loaded when it is asked for.
 COMMANDS: Final[Mapping[str, str]] = {
-    "exec": "run a scenario here, in this process",
+    "exec": "run a scenario here, in this process, or on an executor",
     "sweep": "run a scenario once for each combination of what varies in it",
     "check": "parse and check scenario files, without running",
     "trace": "show the trace of a run, sum it up, convert it",
@@ -26,6 +26,13 @@ COMMANDS: Final[Mapping[str, str]] = {
     "fmt": "lay scenario files out after the standard's coding style guide",
     "explain": "say what the code of a message means, with examples",
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
+    "serve": "be an executor, which runs scenarios that come over the network",
+    "ps": "list the runs of executors",
+    "attach": "follow a run on an executor, from its first record to its end",
+    "logs": "show what has happened in a run on an executor so far",
+    "stop": "stop a run on an executor",
+    "get": "bring home what a run on an executor has left",
+    "rm": "have executors forget a run, with all that it has left",
     "sim": "start a simulator node, for runs that connect to it",
     "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
     "ros": "look at a ROS 2 system, and talk to it",

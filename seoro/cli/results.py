@@ -27,6 +27,25 @@ STDOUT = "-"
 _COVERAGE = "coverage.json"
 
 
+def add_result_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options that say what is shown and written of a run."""
+    parser.add_argument(
+        "-o",
+        "--output-dir",
+        type=Path,
+        metavar="DIR",
+        help="write trace, test.xml, coverage.json and pictures there",
+    )
+    parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
+    parser.add_argument(
+        "-t", "--live-tree", action="store_true", help="show the tree of what runs, drawn again as it changes"
+    )
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
+    parser.add_argument(
+        "--json", action="store_true", help="print the result, or the chosen values, as one JSON object on stdout"
+    )
+
+
 class ResultFiles:
     """The files that the options of a command line ask for; traces are open while the block lasts.
 

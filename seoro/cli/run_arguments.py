@@ -9,7 +9,7 @@ from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import add_folders, domain, number, rate, seed
-from seoro.embed.options import Lab, Ros, Simulator
+from seoro.embed.options import Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -79,6 +79,24 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_folders(
         parser, "--ros-interfaces", "take definitions of messages, services and actions from the packages in DIR"
+    )
+
+
+def settings_of(options: argparse.Namespace) -> Options:
+    """How the options ask for a scenario to be run.
+
+    Raises:
+        InvalidUse: They do not go together.
+    """
+    return Options(
+        name=options.scenario,
+        seed=options.seed,
+        overrides=overrides_of(options.set),
+        parameters=options.params,
+        clock=options.clock,
+        simulator=simulator_of(options),
+        ros=ros_of(options),
+        lab=lab_of(options),
     )
 
 

@@ -1,0 +1,38 @@
+"""`seoro attach`: follow a run on an executor, from its first record to its end."""
+
+from __future__ import annotations
+
+import argparse
+
+import anyio
+
+from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.results import ResultFiles, add_result_arguments
+
+EXAMPLES = """examples:
+  seoro attach 3f9a
+  seoro attach 3f9a -o out/ --live-tree
+
+It shows what `seoro exec --on` would have shown, and has its exit status. Ctrl-C ends the command only."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add_run_argument(parser)
+    add_result_arguments(parser)
+    parser.set_defaults(dry_run=False)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    with ResultFiles(options) as files:
+        return anyio.run(_attach, options, files)
+
+
+async def _attach(options: argparse.Namespace, files: ResultFiles) -> int:
+    from seoro.cli.following import Follower  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.client import Client  # noqa: PLC0415 - the same
+
+    async with Client(options.executor) as client:
+        found = await client.run(options.run_id, options.on)
+        return await Follower(options, files, stops=False).follow(found)

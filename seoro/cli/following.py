@@ -1,0 +1,122 @@
+"""Shows a run on an executor as if it were here, to its end."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, cast
+
+import anyio
+
+from seoro.background import background
+from seoro.bridges.executor.messages import RunInfo, State
+from seoro.cli.concluding import Conclusion, conclude, progress_of
+from seoro.cli.exits import OF_STATUS, Exit
+from seoro.cli.results import STDOUT, ResultFiles
+from seoro.client.runs import RemoteRun
+from seoro.embed.ends import Ended
+
+QUIET = 1.0  # [s] for which a run may wait for its turn before that is said
+_LAST_WORDS = 2.0  # [s]
+
+
+class Follower:
+    """Shows a run, and writes what was asked for.
+
+    Args:
+        options: Of the command line, with those of `add_result_arguments`.
+        files: What is written.
+        stops: Whether Ctrl-C stops the run; else it only ends the command.
+    """
+
+    def __init__(self, options: argparse.Namespace, files: ResultFiles, *, stops: bool) -> None:
+        self._options = options
+        self._files = files
+        self._stops = stops
+        self._interrupted: Exit | None = None
+        self._is_announced = False
+        self._now = 0.0
+        self._progress = progress_of(
+            options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout
+        )
+        self._progress.follow(lambda: self._now)
+
+    async def follow(self, run: RemoteRun) -> Exit:
+        """Follow a run to its end.
+
+        Raises:
+            InvalidScenario, InvalidUse, BackendError: It has no verdict.
+        """
+        run.executor.on_silence = lambda reason: self._note(
+            f"{reason}; the run goes on, and so does asking for it"
+        )
+        run.executor.on_answer = lambda: self._note("the connection is back")
+        async with background() as group:
+            group.start_soon(self._watch_signals, run, group.cancel_scope)
+            try:
+                await self._show(run)
+                end = await run.end()
+                return await self._conclude(run, end)
+            finally:
+                with anyio.move_on_after(_LAST_WORDS, shield=True):
+                    await self._files.finish()
+                    await self._progress.finish()
+        self._note(f"the run goes on: `seoro attach {run.id[:8]}` shows it")
+        return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
+
+    async def _show(self, run: RemoteRun) -> None:
+        async with background() as waiting:
+            waiting.start_soon(self._tell_of_waiting, run)
+            async for info, records in run.parts():
+                self._announce(info)
+                for record in records:
+                    self._record(record)
+
+    def _record(self, record: dict[str, Any]) -> None:
+        self._now = record["t"]
+        self._progress.record(record)
+        for trace in self._files.traces:
+            with suppress(OSError):  # said when it is finished
+                trace.record(record)
+
+    def _announce(self, info: RunInfo) -> None:
+        if info.announcement and not self._is_announced:
+            self._is_announced = True
+            self._progress.say(f"{info.file}: {info.announcement}\n")
+
+    async def _tell_of_waiting(self, run: RemoteRun) -> None:
+        await anyio.sleep(QUIET)
+        if run.state is State.QUEUED:
+            self._note(f"run {run.id[:8]} waits for its turn on {run.executor.name}")
+
+    @staticmethod
+    def _note(text: str) -> None:
+        print(f"note: {text}", file=sys.stderr, flush=True)
+
+    async def _watch_signals(self, run: RemoteRun, scope: anyio.CancelScope) -> None:
+        """The first signal stops the run, if that is ours to do, and the next leaves it to itself."""
+        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
+            async with anyio.create_task_group() as stopping:
+                async for number in signals:
+                    name = "Ctrl-C" if number == signal.SIGINT else number.name
+                    second = self._interrupted is not None
+                    self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
+                    if second or not self._stops:
+                        scope.cancel()
+                        return
+                    self._progress.say(f"{name}: stopping robots and cleaning up; once more to leave at once")
+                    stopping.start_soon(run.stop, f"interrupted by {name}")
+
+    async def _conclude(self, run: RemoteRun, end: Ended) -> Exit:
+        folder: Path | None = self._options.output_dir
+        files: list[tuple[Path, str]] = []
+        if folder is not None:
+            await run.fetch(folder)
+            files = [(folder / left.path, left.description) for left in end.files]
+        parameters = cast("dict[str, object]", end.parameters)
+        found = Conclusion(end.verdict, parameters, files, end.fault, end.traceback)
+        verdict = await conclude(found, self._options, self._files, self._progress)
+        return self._interrupted or OF_STATUS[verdict.status]

@@ -1,0 +1,52 @@
+"""`seoro get`: bring home what a run on an executor has left."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import anyio
+
+from seoro.cli.exits import Exit
+from seoro.cli.remote_arguments import add_run_argument
+from seoro.errors import InvalidUse
+from seoro.runtime.jsonl import to_line
+
+EXAMPLES = """examples:
+  seoro get 3f9a
+  seoro get 3f9a -o out/
+
+Beside what its actions have left, that is the trace. `seoro attach RUN -o DIR` also writes test.xml and
+coverage.json."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add_run_argument(parser)
+    parser.add_argument(
+        "-o", "--output-dir", type=Path, metavar="DIR", help="where to (default: a folder with the id of the run)"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    for path in anyio.run(_get, options):
+        print(path)
+    return Exit.PASSED
+
+
+async def _get(options: argparse.Namespace) -> list[Path]:
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
+
+    async with Client(options.executor) as client:
+        found = await client.run(options.run_id, options.on)
+        folder = options.output_dir or Path(found.id[:8])
+        trace = folder / "trace.jsonl"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            async with await anyio.open_file(trace, "wb") as file:
+                async for record in found.records_so_far():
+                    await file.write(to_line(record))
+        except OSError as error:
+            raise InvalidUse(f"cannot write {trace}: {error.strerror}") from error
+        return [trace, *await found.fetch(folder)]

@@ -1,0 +1,42 @@
+"""`seoro logs`: what has happened in a run on an executor so far."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+import anyio
+
+from seoro.cli.exits import Exit
+from seoro.cli.output import Progress
+from seoro.cli.remote_arguments import add_run_argument
+
+EXAMPLES = """examples:
+  seoro logs 3f9a
+
+`seoro attach` follows a run to its end; `seoro get` brings its trace and what it has left."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add_run_argument(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    anyio.run(_print, options)
+    return Exit.PASSED
+
+
+async def _print(options: argparse.Namespace) -> None:
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
+
+    progress = Progress(sys.stdout)
+    async with Client(options.executor) as client:
+        found = await client.run(options.run_id, options.on)
+        progress.say(f"{found.info.file}: {found.info.announcement or 'it has not begun'}\n")
+        async for record in found.records_so_far():
+            progress.record(record)
+    info = found.info
+    progress.say(f"\n{info.state.value}" + (f": {info.reason}" if info.reason else ""))
+    await progress.finish()

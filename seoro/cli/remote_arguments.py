@@ -1,0 +1,64 @@
+"""The options by which commands reach executors."""
+
+from __future__ import annotations
+
+import argparse
+
+from seoro.cli.arguments import Container, number
+from seoro.cli.files import STDIN
+from seoro.errors import InvalidUse
+
+_ELSEWHERE = {"--record-video": "record_video", "--dry-run": "dry_run"}  # what is done here only
+
+
+def add_on_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare those of `seoro exec`."""
+    group = parser.add_argument_group("across the network")
+    group.add_argument(
+        "--on", metavar="EXECUTOR", help="run it on this executor, which `seoro serve` has started, not here"
+    )
+    add_executor_argument(group)
+    group.add_argument(
+        "--stop-if-lost",
+        type=_seconds,
+        metavar="SECONDS",
+        help="have the run stopped when the connection to this command is lost for so long (default: it goes on)",
+    )
+
+
+def check_on(options: argparse.Namespace) -> None:
+    """Refuse options that do not go together.
+
+    Raises:
+        InvalidUse: They do not.
+    """
+    if options.on is None:
+        for name, value in {"--executor": options.executor, "--stop-if-lost": options.stop_if_lost}.items():
+            if value is not None:
+                raise InvalidUse(f"`{name}` is about an executor, and the run is here", help="add `--on NAME`")
+        return
+    if options.file == STDIN:
+        raise InvalidUse("a scenario from stdin cannot be sent: only files can", help="save it in a file")
+    for name, key in _ELSEWHERE.items():
+        if getattr(options, key):
+            raise InvalidUse(f"`{name}` does not go with `--on` yet", help=f"leave out `{name}`, or `--on`")
+
+
+def add_executor_argument(parser: Container) -> None:
+    """Declare where executors are reached."""
+    parser.add_argument(
+        "--executor",
+        metavar="ENDPOINT",
+        help="where executors are reached (default: that of SEORO_EXECUTOR, else tcp/127.0.0.1:7470)",
+    )
+
+
+def add_run_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare which run is meant, and where it is looked for."""
+    parser.add_argument("run_id", metavar="RUN", help="id of the run, or how it begins; `seoro ps` lists runs")
+    parser.add_argument("--on", metavar="EXECUTOR", help="name of its executor (default: all are asked)")
+    add_executor_argument(parser)
+
+
+def _seconds(text: str) -> float:
+    return number(text, "a positive number", lambda value: value > 0.0)

@@ -1,0 +1,246 @@
+"""Executors on the command line: `seoro serve`, `exec --on`, `ps`, `attach`, `logs`, `stop`, `get` and `rm`."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
+
+FAILING = """import osc.helpers
+scenario broken:
+    event go
+    do parallel:
+        wait @go
+        serial:
+            log("so far")
+            wait elapsed(1s)
+            emit fail
+"""
+PYTHON = """from seoro import ActionContext, action
+
+@action("leave_file")
+async def leave_file(ctx: ActionContext, text: str) -> None:
+    ctx.leave_file("left.txt", text.encode(), "what was left")
+
+@action("break_down")
+async def break_down(ctx: ActionContext) -> None:
+    print("about to break")
+    raise ValueError("broken")
+"""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
+    with executor(tmp_path_factory.mktemp("x"), "--jobs", "2", "--allow", "python") as running:
+        yield running
+
+
+@pytest.fixture(autouse=True)
+def _here(lab: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SEORO_EXECUTOR", lab.endpoint)
+
+
+def write(text: str, name: str = "test.osc") -> str:
+    path = Path(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return name
+
+
+def same(text: str) -> str:
+    """What is printed without what differs from run to run."""
+    return re.sub(r"[\d.]+ s real", "? s real", text)
+
+
+@pytest.mark.parametrize("text", [HELLO, FAILING])
+def test_it_prints_and_exits_as_a_run_here(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["exec", write(text), "--seed", "3", "--clock", "virtual", "-o", "out"]
+    here = main(arguments), capsys.readouterr()
+    files = {path.name for path in Path("out").iterdir()}
+    for path in Path("out").iterdir():
+        path.unlink()
+    there = main([*arguments, "--on", NAME]), capsys.readouterr()
+    assert there[0] == here[0]
+    assert same(there[1].out) == same(here[1].out)
+    assert same(there[1].err) == same(here[1].err)
+    assert {path.name for path in Path("out").iterdir()} == files
+
+
+def test_the_result_is_json_if_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(FAILING), "--on", NAME, "--clock", "virtual", "--json", "--seed", "5"]) == 1
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert (found["status"], found["scenario"], found["seed"]) == ("failed", "broken", 5)
+    assert found["source"] == "test.osc:9:13"
+    assert "so far" in err
+
+
+def test_files_beside_the_scenario_are_used_and_files_come_home(capsys: pytest.CaptureFixture[str]) -> None:
+    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+    write(PYTHON, "seoro.libraries/mine.py")
+    write("struct unused\n", "common/other.osc")
+    text = 'import osc.mine\nimport "common/other.osc"\nscenario main:\n    do leave_file("hello")\n'
+    assert main(["exec", write(text), "--on", NAME, "-o", "out"]) == 0, capsys.readouterr().err
+    assert Path("out/left.txt").read_text() == "hello"
+    assert re.search(r"out/left\.txt +what was left", capsys.readouterr().out)
+
+
+def test_a_fault_of_an_action_is_told_as_here(capsys: pytest.CaptureFixture[str]) -> None:
+    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+    write(PYTHON, "seoro.libraries/mine.py")
+    file = write("import osc.mine\nscenario main:\n    do break_down()\n")
+    assert main(["exec", file, "--on", NAME, "-o", "out"]) == 3
+    err = capsys.readouterr().err
+    assert "ValueError: broken" in err
+    assert "`--debug` shows the traceback" in err
+    assert Path("out/log.txt").read_text().startswith("about to break")
+    assert main(["exec", file, "--on", NAME, "--debug"]) == 3
+    assert "Traceback (most recent call last)" in capsys.readouterr().err
+
+
+def test_what_the_executor_refuses_is_an_invalid_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    file = write('import osc.helpers\nscenario main:\n    do run_process("ls")\n')
+    assert main(["exec", file, "--on", NAME, "-o", "out"]) == 2
+    err = capsys.readouterr().err
+    assert "test.osc:3:8" in err
+    assert "--allow run_process" in err
+    assert 'errors="1"' in Path("out/test.xml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--stop-if-lost", "3"], "`--stop-if-lost` is about an executor"),
+        (["--executor", "tcp/127.0.0.1:1"], "`--executor` is about an executor"),
+        (["--on", NAME, "-n"], "`--dry-run` does not go with `--on`"),
+        (["--on", "other"], "there is no executor 'other' here"),
+        (["--on", NAME, "--sim", "mujoco", "--world", "hall.yaml"], "hall.yaml cannot be sent"),
+        (["--on", NAME, "--executor", "tcp/127.0.0.1:1"], "nothing answers there"),
+        (["--on", NAME, "--executor", "nonsense"], "'nonsense' is no endpoint"),
+    ],
+)
+def test_what_cannot_be_is_told(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(HELLO), *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_scenario_from_stdin_is_not_sent(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", "-", "--on", NAME]) == 2
+    assert "from stdin cannot be sent" in capsys.readouterr().err
+
+
+def start(*arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "seoro.cli.main", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for_line(running: subprocess.Popen[str], text: str) -> None:
+    assert running.stdout is not None
+    while text not in (line := running.stdout.readline()):
+        assert line, f"{text!r} was not said"
+
+
+def only_run(state: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """The id of the youngest run, which is in a state."""
+    capsys.readouterr()
+    assert main(["ps", "--json", "--limit", "1"]) == 0
+    [found] = json.loads(capsys.readouterr().out)
+    assert found["state"] == state
+    run: str = found["run"]
+    return run
+
+
+def test_ctrl_c_stops_the_run_and_waits_for_it(capsys: pytest.CaptureFixture[str]) -> None:
+    with start("exec", write(LONG), "--on", NAME) as running:
+        wait_for_line(running, "begun")
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=30)
+    assert running.returncode == 130
+    assert "Ctrl-C: stopping robots and cleaning up" in out
+    assert "cancelled: interrupted by Ctrl-C" in err
+    only_run("cancelled", capsys)
+
+
+def test_a_client_that_is_killed_leaves_the_run_and_another_attaches(capsys: pytest.CaptureFixture[str]) -> None:
+    with start("exec", write(LONG), "--on", NAME) as running:
+        wait_for_line(running, "begun")
+        running.kill()
+    run = only_run("running", capsys)
+    with start("attach", run[:10], "--json") as attached:
+        assert attached.stderr is not None
+        while "begun" not in attached.stderr.readline():
+            pass
+        attached.send_signal(signal.SIGINT)
+        attached.communicate(timeout=30)
+    assert attached.returncode == 130
+    only_run("running", capsys)
+    with start("attach", run[:10]) as attached:
+        wait_for_line(attached, "begun")
+        assert main(["stop", run[:10]]) == 0
+        assert capsys.readouterr().out == f"run {run[:8]}: cancelled\n"
+        attached.communicate(timeout=30)
+    assert attached.returncode == 4
+
+
+def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(HELLO), "--on", NAME, "--seed", "9"]) == 0
+    printed = capsys.readouterr().out
+    run = only_run("passed", capsys)
+    assert main(["ps"]) == 0
+    assert re.search(rf"^{run[:8]} +{NAME} +passed .* test\.osc$", capsys.readouterr().out, re.MULTILINE)
+    assert main(["logs", run]) == 0
+    assert re.search(r"seed 9\n\n.*hello\n\npassed\n$", capsys.readouterr().out, re.DOTALL)
+    assert main(["attach", run, "-o", "out"]) == 0
+    assert same(capsys.readouterr().out).startswith(same(printed))
+    assert {path.name for path in Path("out").iterdir()} == {"trace.jsonl", "test.xml"}
+    assert main(["get", run]) == 0
+    assert capsys.readouterr().out == f"{run[:8]}/trace.jsonl\n"
+    assert Path(run[:8], "trace.jsonl").read_bytes() == Path("out/trace.jsonl").read_bytes()
+    assert main(["stop", run]) == 0
+    assert "is over: passed" in capsys.readouterr().out
+    assert main(["rm", run]) == 0
+    capsys.readouterr()
+    assert main(["attach", run]) == 2
+    assert f"there is no run '{run}'" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- serve
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--listen", "tcp/0.0.0.0:7470"], "there are no keys yet"),
+        (["--listen", "tcp/[::]:7470"], "there are no keys yet"),
+        (["--connect", "tcp/192.168.0.7:7470"], "there are no keys yet"),
+        (["--listen", "tcp/127.0.0.1.example.org:7470"], "there are no keys yet"),
+        (["--name", "Lab A"], "'Lab A' cannot name an executor"),
+        (["--allow", "everything"], "nothing to allow called 'everything'"),
+    ],
+)
+def test_what_cannot_be_served_is_told(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["serve", "--folder", "state", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_folder_or_an_endpoint_that_is_in_use_is_told(
+    lab: RunningExecutor, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["serve", "--folder", str(lab.folder / "state"), "--listen", "tcp/127.0.0.1:1"]) == 2
+    assert "another executor keeps its runs" in capsys.readouterr().err
+    assert main(["serve", "--folder", "state", "--listen", "unixsock-stream//nowhere/at/all"]) == 2
+    assert "cannot listen on" in capsys.readouterr().err
