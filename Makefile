@@ -72,6 +72,7 @@ bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/traces.py
 	@$(BIN)/python benchmarks/bags.py
 	@$(BIN)/python benchmarks/ros2_wire.py
+	@$(BIN)/python benchmarks/network.py
 
 experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 192 runs, results in out/localisation
 	@$(BIN)/seoro sweep scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \

@@ -1,0 +1,105 @@
+"""What it costs to run a scenario on an executor instead of here, both on this machine.
+
+    python benchmarks/network.py [--rounds N]
+
+Prints the medians of the time of a scenario of three lines, here and on an executor, by the wall clock and the
+processor of the command; and how long a record takes from the run to a watcher that has a connection.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+
+from startup import HELLO, measure
+
+import seoro
+
+NAME = "benchmark"
+PAUSE = 1.0  # [s] after a run, in which the executor gets another process ready
+GOAL_ROUND_TRIP, GOAL_RECORD = 0.150, 0.001  # [s]
+TICKS = """import osc.helpers
+scenario ticks:
+    event tick
+    on every(20ms):
+        emit tick
+    do serial:
+        wait elapsed(6s)
+"""
+
+
+@contextmanager
+def executor(folder: Path) -> Iterator[str]:
+    """An executor for as long as the block lasts; yields its endpoint."""
+    endpoint = f"unixsock-stream/{folder}/hub"
+    command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
+    with subprocess.Popen([*command, "--folder", str(folder / "state")], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(2.0 * PAUSE)
+        yield endpoint
+        process.send_signal(signal.SIGINT)
+
+
+def round_trips(file: Path, rounds: int) -> None:
+    """Print how long the command takes."""
+    command = [str(Path(sys.executable).with_name("seoro")), "exec", str(file)]
+    commands = {"here": command, "on an executor": [*command, "--on", NAME]}
+    times: dict[str, list[tuple[float, float]]] = {where: [] for where in commands}
+    for _ in range(rounds):
+        for where, each in commands.items():
+            times[where].append(measure(each))
+            time.sleep(PAUSE)
+    medians = {
+        where: [statistics.median(each) for each in zip(*taken, strict=True)] for where, taken in times.items()
+    }
+    print(f"{'':20} {'wall':>8} {'processor':>10}")
+    for where, (wall, processor) in medians.items():
+        print(f"{where:20} {wall:7.3f}s {processor:9.3f}s")
+    more = medians["on an executor"][0] - medians["here"][0]
+    print(f"{'more':20} {more:7.3f}s   wanted: less than {GOAL_ROUND_TRIP:.3f}s")
+
+
+async def latencies(file: Path) -> list[float]:
+    """How long records took from where they were made to here [s]; both ends have the same clock."""
+    found = []
+    async with seoro.Client() as client:
+        run = await client.submit(NAME, file)
+        async for record in run.records():
+            arrived = time.time()
+            if record["kind"] == "event":
+                found.append(arrived - datetime.fromisoformat(record["wall"]).timestamp())
+    return found
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="What it costs to run a scenario on an executor.")
+    parser.add_argument("--rounds", type=int, default=11)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name, executor(Path(name)) as endpoint:
+        os.environ["SEORO_EXECUTOR"] = endpoint
+        hello, ticks = Path(name) / "hello.osc", Path(name) / "ticks.osc"
+        hello.write_text(HELLO)
+        ticks.write_text(TICKS)
+        round_trips(hello, options.rounds)
+        taken = sorted(asyncio.run(latencies(ticks)))
+    half, most = statistics.median(taken), taken[int(0.99 * len(taken))]
+    print(
+        f"a record: {1000 * half:.2f} ms, p99 {1000 * most:.2f} ms   wanted: {1000 * GOAL_RECORD:.0f} ms at most"
+    )
+
+
+if __name__ == "__main__":
+    main()
