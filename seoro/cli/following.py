@@ -18,6 +18,7 @@ from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.results import STDOUT, ResultFiles
 from seoro.client.runs import RemoteRun
 from seoro.embed.ends import Ended
+from seoro.errors import BackendError
 
 QUIET = 1.0  # [s] for which a run may wait for its turn before that is said
 _LAST_WORDS = 2.0  # [s]
@@ -58,7 +59,13 @@ class Follower:
             group.start_soon(self._watch_signals, run, group.cancel_scope)
             try:
                 await self._show(run)
-                end = await run.end()
+                try:
+                    end = await run.end()
+                except BackendError:
+                    if run.state is not State.CANCELLED:
+                        raise
+                    print(f"cancelled: {run.info.reason}", file=sys.stderr)  # before it had begun
+                    return self._interrupted or Exit.CANCELLED
                 return await self._conclude(run, end)
             finally:
                 with anyio.move_on_after(_LAST_WORDS, shield=True):

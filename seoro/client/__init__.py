@@ -146,7 +146,10 @@ class Client:
 
     async def _reached(self, executor: str | None) -> list[Executor]:
         if executor is None:
-            return await find_executors(self._there)
+            found = await find_executors(self._there)
+            if not found:
+                raise InvalidUse(f"there is no executor at {self.endpoint}", help="start one with `seoro serve`")
+            return found
         return [await find_executor(self._there, executor)]
 
     @staticmethod

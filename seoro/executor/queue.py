@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 from collections.abc import Collection
 from contextlib import suppress
@@ -22,6 +23,8 @@ from seoro.executor.workers import Pool, Worker
 STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
 FILL_PAUSE: Final = 0.5  # [s] after a run, in which whoever waited for it can see its end
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
+
+log = logging.getLogger(__name__)
 
 
 class LiveRun:
@@ -145,14 +148,19 @@ class Queue:
                     await self.stop(run, f"its watcher was gone for {live.submission.stop_if_lost:g} s")
             await asyncio.sleep(0.1)
 
-    async def close(self) -> None:
-        """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor."""
+    async def close(self) -> int:
+        """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor.
+
+        Returns:
+            How many runs were stopped.
+        """
         self._is_closing = True
         running = [live for run, live in self._live.items() if run not in self._waiting]
         for live in running:
             live.stop("the executor ends")
         for live in running:
             await live.changes.wait_for(lambda live=live: live.info.state.is_final)  # type: ignore[misc]
+        return len(running)
 
     async def _carry(self, live: LiveRun) -> None:
         """Carry a run out to its end."""
@@ -171,6 +179,9 @@ class Queue:
                 await worker.wait()
         except OSError as error:  # a full disk
             await self._finish(live, State.ERROR, f"the executor cannot keep the run: {error}", b"")
+        except Exception as error:
+            log.exception("fault in the run %s", live.info.run)
+            await self._finish(live, State.ERROR, f"fault in the executor: {type(error).__name__}: {error}", b"")
         finally:
             self._free += 1
             self._changes.tell()
@@ -182,6 +193,8 @@ class Queue:
         end = await self._follow(live, worker)
         self._tasks.start_soon(self._pool.fill, FILL_PAUSE)
         code = 0 if end else await worker.wait()
+        if not end:
+            worker.kill()  # what it has started, and did not end
         _drop_empty(self._store.folder(live.info.run).log)
         await self._finish(live, *_outcome(end, code, live.is_stopped), end)
 

@@ -26,6 +26,7 @@ from seoro.executor.workers import open_pool
 
 NAMESPACE: Final = "default"
 WAITING: Final = Bound(1024, lose="newest")  # requests
+LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
 MOST_SPARE: Final = 3  # processes that wait for runs
 
@@ -74,15 +75,16 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
             server = Server(store, queue, options.jobs, tuple(sorted(options.allowed)))
-            try:
-                async with _serving(session, options, server, tasks), background() as duties:
-                    duties.start_soon(queue.work)
-                    duties.start_soon(queue.stop_lonely)
-                    duties.start_soon(_forget, server, options.keep)
+            async with _serving(session, options, server, tasks), background() as duties:
+                duties.start_soon(queue.work)
+                duties.start_soon(queue.stop_lonely)
+                duties.start_soon(_forget, server, options.keep)
+                try:
                     yield lost
-            finally:
-                with anyio.CancelScope(shield=True):
-                    await queue.close()
+                finally:
+                    with anyio.CancelScope(shield=True):
+                        if await queue.close():
+                            await anyio.sleep(LAST_ANSWERS)
 
 
 @asynccontextmanager

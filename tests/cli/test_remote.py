@@ -194,6 +194,24 @@ def test_a_client_that_is_killed_leaves_the_run_and_another_attaches(capsys: pyt
     assert attached.returncode == 4
 
 
+def test_a_run_that_is_stopped_while_it_waits_never_begins(tmp_path: Path) -> None:
+    with executor(tmp_path) as lab:
+        where = "--executor", lab.endpoint
+        with start("exec", write(LONG), "--on", NAME, *where) as first:
+            wait_for_line(first, "begun")
+            with start("exec", write(HELLO, "hello.osc"), "--on", NAME, *where) as waiting:
+                assert waiting.stderr is not None
+                note = waiting.stderr.readline()
+                assert "waits for its turn" in note
+                waiting.send_signal(signal.SIGINT)
+                out, err = waiting.communicate(timeout=30)
+            first.send_signal(signal.SIGINT)
+            first.communicate(timeout=30)
+    assert waiting.returncode == 130
+    assert err == "cancelled: interrupted by Ctrl-C\n"
+    assert "hello\n" not in out
+
+
 def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(HELLO), "--on", NAME, "--seed", "9"]) == 0
     printed = capsys.readouterr().out

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import anyio
+import anyio.to_thread
 import pytest
 
 import seoro
@@ -344,7 +345,10 @@ async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path
             run = await client.submit(NAME, write(tmp_path, LONG))
             waiting = await client.submit(NAME, write(tmp_path, HELLO, "hello.osc"))
             await wait_for(run, State.RUNNING)
-        assert lab.end() == 0
+            async with anyio.create_task_group() as tasks:
+                tasks.start_soon(anyio.to_thread.run_sync, lab.end)
+                assert (await run.result()).reason == "the executor ends"
+        assert lab.process.returncode == 0
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
             assert (await client.run(run.id)).state is State.CANCELLED
