@@ -13,11 +13,12 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges.executor.messages import RunInfo, State
+from seoro.bridges.wire.artifacts import Artifact
 from seoro.cli.concluding import Conclusion, conclude, progress_of
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.results import STDOUT, ResultFiles
 from seoro.client.runs import RemoteRun
-from seoro.embed.ends import Ended
+from seoro.embed.ends import Ended, LeftFile
 from seoro.errors import BackendError
 
 QUIET = 1.0  # [s] for which a run may wait for its turn before that is said
@@ -119,11 +120,24 @@ class Follower:
 
     async def _conclude(self, run: RemoteRun, end: Ended) -> Exit:
         folder: Path | None = self._options.output_dir
-        files: list[tuple[Path, str]] = []
+        left = end.files if folder is not None else ()
         if folder is not None:
             await run.fetch(folder)
-            files = [(folder / left.path, left.description) for left in end.files]
-        parameters = cast("dict[str, object]", end.parameters)
-        found = Conclusion(end.verdict, parameters, files, end.fault, end.traceback)
+        place = folder or Path()
+        found = Conclusion(
+            end.verdict,
+            cast("dict[str, object]", end.parameters),
+            [(place / each.path, each.description) for each in left if not each.is_artifact],
+            end.fault,
+            end.traceback,
+            [_artifact(place, each) for each in left if each.is_artifact],
+        )
         verdict = await conclude(found, self._options, self._files, self._progress)
         return self._interrupted or OF_STATUS[verdict.status]
+
+
+def _artifact(folder: Path, left: LeftFile) -> Artifact:
+    """A file that was fetched, as the simulator gives it to a run here."""
+    return Artifact(
+        name=left.path, media_type="", description=left.description, data=(folder / left.path).read_bytes()
+    )

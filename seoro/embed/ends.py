@@ -26,10 +26,17 @@ _UNIONS: Final = (Union, types.UnionType)
 
 
 class LeftFile(Value):
-    """A file that a run has left: its path in the output folder, and what it is."""
+    """A file that a run has left.
+
+    Args:
+        path: Its path in the output folder.
+        description: What it is.
+        is_artifact: Whether it shows what was simulated; else an action has left it.
+    """
 
     path: str
     description: str
+    is_artifact: bool = False
 
 
 class Ended(Value):

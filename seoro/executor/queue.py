@@ -191,7 +191,7 @@ class Queue:
         worker.begin(self._job(live))
         live.have(worker)
         end = await self._follow(live, worker)
-        self._tasks.start_soon(self._pool.fill, FILL_PAUSE)
+        self._tasks.start_soon(self._pool.fill, 0.0 if self._waiting else FILL_PAUSE)
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end

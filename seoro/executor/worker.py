@@ -235,7 +235,7 @@ async def _leave(run: Run, output: Path) -> tuple[LeftFile, ...]:
     for artifact in await run.artifacts():
         path = output / Path(artifact.name).name
         path.write_bytes(artifact.data)
-        left.append(LeftFile(path.name, artifact.description))
+        left.append(LeftFile(path.name, artifact.description, is_artifact=True))
     return tuple(left)
 
 

@@ -23,6 +23,11 @@ scenario broken:
             wait elapsed(1s)
             emit fail
 """
+DRIVE = """import osc.driving
+scenario main:
+    robot: differential_drive_robot
+    do robot.drive(linear: 0.3mps, duration: 1s)
+"""
 PYTHON = """from seoro import ActionContext, action
 
 @action("leave_file")
@@ -72,6 +77,20 @@ def test_it_prints_and_exits_as_a_run_here(text: str, capsys: pytest.CaptureFixt
     assert same(there[1].out) == same(here[1].out)
     assert same(there[1].err) == same(here[1].err)
     assert {path.name for path in Path("out").iterdir()} == files
+
+
+@pytest.mark.engine("mujoco")
+def test_a_simulated_run_prints_and_leaves_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["exec", write(DRIVE), "--seed", "3", "--sim", "mujoco", "--rate", "max", "-o", "out"]
+    assert main(arguments) == 0, capsys.readouterr().err
+    here = capsys.readouterr()
+    files = {path.name: path.read_bytes() for path in Path("out").iterdir()}
+    for path in Path("out").iterdir():
+        path.unlink()
+    assert main([*arguments, "--on", NAME]) == 0
+    assert same(capsys.readouterr().out) == same(here.out)
+    assert {path.name for path in Path("out").iterdir()} == files.keys()
+    assert Path("out/top_down.png").read_bytes() == files["top_down.png"]
 
 
 def test_the_result_is_json_if_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
