@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import sys
 from collections import deque
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import Enum, IntEnum
+from functools import cache, partial
 from typing import Any
 
 import msgpack
@@ -67,38 +69,58 @@ def unpack(data: bytes) -> Any:
 
 
 def copied(value: Any) -> Any:
-    """What `unpack(pack(value))` is, without the bytes: a value that changes of the other do not reach."""
-    match value:
-        case None | bool() | int() | float() | str() | bytes() | Enum():
-            return value
-        case np.ndarray() | np.generic():
-            return value.copy()
-        case dict():
-            return {key: copied(each) for key, each in value.items()}
-        case list():
-            return [copied(each) for each in value]
-        case deque():
-            return deque(map(copied, value), value.maxlen)
-        case set() | frozenset():  # of values that do not change, or they would have no hashes
-            return value.copy()
-        case tuple() if hasattr(value, "_fields"):
-            return type(value)(*map(copied, value))
-        case tuple():
-            return tuple(map(copied, value))
-        case BaseModel():  # frozen, and so is all that it holds
-            return value
-        case _ if is_dataclass(value):
-            return _copied_record(value)
-        case _:
-            raise CodecError(f"{_called(type(value))} is no data that can be saved")
+    """What `unpack(pack(value))` is, without the bytes: a value that changes of the other do not reach.
+
+    Raises:
+        CodecError: There is something in it that is not data.
+    """
+    kind: Any = type(value)
+    return value if kind in _PLAIN else _copier(kind)(value)
 
 
-def _copied_record(record: Any) -> Any:
-    values = {each.name: getattr(record, each.name) for each in fields(record)}
-    copies = {name: copied(each) for name, each in values.items()}
-    if all(copies[name] is each for name, each in values.items()):
-        return record
-    return type(record)(**copies)
+_PLAIN = frozenset({type(None), bool, int, float, str, bytes})
+
+
+@cache
+def _copier(kind: type) -> Callable[[Any], Any]:
+    """How values of a class are copied: looked up once, since a simulation that goes ahead is saved often.
+
+    Raises:
+        CodecError: They are no data.
+    """
+    if issubclass(kind, int | float | str | bytes | Enum | BaseModel):  # models are frozen, as all that they hold
+        return _same
+    if issubclass(kind, np.ndarray | np.generic | set | frozenset):  # in sets are values that do not change
+        return kind.copy
+    if issubclass(kind, dict):
+        return lambda value: {key: copied(each) for key, each in value.items()}
+    if issubclass(kind, list):
+        return lambda value: [copied(each) for each in value]
+    if issubclass(kind, deque):
+        return lambda value: deque(map(copied, value), value.maxlen)
+    if issubclass(kind, tuple):
+        return _copied_named if hasattr(kind, "_fields") else lambda value: tuple(map(copied, value))
+    if is_dataclass(kind):
+        return partial(_copied_record, tuple(each.name for each in fields(kind)))
+    raise CodecError(f"{_called(kind)} is no data that can be saved")
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _copied_named(value: Any) -> Any:
+    return type(value)(*map(copied, value))
+
+
+def _copied_record(names: tuple[str, ...], record: Any) -> Any:
+    copies = {}
+    is_same = True
+    for name in names:
+        value = getattr(record, name)
+        copies[name] = copy = copied(value)
+        is_same = is_same and copy is value
+    return record if is_same else type(record)(**copies)
 
 
 def _extension(value: object) -> msgpack.ExtType:
