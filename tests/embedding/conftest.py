@@ -178,8 +178,7 @@ def _umask() -> int:
 
 def holdings() -> Counter[str]:
     """What a run may have, and has to give back: tasks, threads, children, files; asyncio's own threads apart."""
-    # Those of its executor stay; those that wait for processes, which had another name in Python 3.11.2, end a moment
-    # after them.
+    # Those of its executor stay; those that wait for processes end a moment after these, by either name.
     own = ("asyncio", "waitpid-")
     threads = (thread.name for thread in threading.enumerate() if not thread.name.startswith(own))
     children = (file.read_text().split() for file in Path("/proc/self/task").glob("*/children"))
