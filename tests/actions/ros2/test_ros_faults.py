@@ -12,10 +12,22 @@ from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
 from seoro.embed import prepare
+from seoro.embed.runs import Run
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import options, ran_of, running, starting_robot
 from tests.routers import free_endpoint
 from tests.runtime.conftest import load_text
+
+
+async def restarted(hub: Session, endpoint: str, run: Run) -> Session:
+    """Close a router after the first that a run logs, and open another in its place."""
+    async for record in run.trace():
+        if record["kind"] == "log":
+            break
+    await anyio.sleep(0.5)
+    await anyio.to_thread.run_sync(hub.close)
+    await anyio.sleep(0.5)
+    return Session(listen=endpoint)
 
 
 @pytest.mark.slow
@@ -38,13 +50,7 @@ scenario main:
     hub = Session(listen=endpoint)
     with starting_robot(endpoint):
         async with running(tmp_path, endpoint, text) as run:
-            async for record in run.trace():
-                if record["kind"] == "log":
-                    break
-            await anyio.sleep(0.5)
-            await anyio.to_thread.run_sync(hub.close)
-            await anyio.sleep(0.5)
-            hub = Session(listen=endpoint)
+            hub = await restarted(hub, endpoint, run)
             with anyio.fail_after(30.0):
                 verdict = await run.result()
     hub.close()
@@ -68,13 +74,7 @@ scenario main:
     hub = Session(listen=endpoint)
     with starting_robot(endpoint):
         async with running(tmp_path, endpoint, text) as run:
-            async for record in run.trace():
-                if record["kind"] == "log":
-                    break
-            await anyio.sleep(0.5)
-            await anyio.to_thread.run_sync(hub.close)
-            await anyio.sleep(0.5)
-            hub = Session(listen=endpoint)
+            hub = await restarted(hub, endpoint, run)
             with anyio.fail_after(30.0):
                 ran = await ran_of(run)
     hub.close()
