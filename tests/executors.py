@@ -48,12 +48,14 @@ class RunningExecutor:
 
 
 @contextmanager
-def executor(folder: Path, *options: str) -> Iterator[RunningExecutor]:
-    """An executor with its socket and its runs in a folder."""
+def executor(folder: Path, *options: str, largest: int | None = None) -> Iterator[RunningExecutor]:
+    """An executor with its socket and its runs in a folder, whose files may get so large [bytes]."""
     endpoint = f"unixsock-stream/{folder}/hub"
     (folder / "hub").unlink(missing_ok=True)  # of one that was killed
     command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
     command += ["--folder", str(folder / "state"), *options]
+    if largest is not None:
+        command = ["prlimit", f"--fsize={largest}", *command]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
         try:
             assert process.stdout is not None

@@ -7,6 +7,7 @@ import logging
 import time
 from collections.abc import Collection
 from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from typing import Final
 
@@ -178,7 +179,7 @@ class Queue:
                 worker.close()
                 await worker.wait()
         except OSError as error:  # a full disk
-            await self._finish(live, State.ERROR, f"the executor cannot keep the run: {error}", b"")
+            await self._finish(live, State.ERROR, _unkept(error), b"")
         except Exception as error:
             log.exception("fault in the run %s", live.info.run)
             await self._finish(live, State.ERROR, f"fault in the executor: {type(error).__name__}: {error}", b"")
@@ -210,22 +211,33 @@ class Queue:
         )
 
     async def _follow(self, live: LiveRun, worker: Worker) -> bytes:
-        """Keep what the process of a run tells; returns the end of the run, empty if it told none."""
-        end = b""
+        """Keep what the process of a run tells; returns the end of the run, empty if it told none.
+
+        Raises:
+            OSError: The trace could not be written; the run was stopped, and has cleaned up.
+        """
+        end, failed = b"", None
         with self._store.folder(live.info.run).trace.open("ab", buffering=0) as trace:
             async for kind, data in worker.frames():
                 match kind:
-                    case Frame.TRACE:
-                        trace.write(data)
-                        live.size += len(data)
-                        live.changes.tell()
+                    case Frame.TRACE if failed is None:
+                        try:
+                            _write(trace, data)
+                        except OSError as error:
+                            failed = error
+                            live.stop(_unkept(error))
+                        else:
+                            live.size += len(data)
+                            live.changes.tell()
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
                         await self._store.announce(live.info.run, live.info.announcement)
                     case Frame.END:
                         end = data
-                    case Frame.JOB | Frame.STOP:
-                        break  # those go the other way
+                    case Frame.TRACE | Frame.JOB | Frame.STOP:  # what is not kept, and what goes the other way
+                        pass
+        if failed is not None:
+            raise failed
         return end
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
@@ -233,6 +245,17 @@ class Queue:
             await self._store.finish(live.info.run, state, reason, end)
         del self._live[live.info.run]
         live.set(state=state, reason=reason, ended=time.time())
+
+
+def _write(file: FileIO, data: bytes) -> None:
+    """Write all of some bytes, or none that count: a line that was cut off is no line to those who read."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+def _unkept(error: OSError) -> str:
+    return f"the executor cannot keep the run: {error.strerror or error}"
 
 
 def _drop_empty(log: Path) -> None:

@@ -339,6 +339,22 @@ async def _come_back(folder: Path, *runs: str) -> None:
             await anyio.sleep(3.0)  # until the other client has looked
 
 
+async def test_a_trace_that_cannot_be_kept_is_an_error_and_the_next_run_goes_on(tmp_path: Path) -> None:
+    with executor(tmp_path, largest=200_000) as lab:
+        async with seoro.Client(lab.endpoint) as client:
+            file = write(tmp_path, MANY.replace("3s", "60s"))
+            run = await client.submit(NAME, file, clock="virtual")
+            with (
+                anyio.fail_after(DEADLINE),
+                pytest.raises(seoro.BackendError, match="cannot keep the run: File too large"),
+            ):
+                await run.result()
+            check_sequence(await all_records(run))
+            other = await client.submit(NAME, write(tmp_path, HELLO, "hello.osc"))
+            with anyio.fail_after(DEADLINE):
+                assert (await other.result()).passed
+
+
 async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:

@@ -1,0 +1,74 @@
+"""An executor in the process of the test: what takes it long elsewhere."""
+
+from pathlib import Path
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges.executor.messages import State
+from seoro.executor import queue
+from seoro.executor.running import ExecutorOptions, executing
+
+HANGING = """import time
+
+from seoro import ActionContext, action
+
+@action("hang")
+async def hang(ctx: ActionContext) -> None:
+    ctx.log("hanging")
+    while True:
+        time.sleep(0.1)
+"""
+SCENARIO = """import osc.helpers
+import osc.mine
+scenario main:
+    do serial:
+        log("begun")
+        hang()
+"""
+
+
+@pytest.fixture
+def hanging(tmp_path: Path) -> Path:
+    """A scenario that holds its process up for ever."""
+    folder = tmp_path / "seoro.libraries"
+    folder.mkdir()
+    (folder / "mine.osc").write_text("action hang\n")
+    (folder / "mine.py").write_text(HANGING)
+    file = tmp_path / "hanging.osc"
+    file.write_text(SCENARIO)
+    return file
+
+
+async def test_a_run_that_does_not_end_is_killed(
+    tmp_path: Path, hanging: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(queue, "STOP_TIMEOUT", 0.5)
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint, allowed=frozenset({"python"}))
+    async with executing(options), seoro.Client(endpoint) as client:
+        run = await client.submit("lab-a", hanging)
+        async for record in run.records():
+            if record["kind"] == "log":
+                break
+        await run.stop()
+        with anyio.fail_after(30.0), pytest.raises(seoro.BackendError, match="was killed"):
+            await run.result()
+        assert run.state is State.ERROR
+
+
+async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
+    async with executing(options), seoro.Client(endpoint) as client:
+        run = await client.submit("lab-a", hanging)
+        with pytest.raises(seoro.InvalidScenario):  # Python is not allowed
+            await run.result()
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint, keep=1e-9)
+    async with executing(options), seoro.Client(endpoint) as client:
+        with anyio.fail_after(10.0):
+            while await client.runs():
+                await anyio.sleep(0.02)
+    assert list((tmp_path / "state" / "runs").iterdir()) == []
+    assert list((tmp_path / "state" / "blobs").iterdir()) == []
