@@ -14,9 +14,9 @@ from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.serving.answering import answer
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, open_session
-from seoro.bridges.wire import Result
 from seoro.bridges.wire.keys import executor_command, executor_token
 from seoro.executor.policy import check_permissions
 from seoro.executor.queue import Queue
@@ -92,7 +92,7 @@ async def _serving(
     session: AsyncSession, options: ExecutorOptions, server: Server, tasks: TaskGroup
 ) -> AsyncIterator[None]:
     """Answer requests for as long as the block lasts, and in its end those that came before it."""
-    busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the executor is busy: ask again later"))
+    busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
     name = options.name
     async with (
         session.answering(executor_command(NAMESPACE, name, "*"), WAITING, busy) as requests,
@@ -105,7 +105,7 @@ async def _serving(
 
 async def _answer(server: Server, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
-        tasks.start_soon(answer, request, server.carry_out, "executor")
+        tasks.start_soon(answer, request, server.carry_out, "executor", UNAVAILABLE)
 
 
 async def _forget(server: Server, keep: float) -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
@@ -356,16 +357,18 @@ async def test_a_trace_that_cannot_be_kept_is_an_error_and_the_next_run_goes_on(
 
 
 async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
-    with executor(tmp_path) as lab:
-        async with seoro.Client(lab.endpoint) as client:
+    async with AsyncExitStack() as stack:
+        with executor(tmp_path) as lab:
+            client = await stack.enter_async_context(seoro.Client(lab.endpoint))
+            tasks = await stack.enter_async_context(anyio.create_task_group())
             run = await client.submit(NAME, write(tmp_path, LONG))
             waiting = await client.submit(NAME, write(tmp_path, HELLO, "hello.osc"))
             await wait_for(run, State.RUNNING)
-            async with anyio.create_task_group() as tasks:
-                tasks.start_soon(anyio.to_thread.run_sync, lab.end)
-                assert (await run.result()).reason == "the executor ends"
+            watching = asyncio.ensure_future(waiting.result())  # asks until there is an executor again
+            tasks.start_soon(anyio.to_thread.run_sync, lab.end)
+            assert (await run.result()).reason == "the executor ends"
+            await asyncio.to_thread(lab.process.wait, DEADLINE)
         assert lab.process.returncode == 0
-    with executor(tmp_path) as lab:
-        async with seoro.Client(lab.endpoint) as client:
+        with executor(tmp_path), anyio.fail_after(DEADLINE):
+            assert (await watching).passed
             assert (await client.run(run.id)).state is State.CANCELLED
-            assert (await (await client.run(waiting.id)).result()).passed

@@ -8,6 +8,7 @@ from typing import Final
 
 import anyio
 
+from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.keys import executor_command
 from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
@@ -23,6 +24,10 @@ LONGEST_PAUSE: Final = 1.0  # [s]
 
 class ExecutorLost(BackendLost):
     """The executor is gone, or cannot be reached any more."""
+
+
+class _Unavailable(Exception):
+    """The executor is there, and cannot answer now."""
 
 
 class Executor:
@@ -58,7 +63,7 @@ class Executor:
         while True:
             try:
                 answer = await self._ask_once(verb, request, wait)
-            except SessionError as error:
+            except (SessionError, _Unavailable) as error:
                 if time.monotonic() - began > self.patience:
                     raise ExecutorLost(self._lost(error)) from None
                 if not is_silent:
@@ -71,7 +76,7 @@ class Executor:
                     self.on_answer()
                 return answer
 
-    def _lost(self, error: SessionError) -> str:
+    def _lost(self, error: SessionError | _Unavailable) -> str:
         match error:
             case NoServer():
                 return f"the executor '{self.name}' is gone, or the connection to it is lost"
@@ -86,6 +91,8 @@ class Executor:
             return decode(verb.answer, await self._session.query(key, encode(request), wait + TIMEOUT))
         except Refused as refused:
             said = _refusal(refused.payload)
+            if said.code == UNAVAILABLE:
+                raise _Unavailable(said.message) from None
             raise BackendRefused(said.message, said.code) from None
         except WireError as error:
             raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error

@@ -24,6 +24,7 @@ MAX_FILE = 256 << 20  # [bytes]
 MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
+UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]

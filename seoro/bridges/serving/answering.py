@@ -19,7 +19,10 @@ log = logging.getLogger(__name__)
 
 
 async def answer(
-    request: Request, carry_out: Callable[[str, bytes], Awaitable[wire.Message]], called: str
+    request: Request,
+    carry_out: Callable[[str, bytes], Awaitable[wire.Message]],
+    called: str,
+    ended: int = Result.OPERATION_FAILED,
 ) -> None:
     """Carry out a request and answer it.
 
@@ -27,6 +30,7 @@ async def answer(
         request: The request, whose key ends with its verb.
         carry_out: Gets verb and payload, and returns what to answer or raises `RequestRefused`.
         called: What messages call whoever serves it, such as `bridge`.
+        ended: The code of the refusal when that ends before there is an answer.
     """
     verb = request.key.rsplit("/", 1)[-1]
     try:
@@ -41,7 +45,7 @@ async def answer(
         log.exception("fault in %s", verb)
         _refuse(request, Result.OPERATION_FAILED, f"fault in the {called}: {type(error).__name__}: {error}")
     except BaseException:
-        _refuse(request, Result.OPERATION_FAILED, f"the {called} ends")
+        _refuse(request, ended, f"the {called} ends")
         raise
 
 
