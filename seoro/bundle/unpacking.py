@@ -12,6 +12,7 @@ from seoro.bundle.places import ROOT, InvalidPlace, check_place
 from seoro.embed.checking import check_options
 from seoro.embed.options import ClockName, Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
+from seoro.lab.reading import read_lab
 
 
 class InvalidBundle(Exception):
@@ -36,7 +37,7 @@ def check_manifest(manifest: wire.Manifest) -> None:
     if len(places) != len(manifest.files) or places & folders:
         raise InvalidBundle("two files of the bundle are at the same place")
     world = manifest.options.simulator.world if manifest.options.simulator is not None else None
-    if world is not None and ("/" in world or "." in world):
+    if world is not None and not _is_name(world):
         raise InvalidBundle(f"{world!r} is not the name of a world")
     if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
         raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
@@ -51,6 +52,11 @@ def check_manifest(manifest: wire.Manifest) -> None:
     for folder in named:
         if folder not in folders:
             raise InvalidBundle(f"the bundle does not have the folder {folder!r} that it refers to")
+
+
+def _is_name(world: str) -> bool:
+    """Whether a world is known to simulators by a name, which no file has."""
+    return "/" not in world and "." not in world
 
 
 def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -> None:
@@ -123,4 +129,7 @@ def _ros(given: wire.BundledRos, folder: Path) -> Ros:
 
 
 def _lab(given: wire.BundledLab, folder: Path) -> Lab:
+    world = read_lab(folder / given.file).world
+    if world is not None and not _is_name(world):
+        raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

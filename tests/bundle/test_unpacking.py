@@ -93,3 +93,9 @@ def test_options_are_checked_as_those_of_a_run_here(tmp_path: Path) -> None:
         options_of(manifest(clock="moon"), tmp_path)
     with pytest.raises(InvalidUse, match="rate"):
         options_of(manifest(simulator={"name": "mujoco", "rate": -1.0}), tmp_path)
+
+
+def test_a_lab_that_names_the_file_of_a_world_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "lab.yaml").write_text("simulators:\n  sim: {simulator: mujoco, world: ../../secret.yaml}\n")
+    with pytest.raises(InvalidUse, match=r"secret\.yaml of the lab is not sent"):
+        options_of(manifest(lab={"file": "lab.yaml"}), tmp_path)
