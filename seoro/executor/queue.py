@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import sqlite3
 import time
 from collections.abc import Collection
-from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 from typing import Final
@@ -145,7 +145,7 @@ class Queue:
         """Stop runs whose watchers are gone, where that is asked for; runs as long as the executor."""
         while True:
             for run, live in list(self._live.items()):
-                if live.alone > 0.0 and not live.is_stopped:
+                if run in self._live and live.alone > 0.0 and not live.is_stopped:
                     await self.stop(run, f"its watcher was gone for {live.submission.stop_if_lost:g} s")
             await asyncio.sleep(0.1)
 
@@ -241,9 +241,13 @@ class Queue:
         return end
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
-        with suppress(OSError):
+        try:
             await self._store.finish(live.info.run, state, reason, end)
-        del self._live[live.info.run]
+        except (
+            sqlite3.Error
+        ):  # a full disk: who watches is told, and the next start of the executor takes it for lost
+            log.exception("cannot keep the end of the run %s", live.info.run)
+        self._live.pop(live.info.run, None)
         live.set(state=state, reason=reason, ended=time.time())
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import secrets
+import sqlite3
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -29,6 +31,8 @@ WAITING: Final = Bound(1024, lose="newest")  # requests
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
 MOST_SPARE: Final = 3  # processes that wait for runs
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -110,5 +114,8 @@ async def _answer(server: Server, requests: Mailbox[Request], tasks: TaskGroup) 
 
 async def _forget(server: Server, keep: float) -> None:
     while True:
-        await server.forget(days_ago(keep))
+        try:
+            await server.forget(days_ago(keep))
+        except (OSError, sqlite3.Error):  # to be tried again later
+            log.exception("cannot forget what is old")
         await anyio.sleep(FORGET_PERIOD)

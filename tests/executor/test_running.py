@@ -1,5 +1,6 @@
 """An executor in the process of the test: what takes it long elsewhere."""
 
+import sqlite3
 from pathlib import Path
 
 import anyio
@@ -9,6 +10,8 @@ import seoro
 from seoro.bridges.executor.messages import State
 from seoro.executor import queue
 from seoro.executor.running import ExecutorOptions, executing
+from seoro.executor.store import Store
+from tests.executors import HELLO
 
 HANGING = """import time
 
@@ -72,3 +75,29 @@ async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
                 await anyio.sleep(0.02)
     assert list((tmp_path / "state" / "runs").iterdir()) == []
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
+
+
+async def test_a_database_that_cannot_be_written_ends_no_executor(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "hello.osc"
+    file.write_text(HELLO)
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
+
+    async def refuse(*arguments: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    async with executing(options), seoro.Client(endpoint) as client:
+        with monkeypatch.context() as broken:
+            broken.setattr(Store, "finish", refuse)
+            run = await client.submit("lab-a", file)
+            with anyio.fail_after(30.0):
+                async for info, _ in run.parts():
+                    state = info.state
+            assert state is State.PASSED  # who watches is told, though it cannot be kept
+        other = await client.submit("lab-a", file)
+        with anyio.fail_after(30.0):
+            assert (await other.result()).passed
+    async with executing(options), seoro.Client(endpoint) as client:
+        assert (await client.run(run.id)).state is State.LOST
