@@ -26,7 +26,9 @@ from typing import IO, Any, Final
 
 import anyio
 
-import seoro.bridges.launch  # noqa: F401 - most runs have a simulator: to load what that takes is no time of a run
+# Most runs have a simulator: to load what that takes is to take no time of theirs.
+import seoro.bridges.launch
+import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare

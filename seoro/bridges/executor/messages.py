@@ -14,7 +14,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
 
@@ -31,6 +31,12 @@ Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 RunId = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
 Place = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
+
+
+class Said(Message):
+    """Base of the messages here: a command needs a few of them, and each takes a millisecond to be made ready."""
+
+    model_config = ConfigDict(defer_build=True)
 
 
 class State(StrEnum):
@@ -51,7 +57,7 @@ class State(StrEnum):
         return self not in (State.QUEUED, State.RUNNING)
 
 
-class BundleFile(Message):
+class BundleFile(Said):
     """A file of a bundle: where it belongs, relative to the bundle's root, and what its content is."""
 
     path: Place
@@ -59,7 +65,7 @@ class BundleFile(Message):
     size: Annotated[int, Field(ge=0, le=MAX_FILE)]
 
 
-class BundledSimulator(Message):
+class BundledSimulator(Said):
     """As `seoro.Simulator`; files are those of the bundle, the endpoint is seen from the executor."""
 
     name: Text | None = None
@@ -70,7 +76,7 @@ class BundledSimulator(Message):
     snapshot: Place | None = None
 
 
-class BundledRos(Message):
+class BundledRos(Said):
     """As `seoro.Ros`."""
 
     endpoint: Text
@@ -79,7 +85,7 @@ class BundledRos(Message):
     interfaces: tuple[Place, ...] = ()
 
 
-class BundledLab(Message):
+class BundledLab(Said):
     """As `seoro.Lab`."""
 
     file: Place
@@ -87,7 +93,7 @@ class BundledLab(Message):
     model_path: tuple[Place, ...] = ()
 
 
-class BundledOptions(Message):
+class BundledOptions(Said):
     """How the scenario is to be run: as the options of `seoro.start`, with files of the bundle."""
 
     name: Text | None = None
@@ -102,7 +108,7 @@ class BundledOptions(Message):
     timeout: float | None = None  # [s] of the machine's clock
 
 
-class Manifest(Message):
+class Manifest(Said):
     """What is run: the files, which of them is the scenario, what the user calls it, and how it is run."""
 
     files: Annotated[tuple[BundleFile, ...], Field(min_length=1, max_length=MAX_FILES)]
@@ -112,13 +118,13 @@ class Manifest(Message):
     options: BundledOptions
 
 
-class Hashes(Message):
+class Hashes(Said):
     """Blobs."""
 
     hashes: Annotated[tuple[Hash, ...], Field(max_length=MAX_FILES)]
 
 
-class PutBlob(Message):
+class PutBlob(Said):
     """A part of a blob; parts come in order, and the last completes it."""
 
     hash: Hash
@@ -127,7 +133,7 @@ class PutBlob(Message):
     data: Annotated[bytes, Field(max_length=CHUNK)]
 
 
-class Submission(Message):
+class Submission(Said):
     """A run that is asked for; its blobs are there. The same once more is the same run."""
 
     run: RunId
@@ -136,7 +142,7 @@ class Submission(Message):
     stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
 
 
-class RunInfo(Message):
+class RunInfo(Said):
     """What is known of a run; times are seconds since 1970 by the executor's clock."""
 
     run: RunId
@@ -150,20 +156,20 @@ class RunInfo(Message):
     announcement: str = ""  # what it runs with, once that is known
 
 
-class Runs(Message):
+class Runs(Said):
     """Runs, the youngest first."""
 
     runs: tuple[RunInfo, ...]
 
 
-class ListRuns(Message):
+class ListRuns(Said):
     """The youngest runs, so many at most; those whose ids begin so."""
 
     limit: Annotated[int, Field(ge=1, le=1000)] = 100
     prefix: Annotated[str, Field(pattern=r"^[0-9a-f]{0,32}$")] = ""
 
 
-class OneRun(Message):
+class OneRun(Said):
     """A run that is meant."""
 
     run: RunId
@@ -175,7 +181,7 @@ class StopRun(OneRun):
     reason: Text = ""
 
 
-class Details(Message):
+class Details(Said):
     """All about a run: `end` is what it ended with (`seoro.embed.ends`); empty while there is none."""
 
     info: RunInfo
@@ -192,7 +198,7 @@ class AskRecords(OneRun):
     keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
 
 
-class Records(Message):
+class Records(Said):
     """Whole lines of a trace; `info.state` is final in the answer to one who has them all."""
 
     lines: bytes
@@ -201,14 +207,14 @@ class Records(Message):
     info: RunInfo
 
 
-class OutputInfo(Message):
+class OutputInfo(Said):
     """A file that a run has left: its path in the output folder, and its size."""
 
     path: str
     size: int
 
 
-class Outputs(Message):
+class Outputs(Said):
     """What a run has left."""
 
     files: tuple[OutputInfo, ...]
@@ -221,13 +227,13 @@ class ReadFile(OneRun):
     offset: Annotated[int, Field(ge=0)] = 0
 
 
-class FilePart(Message):
+class FilePart(Said):
     """A part of a file; empty at its end."""
 
     data: bytes
 
 
-class ExecutorInfo(Message):
+class ExecutorInfo(Said):
     """What an executor is."""
 
     version: str  # of seoro
