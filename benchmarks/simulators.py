@@ -11,8 +11,8 @@ For each engine and scene, in turns in one run:
 - long grants: the same, granted 1 s at a time.
 
 Then a node whose robot navigates in the maze, in grants of 50 ms, and a scan of its lidar. Figures are medians of
-all rounds, in simulated seconds per second; shares are medians of what the rounds give each, so that what else the
-machine does at a time is in both.
+all rounds, in simulated seconds per second; shares are medians, too, of what each gives beside the bare engine
+right before and after it, so that what else the machine does at a time is in both.
 """
 
 from __future__ import annotations
@@ -127,20 +127,30 @@ async def measure_grants(
     return (now - begin) / (time.perf_counter() - start)
 
 
-async def measure_scene(name: str, world: Path, rounds: int) -> list[tuple[float, ...]]:
-    """Bare, free, in lock-step, in lock-step with questions and in long grants, for each round."""
+async def measure_scene(name: str, world: Path, rounds: int) -> list[list[tuple[float, float]]]:
+    """Rates of each round: of the bare engine, free, in lock-step, with questions, and in long grants.
+
+    Beside each is the rate of the bare engine around it: the mean of that before and that after.
+    """
     engine, step = bare_step(name, world)
-    measured: list[tuple[float, ...]] = []
+    measured: list[list[tuple[float, float]]] = []
     async with start_simulator(name, SimulatorOptions(str(world), 0, ModelPath())) as node:
+        pose = partial(node.relative_pose, node.features.robots[0].frames[0], "map", 0.0)
+        kinds = (
+            partial(measure_free, node),
+            partial(measure_grants, node, 0.02),
+            partial(measure_grants, node, 0.02, pose),
+            partial(measure_grants, node, 1.0),
+        )
         for _ in range(rounds):
-            free = await measure_free(node)
-            bare = measure_bare(step, engine.steps_per_second)
-            locked = await measure_grants(node, 0.02)
-            asked = await measure_grants(
-                node, 0.02, partial(node.relative_pose, node.features.robots[0].frames[0], "map", 0.0)
-            )
-            long = await measure_grants(node, 1.0)
-            measured.append((bare, free, locked, asked, long))
+            before = measure_bare(step, engine.steps_per_second)
+            found = [(before, before)]
+            for measure in kinds:
+                rate = await measure()
+                after = measure_bare(step, engine.steps_per_second)
+                found.append((rate, (before + after) / 2))
+                before = after
+            measured.append(found)
     return measured
 
 
@@ -183,9 +193,12 @@ def main() -> None:
                 world = Path(folder) / "scene.yaml"
                 world.write_text(text, encoding="utf-8")
                 rounds = asyncio.run(measure_scene(name, world, options.rounds))
-                bare, *others = (statistics.median(values) for values in zip(*rounds, strict=True))
-                shares = [statistics.median(each[i] / each[0] for each in rounds) for i in (1, 2, 3, 4)]
-                figures = "".join(f"{rate:8.0f} {share:4.0%} " for rate, share in zip(others, shares, strict=True))
+                kinds = list(zip(*rounds, strict=True))
+                (bare, _), *others = (
+                    (statistics.median(rate for rate, _ in kind), statistics.median(a / b for a, b in kind))
+                    for kind in kinds
+                )
+                figures = "".join(f"{rate:8.0f} {share:4.0%} " for rate, share in others)
                 print(f"{name:10}{scene:17}{bare:7.0f}{figures}", flush=True)
             rates = [asyncio.run(measure_navigation(name)) for _ in range(3)]
             scans = [measure_scan(name) for _ in range(5)]
