@@ -114,8 +114,12 @@ class Queue:
         self._is_closing = False
 
     def get(self, run: str) -> LiveRun | None:
-        """A run, if it is not over."""
+        """A run, if it is not over, or its end could not be kept."""
         return self._live.get(run)
+
+    def forget(self, run: str) -> None:
+        """A run that is over is removed; it is here only if its end could not be kept."""
+        self._live.pop(run, None)
 
     def add(self, info: RunInfo, submission: wire.Submission) -> None:
         """A run is to be carried out."""
@@ -243,11 +247,10 @@ class Queue:
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
         try:
             await self._store.finish(live.info.run, state, reason, end)
-        except (
-            sqlite3.Error
-        ):  # a full disk: who watches is told, and the next start of the executor takes it for lost
+        except sqlite3.Error:  # a full disk: the end is known here, and the next start takes the run for lost
             log.exception("cannot keep the end of the run %s", live.info.run)
-        self._live.pop(live.info.run, None)
+        else:
+            self._live.pop(live.info.run, None)
         live.set(state=state, reason=reason, ended=time.time())
 
 

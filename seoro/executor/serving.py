@@ -183,6 +183,7 @@ class Server:
         if not info.state.is_final:
             raise RequestRefused(Result.INCORRECT_STATE, f"the run is {info.state.value}: stop it first")
         await self._store.remove(request.run)
+        self._queue.forget(request.run)
         return Empty()
 
 
