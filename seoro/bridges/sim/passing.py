@@ -75,21 +75,16 @@ class PassingRequests(RecordingRequests):
 
     async def advance(self, until: float) -> float:
         """Grant time; tells reporters what happened before the answer's time."""
-        advanced = self._ahead
-        if advanced is not None and until < advanced.time:
-            reached = max(self._time, self._end_of(until))
-            if reached < advanced.time:
-                self._time = self._back = reached
-                return reached
+        advanced, may_be_ahead = self._ahead, True
         if advanced is None:
             horizon = self._horizon(until)
-            advanced = await self._advance(until, horizon)
-            reached = max(self._time, self._end_of(until))
-            if horizon is not None and reached < advanced.time:
-                if self._back is not None:  # else something was asked for meanwhile, and it has come back
-                    self._ahead, self._back = advanced, reached
-                self._time = reached
-                return reached
+            advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
+        reached = max(self._time, self._end_of(until))
+        if may_be_ahead and reached < advanced.time:
+            if self._back is not None:  # else something was asked for meanwhile, and it has come back
+                self._ahead, self._back = advanced, reached
+            self._time = reached
+            return reached
         self._ahead = self._back = None
         self._time = advanced.time
         await self._tell(advanced)
