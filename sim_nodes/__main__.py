@@ -14,6 +14,7 @@ from pathlib import Path
 from seoro.bridges.models import ModelPath
 from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
@@ -110,7 +111,7 @@ def _parser() -> argparse.ArgumentParser:
         help=f"be the hub, and listen on this endpoint (default {DEFAULT_ENDPOINT})",
     )
     parser.add_argument(
-        "--namespace", default="default", help="first part of the node's name (default %(default)s)"
+        "--namespace", default=NAMESPACE, help="first part of the node's name (default %(default)s)"
     )
     parser.add_argument("--node", help="name of the node (default: the engine's)")
     beginning = parser.add_mutually_exclusive_group()

@@ -22,6 +22,7 @@ from types import FrameType
 
 from seoro.bridges.session import Publisher, Request, Session, declare_publisher
 from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_stream, node_token
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
@@ -38,7 +39,7 @@ class NodeSettings:
     """Where a node is reached and under which name; exactly one of `listen` and `connect` is given."""
 
     node: str
-    namespace: str = "default"
+    namespace: str = NAMESPACE
     listen: str | None = None
     connect: str | None = None
 

@@ -31,7 +31,6 @@ from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 
-NAMESPACE = "default"
 SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # name, and the module its engine needs
 ENGINES = "seoro.engines"  # the group of entry points by which packages bring engines of others
 PYBULLET_SOURCE = (3, 12)  # the first version of Python for which PyBullet has to be compiled
@@ -73,12 +72,12 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
         async with open_session(listen=endpoint) as session:
             command = [sys.executable, "-m", "sim_nodes", name, "--connect", endpoint, "--node", name]
-            command += ["--namespace", NAMESPACE, "--die-with-parent", "--folder", folder]
+            command += ["--namespace", wire.NAMESPACE, "--die-with-parent", "--folder", folder]
             async with (
                 _process(command) as (process, errors),
                 background() as group,
             ):
-                address = NodeAddress(session, NAMESPACE, name)
+                address = NodeAddress(session, wire.NAMESPACE, name)
                 await _await_start(address, process, errors)
                 node = await _open(address, options)
                 group.start_soon(_watch_process, process, node, errors)
@@ -96,7 +95,7 @@ async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIt
     try:
         async with open_session(connect=endpoint) as session:
             node_name = await find_node(session, endpoint)
-            address = NodeAddress(session, NAMESPACE, node_name)
+            address = NodeAddress(session, wire.NAMESPACE, node_name)
             node = await _open(address, options)
             async with background() as group:
                 group.start_soon(_watch_token, address, node)
@@ -267,7 +266,7 @@ async def find_node(session: AsyncSession, endpoint: str) -> str:
         InvalidUse: There is none.
     """
     with anyio.move_on_after(FIND_TIMEOUT):
-        async with session.tokens(wire.node_tokens(NAMESPACE)) as tokens:
+        async with session.tokens(wire.node_tokens(wire.NAMESPACE)) as tokens:
             async for token, alive in tokens:
                 if alive:
                     return wire.token_node(token)[0]

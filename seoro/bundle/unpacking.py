@@ -23,9 +23,8 @@ def check_manifest(manifest: wire.Manifest) -> None:
     """Check what a manifest says, before anything of it is looked at.
 
     Raises:
-        InvalidBundle: Paths lead out of the bundle or lie within each other, files that it refers to are not in
-        it,
-            or it is too large.
+        InvalidBundle: Paths lead out of the bundle or lie within each other, files that it refers
+            to are not in it, or it is too large.
     """
     try:
         places = {str(check_place(file.path)) for file in manifest.files}
@@ -36,13 +35,13 @@ def check_manifest(manifest: wire.Manifest) -> None:
         raise InvalidBundle(str(error)) from error
     if len(places) != len(manifest.files) or places & folders:
         raise InvalidBundle("two files of the bundle are at the same place")
-    world = manifest.options.simulator.world if manifest.options.simulator is not None else None
+    options = manifest.options
+    simulator, lab = options.simulator, options.lab
+    world = simulator.world if simulator is not None else None
     if world is not None and not _is_name(world):
         raise InvalidBundle(f"{world!r} is not the name of a world")
     if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
         raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
-    options = manifest.options
-    simulator, lab = options.simulator, options.lab
     files = [manifest.entry, options.parameters, simulator and simulator.snapshot, lab and lab.file]
     named = [*(simulator.model_path if simulator else ()), *(lab.model_path if lab else ())]
     named += options.ros.interfaces if options.ros else ()

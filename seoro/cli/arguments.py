@@ -79,6 +79,15 @@ def number(text: str, wanted: str, fits: Callable[[float], bool]) -> float:
     return value
 
 
+def positive(text: str) -> float:
+    """A positive number of the command line.
+
+    Raises:
+        ArgumentTypeError: It is none.
+    """
+    return number(text, "a positive number", lambda value: value > 0.0)
+
+
 def rate(text: str) -> float:
     """Simulated seconds per second; infinite for `max`.
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from seoro.cli.arguments import Container, number
+from seoro.bridges.executor.addresses import ENDPOINT
+from seoro.cli.arguments import Container, positive
 from seoro.cli.files import STDIN
 from seoro.errors import InvalidUse
 
@@ -20,7 +21,7 @@ def add_on_arguments(parser: argparse.ArgumentParser) -> None:
     add_executor_argument(group)
     group.add_argument(
         "--stop-if-lost",
-        type=_seconds,
+        type=positive,
         metavar="SECONDS",
         help="have the run stopped when the connection to this command is lost for so long (default: it goes on)",
     )
@@ -49,7 +50,7 @@ def add_executor_argument(parser: Container) -> None:
     parser.add_argument(
         "--executor",
         metavar="ENDPOINT",
-        help="where executors are reached (default: that of SEORO_EXECUTOR, else tcp/127.0.0.1:7470)",
+        help=f"where executors are reached (default: that of SEORO_EXECUTOR, else {ENDPOINT})",
     )
 
 
@@ -58,7 +59,3 @@ def add_run_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run_id", metavar="RUN", help="id of the run, or how it begins; `seoro ps` lists runs")
     parser.add_argument("--on", metavar="EXECUTOR", help="name of its executor (default: all are asked)")
     add_executor_argument(parser)
-
-
-def _seconds(text: str) -> float:
-    return number(text, "a positive number", lambda value: value > 0.0)

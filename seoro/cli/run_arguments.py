@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
-from seoro.cli.arguments import add_folders, domain, number, rate, seed
+from seoro.cli.arguments import add_folders, domain, positive, rate, seed
 from seoro.embed.options import Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 
@@ -39,7 +39,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
     parser.add_argument(
-        "--timeout", type=_positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
+        "--timeout", type=positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
     )
 
 
@@ -167,7 +167,3 @@ def overrides_of(settings: Sequence[str]) -> dict[str, str]:
             raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
         overrides[path.strip()] = value.strip()
     return overrides
-
-
-def _positive(text: str) -> float:
-    return number(text, "a positive number", lambda value: value > 0.0)

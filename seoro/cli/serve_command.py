@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import anyio
 
+from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import number, whole
 from seoro.cli.exits import Exit
 from seoro.errors import InvalidUse
@@ -24,7 +25,6 @@ EXAMPLES = """examples:
   seoro serve --name lab-a --jobs 4 --allow python
 
 It ends on Ctrl-C: what runs is stopped and cleans up, what waits is run when it is started again."""
-LISTEN = "tcp/127.0.0.1:7470"
 KEEP = 30.0  # [days]
 # Who reaches these is on this machine already.
 _LOOPBACK = re.compile(r"unixsock-stream/.+|[a-z]+/(127(\.\d{1,3}){3}|localhost|\[::1\]):\d+.*")
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--name", default="local", help="name of the executor, for `--on` (default: %(default)s)")
     place = parser.add_mutually_exclusive_group()
-    place.add_argument("--listen", metavar="ENDPOINT", help=f"listen there for clients (default: {LISTEN})")
+    place.add_argument("--listen", metavar="ENDPOINT", help=f"listen there for clients (default: {ENDPOINT})")
     place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the executor or Zenoh router there")
     parser.add_argument(
         "--folder",
@@ -69,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
 
     if re.fullmatch(r"[a-z0-9_-]+", options.name) is None:
         raise InvalidUse(f"'{options.name}' cannot name an executor: use lower-case letters, digits, '_' and '-'")
-    listen = None if options.connect else options.listen or LISTEN
-    _check_loopback(options.connect or LISTEN if listen is None else listen)
+    listen = None if options.connect else options.listen or ENDPOINT
+    _check_loopback(options.connect or ENDPOINT if listen is None else listen)
     settings = ExecutorOptions(
         options.name,
         options.folder or _state_folder() / options.name,
@@ -111,7 +111,7 @@ def _check_loopback(endpoint: str) -> None:
         raise InvalidUse(
             f"an executor runs what it is sent, and at {endpoint} others than this machine's users could send "
             "something: there are no keys yet that would tell who may",
-            help=f"use an address of this machine such as {LISTEN}, and reach it by a tunnel: `ssh -L`",
+            help=f"use an address of this machine such as {ENDPOINT}, and reach it by a tunnel: `ssh -L`",
         )
 
 

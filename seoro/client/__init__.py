@@ -23,8 +23,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, Unpack
 
-from seoro.bridges.executor import ENDPOINT, Executor, find_executor, find_executors
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.addresses import ENDPOINT
+from seoro.bridges.executor.asking import Executor
+from seoro.bridges.executor.finding import find_executor, find_executors
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bundle.packing import Bundle, pack
 from seoro.client.runs import RemoteRun

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import anyio
 
-from seoro.bridges.executor import Executor
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.asking import Executor
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import anyio
 
-from seoro.bridges.executor import Executor
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.asking import Executor
 from seoro.bundle.packing import Bundle
 from seoro.errors import InvalidUse
 

@@ -26,7 +26,6 @@ from seoro.executor.serving import Server, days_ago
 from seoro.executor.store import open_store
 from seoro.executor.workers import open_pool
 
-NAMESPACE: Final = "default"
 WAITING: Final = Bound(1024, lose="newest")  # requests
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
@@ -99,8 +98,8 @@ async def _serving(
     busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
     name = options.name
     async with (
-        session.answering(executor_command(NAMESPACE, name, "*"), WAITING, busy) as requests,
-        session.token(executor_token(NAMESPACE, name, secrets.token_hex(8))),
+        session.answering(executor_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
+        session.token(executor_token(wire.NAMESPACE, name, secrets.token_hex(8))),
         background() as duties,
     ):
         duties.start_soon(_answer, server, requests, tasks)

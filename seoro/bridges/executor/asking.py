@@ -10,12 +10,11 @@ import anyio
 
 from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.wire.keys import executor_command
+from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
 from seoro.bridges.wire.results import Refusal, Result
 from seoro.errors import BackendLost, BackendRefused
 
-NAMESPACE: Final = "default"
 TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
 PATIENCE: Final = 300.0  # [s] for which it is asked again
 FIRST_PAUSE: Final = 0.05  # [s] before it is asked again; doubles

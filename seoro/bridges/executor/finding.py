@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 import anyio
 
-from seoro.bridges.executor.asking import NAMESPACE, Executor
+from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession
-from seoro.bridges.wire.keys import executor_tokens, token_node
+from seoro.bridges.wire.keys import NAMESPACE, executor_tokens, token_node
 from seoro.errors import InvalidUse
 
-ENDPOINT: Final = "tcp/127.0.0.1:7470"  # at which executors listen, unless it is said otherwise
 TIMEOUT: Final = 2.0  # [s]
 
 
 async def find_executors(session: AsyncSession) -> list[Executor]:
     """All executors that a session reaches, by their names; waits a little for the first."""
-    tokens: frozenset[str] = frozenset()
+    found: set[str] = set()
     with anyio.move_on_after(TIMEOUT):
-        while not tokens:
-            tokens = await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
-    return [Executor(session, name) for name in sorted({token_node(token)[0] for token in tokens})]
+        async with session.tokens(executor_tokens(NAMESPACE)) as tokens:
+            found.add((await anext(tokens))[0])
+            found |= await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
+    return [Executor(session, name) for name in _names(found)]
+
+
+def _names(tokens: Iterable[str]) -> list[str]:
+    return sorted({token_node(token)[0] for token in tokens})
 
 
 async def find_executor(session: AsyncSession, name: str) -> Executor:
@@ -30,12 +35,14 @@ async def find_executor(session: AsyncSession, name: str) -> Executor:
     Raises:
         InvalidUse: There is none.
     """
+    others: set[str] = set()
     with anyio.move_on_after(TIMEOUT):
         async with session.tokens(executor_tokens(NAMESPACE)) as tokens:
             async for token, alive in tokens:
                 if alive and token_node(token)[0] == name:
                     return Executor(session, name)
-    known = ", ".join(executor.name for executor in await find_executors(session))
+                (others.add if alive else others.discard)(token)
+    known = ", ".join(_names(others))
     raise InvalidUse(
         f"there is no executor '{name}' here",
         help=f"there are {known}" if known else f"start it with `seoro serve --name {name}`",

@@ -15,7 +15,6 @@ from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
 
-NAMESPACE = "default"
 FIND_TIMEOUT = 3.0  # [s]
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
@@ -43,8 +42,8 @@ async def connect_robots(endpoint: str, purpose: str, name: str | None = None) -
 @asynccontextmanager
 async def _held(session: AsyncSession, endpoint: str, purpose: str, name: str | None) -> AsyncIterator[RobotNode]:
     holder = wire.Holder(holder=f"run-{secrets.token_hex(8)}", purpose=purpose)
-    address = NodeAddress(session, NAMESPACE, await _find_node(session, endpoint, name), "bridge")
-    async with session.token(wire.holder_token(NAMESPACE, holder.holder)):
+    address = NodeAddress(session, wire.NAMESPACE, await _find_node(session, endpoint, name), "bridge")
+    async with session.token(wire.holder_token(wire.NAMESPACE, holder.holder)):
         node = RobotNode(address, holder, await _take(address, holder))
         async with background() as group:
             group.start_soon(node.hold)
@@ -66,7 +65,7 @@ async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures
 
 async def _find_node(session: AsyncSession, endpoint: str, name: str | None) -> str:
     with anyio.move_on_after(FIND_TIMEOUT):
-        async with session.tokens(wire.node_tokens(NAMESPACE)) as tokens:
+        async with session.tokens(wire.node_tokens(wire.NAMESPACE)) as tokens:
             async for token, alive in tokens:
                 node = wire.token_node(token)[0]
                 if alive and name in (None, node):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 MAJOR = 1
+NAMESPACE = "default"  # that of everything that nobody has put into another
 
 _CHUNK = re.compile(r"[a-z0-9_-]+")
 
@@ -16,9 +17,21 @@ def _chunk(text: str) -> str:
     return text
 
 
+def _command(namespace: str, kind: str, name: str, verb: str) -> str:
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/{kind}/{_chunk(name)}/cmd/{verb if verb == '*' else _chunk(verb)}"
+
+
+def _token(namespace: str, kind: str, name: str, boot: str) -> str:
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/{_chunk(name)}/{_chunk(boot)}"
+
+
+def _tokens(namespace: str, kind: str) -> str:
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/*/*"
+
+
 def node_command(namespace: str, node: str, verb: str) -> str:
     """Key on which a node is asked to carry out a verb; `verb` may be `*` for all."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/node/{_chunk(node)}/cmd/{verb if verb == '*' else _chunk(verb)}"
+    return _command(namespace, "node", node, verb)
 
 
 def node_stream(namespace: str, node: str, stream: str) -> str:
@@ -28,12 +41,12 @@ def node_stream(namespace: str, node: str, stream: str) -> str:
 
 def node_token(namespace: str, node: str, boot: str) -> str:
     """Liveliness token of a node; `boot` tells one start of it from the next."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/{_chunk(node)}/{_chunk(boot)}"
+    return _token(namespace, "node", node, boot)
 
 
 def node_tokens(namespace: str) -> str:
     """Key expression of the tokens of all nodes."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/*/*"
+    return _tokens(namespace, "node")
 
 
 def token_node(key: str) -> tuple[str, str]:
@@ -54,14 +67,14 @@ def holder_tokens(namespace: str) -> str:
 
 def executor_command(namespace: str, executor: str, verb: str) -> str:
     """Key on which an executor is asked to carry out a verb; `verb` may be `*` for all."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/exec/{_chunk(executor)}/cmd/{verb if verb == '*' else _chunk(verb)}"
+    return _command(namespace, "exec", executor, verb)
 
 
 def executor_token(namespace: str, executor: str, boot: str) -> str:
     """Liveliness token of an executor; `boot` tells one start of it from the next."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/{_chunk(executor)}/{_chunk(boot)}"
+    return _token(namespace, "exec", executor, boot)
 
 
 def executor_tokens(namespace: str) -> str:
     """Key expression of the tokens of all executors."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/*/*"
+    return _tokens(namespace, "exec")

@@ -69,7 +69,7 @@ def _quarrels(graph: RosGraph) -> dict[str, tuple[str, ...]]:
 
 def _print_system(node: RosNode, what: dict[str, Any]) -> None:
     print(f"a system that speaks {what['dialect']}")
-    if what["nodes"] or node.graph.dialect.name == "rmw_zenoh":
+    if what["nodes"] or tells_nodes(node):
         _print_part("nodes", [[name] for name in what["nodes"]])
     topics = [
         [

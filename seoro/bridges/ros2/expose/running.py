@@ -9,7 +9,7 @@ from functools import partial
 
 from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.launch import NAMESPACE, find_node
+from seoro.bridges.launch import find_node
 from seoro.bridges.ros2.expose import messages
 from seoro.bridges.ros2.expose.node import ExposedNode, following
 from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot
@@ -20,6 +20,7 @@ from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import InvalidUse
 
 NODE = "seoro_simulator"

@@ -24,10 +24,10 @@ from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import open_session
+from seoro.bridges.wire.keys import NAMESPACE
 
 log = logging.getLogger(__name__)
 
-NAMESPACE = "default"
 NODE = "seoro_bridge"  # in the graph of ROS 2
 
 

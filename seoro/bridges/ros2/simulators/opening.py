@@ -7,12 +7,13 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from seoro.bridges.launch import NAMESPACE, SimulatorOptions, connect_simulator, folder_for_sockets
+from seoro.bridges.launch import SimulatorOptions, connect_simulator, folder_for_sockets
 from seoro.bridges.ros2.backend import RosOptions, reach
 from seoro.bridges.ros2.simulators.node import serving_simulator
 from seoro.bridges.serving.node import NodeAt
 from seoro.bridges.session import SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import InvalidUse
 
 NODE = "ros"

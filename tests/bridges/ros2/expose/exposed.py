@@ -11,7 +11,6 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.launch import NAMESPACE
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
@@ -20,6 +19,7 @@ from seoro.bridges.ros2.wire import Qos, RmwZenoh
 from seoro.bridges.session import AsyncSession, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire import SimulationState
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import BackendRefused
 from tests.sim_nodes.client import A, Q
 

@@ -12,7 +12,7 @@ import pytest
 
 import seoro
 from seoro.bridges import wire
-from seoro.bridges.launch import NAMESPACE, SimulatorOptions, connect_simulator
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
@@ -21,6 +21,7 @@ from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.serving.node import NodeAt
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.embed.options import Ros
 from seoro.errors import BackendRefused, InvalidUse
 from seoro.runtime.contracts import Pose3D, Position3D
