@@ -12,7 +12,7 @@ from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
-from seoro.bridges.wire.results import Refusal, Result
+from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
 
 TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
@@ -89,16 +89,9 @@ class Executor:
         try:
             return decode(verb.answer, await self._session.query(key, encode(request), wait + TIMEOUT))
         except Refused as refused:
-            said = _refusal(refused.payload)
+            said = said_in(refused.payload)
             if said.code == UNAVAILABLE:
                 raise _Unavailable(said.message) from None
             raise BackendRefused(said.message, said.code) from None
         except WireError as error:
             raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error
-
-
-def _refusal(payload: bytes) -> Refusal:
-    try:
-        return decode(Refusal, payload)
-    except WireError:
-        return Refusal(code=Result.OPERATION_FAILED, message="it gave no reason that can be read")

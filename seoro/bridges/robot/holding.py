@@ -10,7 +10,8 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.sim.requests import NodeAddress, Requests, refusal
+from seoro.bridges.sim.requests import NodeAddress, Requests
+from seoro.bridges.wire.refusal import said_in
 from seoro.runtime.contracts import GoalStatus, Happened, Report
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
@@ -41,7 +42,7 @@ class HoldingRequests(Requests):
             try:
                 told = await self._ask_once(request)
             except Refused as refused:
-                self.report_loss(f"{self.name} does not obey any more: {refusal(refused.payload).message}")
+                self.report_loss(f"{self.name} does not obey any more: {said_in(refused.payload).message}")
                 return
             except (NoServer, NoAnswer) as error:
                 broken_since = min(broken_since, time.monotonic())

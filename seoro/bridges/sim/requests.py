@@ -9,6 +9,7 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
 from seoro.runtime.contracts import Lost, Reporter
 
@@ -104,7 +105,7 @@ async def ask(
     try:
         return wire.decode(verb.answer, await address.session.query(key, wire.encode(request), timeout))
     except Refused as refused:
-        said = refusal(refused.payload)
+        said = said_in(refused.payload)
         raise BackendRefused(said.message, said.code) from None
     except NoServer:
         raise BackendLost(f"{called} is gone") from None
@@ -114,14 +115,6 @@ async def ask(
         raise BackendLost(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
-
-
-def refusal(payload: bytes) -> wire.Refusal:
-    """What a node said when it refused a request."""
-    try:
-        return wire.decode(wire.Refusal, payload)
-    except wire.WireError:
-        return wire.Refusal(code=wire.Result.OPERATION_FAILED, message=payload[:200].decode(errors="replace"))
 
 
 def _ignore_loss(reason: str) -> None:

@@ -1,11 +1,14 @@
-"""How those who serve the wire refuse requests, and the checks that several verbs make of what requests hold."""
+"""How those who serve the wire refuse requests, what is read of that at the other end, and the checks that several
+verbs make of what requests hold.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 
-from seoro.bridges.wire.results import Result
+from seoro.bridges.wire.message import WireError, decode
+from seoro.bridges.wire.results import Refusal, Result
 
 MAX_ID = 200  # [characters]
 MAX_LISTED = 20  # names in a message
@@ -24,6 +27,14 @@ class RequestRefused(Exception):
         super().__init__(message)
         self.code = int(code)
         self.message = message
+
+
+def said_in(payload: bytes) -> Refusal:
+    """What was said with a refusal; words that are no message are taken as they are."""
+    try:
+        return decode(Refusal, payload)
+    except WireError:
+        return Refusal(code=Result.OPERATION_FAILED, message=payload[:200].decode(errors="replace"))
 
 
 def listed(names: Iterable[str]) -> str:
