@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bridges.executor import messages as wire
-from seoro.bundle.places import ROOT, InvalidPlace, check_place
+from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed import Scenario
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
@@ -23,7 +23,6 @@ from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
 
 _CACHES: Final = frozenset({"__pycache__"})  # what Python leaves beside modules
-_WORLD_FILES: Final = frozenset({".yaml", ".yml"})
 
 
 @dataclass(frozen=True)
@@ -228,7 +227,7 @@ def _places(folders: Iterable[Path], packer: _Packer) -> tuple[str, ...]:
 
 def _check_world(world: str | None) -> None:
     """Refuse world files: what they name is known to simulators only."""
-    if world is not None and Path(world).suffix in _WORLD_FILES:
+    if world is not None and not is_world_name(world):
         raise InvalidUse(
             f"the world file {world} cannot be sent over the network yet",
             help="name a world that the executor's simulators have, such as `maze`",

@@ -1,4 +1,4 @@
-"""Paths that come from elsewhere: which of them may name something in a folder of ours."""
+"""Paths that come from elsewhere: which of them may name something in a folder of ours, and which are none."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ ROOT: Final = ""  # the root itself, as a path
 
 class InvalidPlace(Exception):
     """A path that must not be followed."""
+
+
+def is_world_name(world: str) -> bool:
+    """Whether a world is known to simulators by a name, which no file has."""
+    return "/" not in world and "." not in world
 
 
 def check_place(path: str) -> PurePosixPath:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 
 from seoro.bridges.executor import messages as wire
-from seoro.bundle.places import ROOT, InvalidPlace, check_place
+from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed.checking import check_options
 from seoro.embed.options import ClockName, Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
@@ -38,7 +38,7 @@ def check_manifest(manifest: wire.Manifest) -> None:
     options = manifest.options
     simulator, lab = options.simulator, options.lab
     world = simulator.world if simulator is not None else None
-    if world is not None and not _is_name(world):
+    if world is not None and not is_world_name(world):
         raise InvalidBundle(f"{world!r} is not the name of a world")
     if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
         raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
@@ -51,11 +51,6 @@ def check_manifest(manifest: wire.Manifest) -> None:
     for folder in named:
         if folder not in folders:
             raise InvalidBundle(f"the bundle does not have the folder {folder!r} that it refers to")
-
-
-def _is_name(world: str) -> bool:
-    """Whether a world is known to simulators by a name, which no file has."""
-    return "/" not in world and "." not in world
 
 
 def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -> None:
@@ -129,6 +124,6 @@ def _ros(given: wire.BundledRos, folder: Path) -> Ros:
 
 def _lab(given: wire.BundledLab, folder: Path) -> Lab:
     world = read_lab(folder / given.file).world
-    if world is not None and not _is_name(world):
+    if world is not None and not is_world_name(world):
         raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])
