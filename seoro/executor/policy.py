@@ -7,7 +7,8 @@ scenario is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -113,17 +114,20 @@ def reader_of(root: Path) -> Reader:
         root: Folder of the bundle.
     """
     home = root.resolve()
+    own = _resolved(own_libraries())
+
+    @cache
+    def installed() -> frozenset[Path]:  # which takes time to find out, and most scenarios do not need
+        return _resolved(library_files(None))
 
     def read(path: Path) -> str | Unreadable:
         resolved = path.resolve()
-        if resolved.is_relative_to(home) or _is_library(resolved):
+        if resolved.is_relative_to(home) or resolved in own or resolved in installed():
             return read_file(path)
         return Unreadable("it is not part of what was sent")
 
     return read
 
 
-def _is_library(path: Path) -> bool:
-    """Whether a file is that of a library that is installed here; seoro's own are asked first, which is quick."""
-    own = {file.resolve() for file in own_libraries().values()}
-    return path in own or path in {file.resolve() for file in library_files(None).values()}
+def _resolved(libraries: Mapping[str, Path]) -> frozenset[Path]:
+    return frozenset(file.resolve() for file in libraries.values())
