@@ -11,6 +11,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Final
 
+import anyio
 from anyio.abc import TaskGroup
 
 from seoro.bridges.executor import messages as wire
@@ -85,10 +86,10 @@ class LiveRun:
         self._watched = time.monotonic()
 
     @property
-    def alone(self) -> float:
-        """How much longer it was without a sign of life than it may be [s]; below 0 if it is not."""
+    def patience(self) -> float | None:
+        """How much longer it goes on without a sign of life [s]; None if it does so for ever, or is stopped."""
         allowed = self.submission.stop_if_lost
-        return -1.0 if allowed is None else time.monotonic() - self._watched - allowed
+        return None if allowed is None or self.is_stopped else self._watched + allowed - time.monotonic()
 
 
 class Queue:
@@ -149,9 +150,11 @@ class Queue:
         """Stop runs whose watchers are gone, where that is asked for; runs as long as the executor."""
         while True:
             for run, live in list(self._live.items()):
-                if run in self._live and live.alone > 0.0 and not live.is_stopped:
+                if run in self._live and live.patience is not None and live.patience <= 0.0:
                     await self.stop(run, f"its watcher was gone for {live.submission.stop_if_lost:g} s")
-            await asyncio.sleep(0.1)
+            left = [live.patience for live in self._live.values() if live.patience is not None]
+            with anyio.move_on_after(max(min(left), 0.0) if left else None):
+                await self._changes.wait()
 
     async def close(self) -> int:
         """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor.

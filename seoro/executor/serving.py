@@ -99,7 +99,7 @@ class Server:
             with suppress(KeyError):
                 return await self._store.info(request.run)
             await anyio.to_thread.run_sync(self._unpack, request)
-            info, _ = await self._store.add(request)
+            info = await self._store.add(request)
         self._queue.add(info, request)
         return info
 

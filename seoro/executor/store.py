@@ -107,21 +107,15 @@ class Store:
 
         return await asyncio.get_running_loop().run_in_executor(self._thread, carry_out)
 
-    async def add(self, submission: wire.Submission) -> tuple[RunInfo, bool]:
-        """Keep a new run, queued; one of that id that there is already is returned, and False."""
+    async def add(self, submission: wire.Submission) -> RunInfo:
+        """Keep a new run, queued; one of that id that there is already stays as it is."""
         values = (
             submission.run, submission.manifest.shown, submission.by, State.QUEUED.value, time.time(),
             encode(submission),
         )  # fmt: skip
-
-        def work(database: sqlite3.Connection) -> bool:
-            command = (
-                "INSERT OR IGNORE INTO runs (run, file, by, state, submitted, submission) VALUES (?,?,?,?,?,?)"
-            )
-            return database.execute(command, values).rowcount > 0
-
-        is_new = await self._do(work)
-        return await self.info(submission.run), is_new
+        command = "INSERT OR IGNORE INTO runs (run, file, by, state, submitted, submission) VALUES (?,?,?,?,?,?)"
+        await self._do(lambda database: database.execute(command, values))
+        return await self.info(submission.run)
 
     async def submission(self, run: str) -> wire.Submission:
         """What a run was submitted with."""

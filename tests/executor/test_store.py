@@ -27,8 +27,9 @@ def submission(run: str = RUN) -> wire.Submission:
 
 async def test_a_run_that_is_added_twice_is_one(tmp_path: Path) -> None:
     with open_store(tmp_path) as store:
-        assert (await store.add(submission()))[1]
-        assert not (await store.add(submission()))[1]
+        await store.add(submission())
+        await store.start(RUN)
+        assert (await store.add(submission())).state is State.RUNNING
         assert [info.run for info in await store.youngest(10)] == [RUN]
 
 
