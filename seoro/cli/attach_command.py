@@ -6,7 +6,7 @@ import argparse
 
 import anyio
 
-from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.remote_arguments import add_run_argument, named_run
 from seoro.cli.results import ResultFiles, add_result_arguments
 
 EXAMPLES = """examples:
@@ -31,8 +31,6 @@ def run(options: argparse.Namespace) -> int:
 
 async def _attach(options: argparse.Namespace, files: ResultFiles) -> int:
     from seoro.cli.following import Follower  # noqa: PLC0415 - Zenoh, for this command only
-    from seoro.client import Client  # noqa: PLC0415 - the same
 
-    async with Client(options.executor) as client:
-        found = await client.run(options.run_id, options.on)
+    async with named_run(options) as found:
         return await Follower(options, files, stops=False).follow(found)

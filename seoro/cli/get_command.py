@@ -8,7 +8,7 @@ from pathlib import Path
 import anyio
 
 from seoro.cli.exits import Exit
-from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.remote_arguments import add_run_argument, named_run
 from seoro.errors import InvalidUse
 from seoro.runtime.jsonl import to_line
 
@@ -36,10 +36,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _get(options: argparse.Namespace) -> list[Path]:
-    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
-
-    async with Client(options.executor) as client:
-        found = await client.run(options.run_id, options.on)
+    async with named_run(options) as found:
         folder = options.output_dir or Path(found.id[:8])
         trace = folder / "trace.jsonl"
         try:

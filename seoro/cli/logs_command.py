@@ -9,7 +9,7 @@ import anyio
 
 from seoro.cli.exits import Exit
 from seoro.cli.output import Progress
-from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
   seoro logs 3f9a
@@ -29,11 +29,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _print(options: argparse.Namespace) -> None:
-    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
-
     progress = Progress(sys.stdout)
-    async with Client(options.executor) as client:
-        found = await client.run(options.run_id, options.on)
+    async with named_run(options) as found:
         progress.say(f"{found.info.file}: {found.info.announcement or 'it has not begun'}\n")
         async for record in found.records_so_far():
             progress.record(record)

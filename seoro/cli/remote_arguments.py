@@ -1,13 +1,19 @@
-"""The options by which commands reach executors."""
+"""The options by which commands reach executors, and the run that they name."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
 
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import Container, positive
 from seoro.cli.files import STDIN
 from seoro.errors import InvalidUse
+
+if TYPE_CHECKING:
+    from seoro.client.runs import RemoteRun
 
 _ELSEWHERE = {"--record-video": "record_video", "--dry-run": "dry_run"}  # what is done here only
 
@@ -59,3 +65,16 @@ def add_run_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run_id", metavar="RUN", help="id of the run, or how it begins; `seoro ps` lists runs")
     parser.add_argument("--on", metavar="EXECUTOR", help="name of its executor (default: all are asked)")
     add_executor_argument(parser)
+
+
+@asynccontextmanager
+async def named_run(options: argparse.Namespace) -> AsyncIterator[RemoteRun]:
+    """The run that the options name, with a connection for as long as the block lasts.
+
+    Raises:
+        InvalidUse: There is none, or several.
+    """
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for commands that need it only
+
+    async with Client(options.executor) as client:
+        yield await client.run(options.run_id, options.on)

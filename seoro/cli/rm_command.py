@@ -7,7 +7,7 @@ import argparse
 import anyio
 
 from seoro.cli.exits import Exit
-from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
   seoro rm 3f9a
@@ -27,9 +27,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _remove(options: argparse.Namespace) -> None:
-    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
-
-    async with Client(options.executor) as client:
-        found = await client.run(options.run_id, options.on)
+    async with named_run(options) as found:
         await found.remove()
         print(f"run {found.id[:8]} is removed")

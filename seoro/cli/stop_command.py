@@ -7,7 +7,7 @@ import argparse
 import anyio
 
 from seoro.cli.exits import Exit
-from seoro.cli.remote_arguments import add_run_argument
+from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
   seoro stop 3f9a
@@ -27,10 +27,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _stop(options: argparse.Namespace) -> None:
-    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
-
-    async with Client(options.executor) as client:
-        found = await client.run(options.run_id, options.on)
+    async with named_run(options) as found:
         if found.state.is_final:
             print(f"run {found.id[:8]} is over: {found.state.value}")
             return
