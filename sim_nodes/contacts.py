@@ -31,6 +31,10 @@ class Contacts(Stateful):
         self.touching: frozenset[Pair] = frozenset()
         self._released: dict[Pair, int] = {}  # pairs that have touched, and the last step in which they did
 
+    def touches(self, name: str) -> bool:
+        """Whether an entity touched something in the last step that was noted."""
+        return any(name in pair for pair in self.touching)
+
     def note(self, touching: frozenset[Pair], step: int) -> Iterator[Pair]:
         """Take in what touches in a step; gives the pairs whose contact begins, sorted."""
         if touching == self.touching:

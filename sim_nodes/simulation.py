@@ -174,13 +174,17 @@ class Simulation(Stateful):
         """Make the steps to a time that has not come, or to the next tick in which something is due, if before."""
         shown = self.draws or self.streams.are_open
         watched = bool(self._watches) or bool(self.camera_faults.goals) or shown
-        idle = not watched and all(robot.is_idle for robot in self.robots.values())
+        idle = not watched and all(map(self._rests, self.robots.values()))
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
         # No step is made that begins at that time or after it.
         if (made + count - 1) / rate >= until:
             count = steps_until(until, rate) - made
         self._make(count)
+
+    def _rests(self, robot: Robot) -> bool:
+        """Whether a robot has nothing to do, and nothing pushes it about."""
+        return robot.is_idle and not self._touched.touches(robot.name)
 
     def _steps_to_tick(self, every: int) -> int:
         """Steps to the next tick of those that come once in `every`."""
@@ -191,7 +195,7 @@ class Simulation(Stateful):
         """Make steps up to the next tick and that, or fewer, to a change of what touches."""
         self._steps += self.engine.step(count)
         self._note_contacts()
-        for name in {name for pair in self._touched.touching for name in pair} & self.robots.keys():
+        for name in filter(self._touched.touches, self.robots):
             self.robots[name].touch(math.ceil(self._steps / self._tick_steps))
         if self._steps % self._tick_steps == 0:
             self._tick(self.tick)
@@ -208,7 +212,7 @@ class Simulation(Stateful):
         self.entities.cameras.tick(tick)
         self._report(self.camera_faults, self.camera_faults.tick(tick))
         for robot in self.robots.values():
-            if tick % IDLE_TICKS and robot.is_idle:
+            if tick % IDLE_TICKS and self._rests(robot):
                 continue
             self._report(robot, robot.tick(tick))
             self.notes.passed(robot, self.time, tick)

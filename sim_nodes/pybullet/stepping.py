@@ -1,8 +1,8 @@
 """Steps of Bullet, and none in which a contact begins or ends unseen.
 
 Asking for contacts after each step costs a third of the step itself. So it is left out where nothing can touch:
-when the distances of all bodies have been measured, and no body has moved far since. That bodies touch the floor
-does not count.
+when the distances of all bodies have been measured, and no body has moved far since, or can for a while by how
+fast it is. That bodies touch the floor does not count.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from sim_nodes.pybullet.model import BASE, XYZW
 
 Vector = tuple[float, float, float]
 
-REACH = 0.5  # [m] to which distances are measured
-SLOW = 1.0  # [m/s] at which bodies may move when distances are measured
-FAST = 4.0  # [m/s]; from the above, over half of that distance, nothing but a contact makes them as fast
+REACH = 1.0  # [m] to which distances are measured
+ACCELERATION = 30.0  # [m/s^2]; more than weight or wheels give, and motors of arms once these hold still
 MANY = 40  # bodies that move; between more, no distances are measured
 RETRY = 40  # steps until distances are measured again, after they were too small
 
 
 class Pose(NamedTuple):
-    """Where a body is: its centre of mass, and its joints but for wheels."""
+    """Where a body is: its centre of mass, and its joints but for wheels; with how fast these turn."""
 
     place: Vector
     turn: XYZW
     joints: tuple[float, ...]
+    rates: tuple[float, ...]  # of these joints
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,6 @@ class Stepper:
     ) -> None:
         self._client = client
         self._timestep = timestep
-        self._way = FAST * timestep  # [m] that a body may move in a step
         self._owners, self._static, self._jointed = owners, static, jointed
         self.touching: frozenset[tuple[str, str]] = frozenset()
         self.is_lost = False
@@ -81,6 +80,7 @@ class Stepper:
         still = set(self._static) - self._jointed.keys()
         self._still = [body for body in still if self._owners[body] != FLOOR]
         self._moving = [body for body in self._owners if body not in still]
+        self._clear = 0  # steps from the last look in which nothing can touch, with a survey
         self._radii: list[float] = []
         self._bodies: set[tuple[int, int]] = set()  # that touched in the last step, by their numbers
         self._of_bodies: frozenset[tuple[str, str]] = frozenset()  # the entities of these
@@ -167,14 +167,16 @@ class Stepper:
         place, turn = pybullet.getBasePositionAndOrientation(body, self._client)
         joints = self._jointed.get(body)
         if joints is None:
-            return Pose(place, turn, ())
-        return Pose(place, turn, tuple(state[0] for state in pybullet.getJointStates(body, joints, self._client)))
+            return Pose(place, turn, (), ())
+        states = pybullet.getJointStates(body, joints, self._client)
+        return Pose(place, turn, tuple(state[0] for state in states), tuple(state[1] for state in states))
 
     def _follow(self, poses: tuple[Pose, ...]) -> None:
-        """Take note of how far bodies have moved."""
+        """Take note of how far bodies have moved, and find how many steps none of them can go too far in."""
         if self._survey is not None:
-            self._moved = max(map(_moved, self._radii, self._survey.poses, poses), default=0.0)
-            if self._moved + self._way > self._survey.room:
+            moved = max(map(_moved, self._radii, self._survey.poses, poses), default=0.0)
+            self._clear = self._steps_within(self._survey.room - moved, poses)
+            if not self._clear:
                 self._survey, self._wait = None, 0
 
     def _clear_steps(self) -> int:
@@ -182,18 +184,26 @@ class Stepper:
         if self._survey is None and self._wait <= 0 and not self.touching and len(self._moving) <= MANY:
             self._wait = RETRY
             self._measure()
-        return 0 if self._survey is None else int((self._survey.room - self._moved) / self._way)
+        return 0 if self._survey is None else self._clear
 
     def _measure(self) -> None:
         """Measure distances, and keep them if they are any use."""
         if not self._radii:
             self._radii = [self._radius(body) for body in self._moving]
-        if any(map(self._is_fast, self._radii, self._moving)):
-            return
         poses = self._poses()
-        room = self._distance(poses) / 2.0
-        if room > self._way:
-            self._survey, self._moved = Survey(poses, room), 0.0
+        room = self._room(poses)
+        self._clear = self._steps_within(room, poses)
+        if self._clear:
+            self._survey = Survey(poses, room)
+
+    def _steps_within(self, room: float, poses: tuple[Pose, ...]) -> int:
+        """The number of steps in which no point of a body can move further than that [m]."""
+        speed = max(map(self._speed, self._radii, self._moving, poses), default=0.0)
+        if not (room > 0.0 and speed < math.inf):
+            return 0
+        # Of room = speed * time + ACCELERATION / 2 * time**2, without a difference of what may be large.
+        time = 2.0 * room / (speed + math.hypot(speed, math.sqrt(2.0 * ACCELERATION * room)))
+        return int(time / self._timestep)
 
     def _radius(self, body: int) -> float:
         """Of a sphere about a body's centre of mass that holds it [m], whatever way it and its joints turn."""
@@ -206,28 +216,27 @@ class Stepper:
             *(max(abs(corner[axis] - centre[axis]) for box in boxes for corner in box) for axis in range(3))
         )
 
-    def _is_fast(self, radius: float, body: int) -> bool:
+    def _speed(self, radius: float, body: int, pose: Pose) -> float:
+        """How fast a point of a body, within a radius of its centre and its joints, may be [m/s]."""
         linear, angular = pybullet.getBaseVelocity(body, self._client)
-        joints = self._jointed.get(body, ())
-        rates: list[float] = (
-            [state[1] for state in pybullet.getJointStates(body, joints, self._client)] if joints else []
-        )
-        fastest = math.hypot(*linear) + radius * (math.hypot(*angular) + sum(map(abs, rates)))
-        return bool(fastest > SLOW)
+        return math.hypot(*linear) + radius * (math.hypot(*angular) + sum(map(abs, pose.rates)))
 
-    def _distance(self, poses: tuple[Pose, ...]) -> float:
-        """The least distance of two bodies of which one moves at least, or `REACH` [m]."""
-        least = REACH
+    def _room(self, poses: tuple[Pose, ...]) -> float:
+        """How far each body may move before two can touch, or `REACH` [m]."""
+        room = REACH
         for index, body in enumerate(self._moving):
-            others = list(self._still)
+            for other in self._still:
+                room = self._nearest(body, other, room)
             for other in range(index):
                 apart = math.dist(poses[index].place, poses[other].place) - self._radii[index] - self._radii[other]
-                if apart < least:
-                    others.append(self._moving[other])
-            for other in others:
-                points = pybullet.getClosestPoints(body, other, least, physicsClientId=self._client)
-                least = min([least, *(point[DISTANCE] for point in points if not self._stand(point))])
-        return least
+                if apart < 2.0 * room:  # both may move
+                    room = self._nearest(body, self._moving[other], 2.0 * room) / 2.0
+        return room
+
+    def _nearest(self, body: int, other: int, least: float) -> float:
+        """The distance of two bodies, or, if that is less, `least` [m]."""
+        points = pybullet.getClosestPoints(body, other, least, physicsClientId=self._client)
+        return min([least, *(point[DISTANCE] for point in points if not self._stand(point))])
 
 
 def _moved(radius: float, then: Pose, now: Pose) -> float:

@@ -74,10 +74,10 @@ class Odometry(Stateful):
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
         distance, turn = base_motion(self._drive, angles[0] - last[0], angles[1] - last[1])
-        interval = TICK if self._tick is None else TICK * (tick - self._tick)
+        ticks = 1 if self._tick is None else tick - self._tick
         self._tick = tick
-        velocity = Velocity(distance / interval, turn / interval)
-        if abs(distance) > STILL or abs(turn) > STILL:
+        velocity = Velocity(distance / (ticks * TICK), turn / (ticks * TICK))
+        if abs(distance) > ticks * STILL or abs(turn) > ticks * STILL:
             distance, turn = self._disturbed(distance, turn, tick)
         x, y, yaw = self._now.pose
         middle = yaw + turn / 2.0

@@ -6,12 +6,13 @@ import os
 import sys
 from dataclasses import replace
 from functools import partial
+from random import Random
 from typing import Any
 
 import pytest
 
 from sim_nodes.check.arms import HOME, OUTSTRETCHED, PLACED, UR10E
-from sim_nodes.check.bench import BASE, CUBE, EXTENT, ORIGIN, ROBOT, TURTLEBOT, at, body, built, drive, run
+from sim_nodes.check.bench import BASE, CUBE, EXTENT, ORIGIN, ROBOT, SHAPES, TURTLEBOT, at, body, built, drive, run
 from sim_nodes.geometry import quaternion
 from sim_nodes.journal import Journal, calls_of
 from sim_nodes.physics import BodyModel, BodyState, Box, Part, SavesState, Scene, UnsavableState, Wall
@@ -19,6 +20,7 @@ from tests.sim_nodes.engines import make_engine
 
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
 
+from sim_nodes.pybullet import stepping
 from sim_nodes.pybullet.output import caught
 
 make = partial(make_engine, "pybullet")
@@ -55,6 +57,49 @@ def test_engines_do_not_disturb_each_other() -> None:
     run(second, 1.0)
     assert first.body_state(ROBOT).position[0] > 0.25
     assert abs(second.body_state(ROBOT).position[0]) < 1e-3
+
+
+@pytest.mark.parametrize(("thrown", "seed"), [(0, 1), (0, 2), (8, 3), (8, 4)])
+def test_steps_in_which_nothing_is_looked_for_miss_no_contact(
+    thrown: int, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def course() -> tuple[list[tuple[int, list[tuple[str, str]]]], int]:
+        """The steps in which what touches has changed, and how often it was asked for."""
+        random, asked = Random(seed), 0
+        engine: Any = built(make, ORIGIN, walls=(Wall("barrier", 1.5, 0.0, 0.0, 0.2, 2.0, 0.5),))
+        look = engine._stepper._pairs
+
+        def counted() -> frozenset[tuple[str, str]]:
+            nonlocal asked
+            asked += 1
+            found: frozenset[tuple[str, str]] = look()
+            return found
+
+        monkeypatch.setattr(engine._stepper, "_pairs", counted)
+        for index in range(thrown):
+            shape = random.choice(SHAPES)
+            away = BodyState(
+                (random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1.0 + index),
+                linear=(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)),
+                angular=(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), 0.0),
+            )
+            engine.add_body(f"body{index}", body(shape), away)
+        engine.add_body("table", body(CUBE, static=True), at(-3.0, 0.0, 0.5))
+        engine.add_body("dropped", body(CUBE), at(-3.0, 0.0, 1.0 + random.random()))
+        drive(engine, 0.4, 0.0)
+        changes: list[tuple[int, list[tuple[str, str]]]] = [(0, [])]
+        made = 0
+        while made < 4 * engine.steps_per_second:
+            made += engine.step(100)
+            changes.append((made, sorted(engine.touching())))
+        return [each for each, last in zip(changes[1:], changes, strict=False) if each[1] != last[1]], asked
+
+    found, asked = course()
+    monkeypatch.setattr(stepping, "MANY", -1)
+    wanted, always = course()
+    assert found == wanted
+    assert wanted
+    assert asked < always
 
 
 def test_engines_that_are_gone_leave_nothing_behind() -> None:
