@@ -120,7 +120,7 @@ async def measure_grants(
 ) -> float:
     """Simulated seconds per second of a node in lock-step that is asked for something at each grant."""
     begin = now = await _time_of(node)
-    start, end = time.perf_counter(), 4 * ROUND  # a part of the last that is simulated ahead is not asked for
+    start, end = time.perf_counter(), 6 * ROUND  # a part of the last that is simulated ahead is not asked for
     while time.perf_counter() - start < end:
         await ask()
         now = await node.advance(now + grant)
@@ -184,14 +184,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="How fast simulators are.")
     parser.add_argument("engines", metavar="ENGINE", nargs="*", help="mujoco, pybullet (default: those installed)")
     parser.add_argument("--rounds", type=int, default=9, metavar="N")
+    parser.add_argument("--scenes", metavar="SCENE", nargs="+", choices=scenes(), default=list(scenes()))
     options = parser.parse_args()
     print("simulated seconds per second, and as a share of the bare engine")
     print(f"{'engine':10}{'scene':17}{'bare':>7}{'free':>14}{'lock-step':>14}{'asked':>14}{'long grants':>14}")
     with tempfile.TemporaryDirectory() as folder:
         for name in options.engines or [name for name in ENGINES if find_spec(name)]:
-            for scene, text in scenes().items():
+            for scene in options.scenes:
                 world = Path(folder) / "scene.yaml"
-                world.write_text(text, encoding="utf-8")
+                world.write_text(scenes()[scene], encoding="utf-8")
                 rounds = asyncio.run(measure_scene(name, world, options.rounds))
                 kinds = list(zip(*rounds, strict=True))
                 (bare, _), *others = (

@@ -17,7 +17,7 @@ from sim_nodes.physics import Rewinds, UnstablePhysics
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
 
-LONGEST = 0.1  # [s] of the machine's clock, which decides how far it is gone, and not what happens there
+LONGEST = 0.25  # [s] of the machine's clock, which decides how far it is gone, and not what happens there
 SLICE = 0.5  # [s] simulated between two looks at it
 
 
