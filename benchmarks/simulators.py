@@ -42,6 +42,7 @@ from sim_nodes.worlds.loader import load_world
 
 ROBOT = "turtlebot4"
 ROUND = 0.5  # [s] of the machine's clock for each measurement of a round
+REQUEST = 1e-4  # [s]; more than a grant takes whose time was simulated already, and less than a request
 SCANS = 100
 DRIVE = 10.0  # [s] of simulated time; the way to the goal takes longer
 GOAL = Pose3D(Position3D(3.0, -3.0))
@@ -118,13 +119,18 @@ async def _time_of(node: SimulatorNode) -> float:
 async def measure_grants(
     node: SimulatorNode, grant: float, ask: Callable[[], Awaitable[object]] = _nothing
 ) -> float:
-    """Simulated seconds per second of a node in lock-step that is asked for something at each grant."""
+    """Simulated seconds per second of a node in lock-step that is asked for something at each grant.
+
+    Up to a grant for which the node was asked, so that nothing has been simulated that was not granted yet.
+    """
     begin = now = await _time_of(node)
-    start, end = time.perf_counter(), 6 * ROUND  # a part of the last that is simulated ahead is not asked for
-    while time.perf_counter() - start < end:
+    start, taken = time.perf_counter(), 0.0
+    while (since := time.perf_counter()) - start < 4 * ROUND or taken < REQUEST:
+        reached, passed = now, since - start
         await ask()
         now = await node.advance(now + grant)
-    return (now - begin) / (time.perf_counter() - start)
+        taken = time.perf_counter() - since
+    return (reached - begin) / passed
 
 
 async def measure_scene(name: str, world: Path, rounds: int) -> list[list[tuple[float, float]]]:
