@@ -2,7 +2,7 @@
 comes of them.
 
 `store.py` keeps runs in SQLite and their files in folders, `blobs.py` the contents of bundles. `queue.py` says
-which run is next and sees to it until its end, `workers.py` has a process ready for it, in which `worker.py`
-runs it; `frames.py` is what the two say to each other. `policy.py` says what a scenario must not do here.
-`serving.py` answers clients, and `running.py` puts it all together.
+which run is next and sees to it until its end, `workers.py` gets a process for it, which `template.py` makes and
+in which `worker.py` runs it; `frames.py` is what these say to each other. `policy.py` says what a scenario must
+not do here. `serving.py` answers clients, and `running.py` puts it all together.
 """

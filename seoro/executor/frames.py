@@ -1,7 +1,8 @@
 """What an executor and the process of a run say to each other, over two pipes: frames of a kind and some bytes.
 
 One pipe has the job and, later, that it is to stop; its end means that the executor is gone. The other has what
-the run begins with, the lines of its trace as they are made, and its end.
+the run begins with, the lines of its trace as they are made, and its end. What is told of processes has a
+pipe of its own.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire.message import Message
 
 HEADER: Final = struct.Struct("!BI")  # kind, and the length of what follows [bytes]
+TOLD: Final = struct.Struct("!Bii")  # what is told of a process, its number, and its exit status if it has ended
 
 
 class Frame(IntEnum):
@@ -24,6 +26,13 @@ class Frame(IntEnum):
     BEGIN = 3  # what the run begins with, as text for people
     TRACE = 4  # lines
     END = 5  # `seoro.embed.ends`
+
+
+class Told(IntEnum):
+    """What is told of a process."""
+
+    STARTED = 1
+    ENDED = 2
 
 
 class Job(Message):

@@ -23,7 +23,6 @@ from seoro.executor.store import Store
 from seoro.executor.workers import Pool, Worker
 
 STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
-FILL_PAUSE: Final = 0.5  # [s] after a run, in which whoever waited for it can see its end
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
 
 log = logging.getLogger(__name__)
@@ -199,7 +198,6 @@ class Queue:
         worker.begin(self._job(live))
         live.have(worker)
         end = await self._follow(live, worker)
-        self._tasks.start_soon(self._pool.fill, 0.0 if self._waiting else FILL_PAUSE)
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
@@ -274,10 +272,16 @@ def _drop_empty(log: Path) -> None:
         log.unlink()
 
 
-def _outcome(end: bytes, code: int, is_stopped: bool) -> tuple[State, str]:
+def _outcome(end: bytes, code: int | None, is_stopped: bool) -> tuple[State, str]:
     """What has become of a run whose process has ended."""
     if not end:
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        match code:
+            case None:
+                how = "ended"
+            case _ if code < 0:
+                how = f"was killed by signal {-code}"
+            case _:
+                how = f"ended with status {code}"
         return State.ERROR, _KILLED if is_stopped else f"its process {how} before the end of the run"
     try:
         found = unpack_end(end)

@@ -29,7 +29,6 @@ from seoro.executor.workers import open_pool
 WAITING: Final = Bound(1024, lose="newest")  # requests
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
-MOST_SPARE: Final = 3  # processes that wait for runs
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +70,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
         await store.sweep()
         async with (
             open_session(listen=options.listen, connect=options.connect) as session,
-            open_pool(min(options.jobs + 1, MOST_SPARE)) as pool,
+            open_pool() as pool,
             background() as tasks,
         ):
             queue = Queue(store, pool, tasks, options.jobs, options.allowed)

@@ -1,8 +1,8 @@
-"""The process of a run: `python -m seoro.executor.worker CONTROL DATA`, the numbers of two open pipes.
+"""The process of a run, which `template.py` makes.
 
-It loads all that a run needs, waits for its job, carries it out as a program that embeds seoro does, tells what
-happens, and ends. When the pipe for its job ends, its executor is gone: the run is stopped and cleans up, and
-whatever hangs then ends with the process.
+It takes its job, carries it out as a program that embeds seoro does, tells what happens, and ends. When the pipe
+for its job ends, its executor is gone: the run is stopped and cleans up, and whatever hangs then ends with the
+process.
 """
 
 from __future__ import annotations
@@ -10,12 +10,11 @@ from __future__ import annotations
 import asyncio
 import math
 import os
-import signal
 import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -32,25 +31,17 @@ import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
-from seoro.embed import run as run_scenario
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor.frames import HEADER, Frame, Job, read_frame
 from seoro.executor.policy import reader_of, vet_plan, vet_sources
-from seoro.lang.loader import read_file
 from seoro.reasons import fault_text
 from seoro.runtime.jsonl import to_line
 
 MOST_AT_ONCE: Final = 1000  # records in one frame
 SWITCH: Final = 0.0002  # [s] for which the run may keep the thread that tells of it from working
 ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
-_WARM_UP: Final = """import osc.helpers
-scenario warm_up:
-    do serial:
-        log("ready")
-        wait elapsed(1s)
-"""
 
 
 class Telling:
@@ -138,22 +129,14 @@ class Stopping:
                     self._stop(reason)
 
 
-def _warm_up() -> None:
-    """Run a scenario that does nothing, which loads what is loaded on demand."""
-    path = Path("warm_up.osc")
-    scenario = check_file(path, read=lambda other: _WARM_UP if other == path else read_file(other))
-    run_scenario(scenario, clock="virtual", seed=0)
+def work(control_pipe: int, data_pipe: int) -> None:
+    """Wait for a job, carry it out, and end the process.
 
-
-def main(arguments: Sequence[str]) -> None:
-    """Wait for a job, and carry it out."""
-    _warm_up()
-    control_number, data_number = map(int, arguments)
-    for number in (control_number, data_number):
-        os.set_inheritable(number, False)  # what the run starts must not keep them open
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)  # those are for the executor
-    control, data = os.fdopen(control_number, "rb"), os.fdopen(data_number, "wb", buffering=0)
+    Args:
+        control_pipe: Open descriptor of the pipe for the job.
+        data_pipe: That of the pipe for what is told of it.
+    """
+    control, data = os.fdopen(control_pipe, "rb"), os.fdopen(data_pipe, "wb", buffering=0)
     first = read_frame(control)
     if first is None:
         return
@@ -239,7 +222,3 @@ async def _leave(run: Run, output: Path) -> tuple[LeftFile, ...]:
         path.write_bytes(artifact.data)
         left.append(LeftFile(path.name, artifact.description, is_artifact=True))
     return tuple(left)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

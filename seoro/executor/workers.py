@@ -1,4 +1,5 @@
-"""Processes for runs: some wait, having loaded all that a run needs, so that a run begins at once.
+"""Processes for runs: one that has loaded all that a run needs makes them (`template.py`), so that a run begins at
+once.
 
 A process carries out one run, and ends with it. One that is asked to stop, and does not end, is killed with its
 group.
@@ -9,25 +10,40 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+import socket
 import subprocess
 import sys
-from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
 from seoro.bridges import wire
-from seoro.executor.frames import HEADER, Frame, Job, write_frame
+from seoro.executor.frames import HEADER, TOLD, Frame, Job, Told, write_frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
 END_TIMEOUT: Final = 10.0  # [s] that a process may last after it has told the end of its run
+_MODULE: Final = "seoro.executor.template"
+
+
+class NoProcess(Exception):
+    """No process can be had for a run."""
 
 
 class Worker:
-    """A process for one run. Made by `start_worker`."""
+    """A process for one run. Made by `Pool.take`.
 
-    def __init__(self, process: asyncio.subprocess.Process, control: int, reader: asyncio.StreamReader) -> None:
+    Args:
+        process: Its number.
+        ended: Its exit status, once it has ended; None if nobody can tell.
+        control: The pipe for its job, which it owns.
+        reader: What it tells.
+    """
+
+    def __init__(
+        self, process: int, ended: asyncio.Future[int | None], control: int, reader: asyncio.StreamReader
+    ) -> None:
         self._process = process
+        self._ended = ended
         self._control = control
         self._reader = reader
 
@@ -56,80 +72,160 @@ class Worker:
                 if kind == Frame.END:
                     return
 
-    async def wait(self) -> int:
-        """Wait for the end of the process, which is killed if it lasts; returns its exit status."""
+    async def wait(self) -> int | None:
+        """Wait for the end of the process, which is killed if it lasts; returns its exit status, if known."""
         try:
             async with asyncio.timeout(END_TIMEOUT):
-                return await self._process.wait()
+                return await asyncio.shield(self._ended)
         except TimeoutError:
             self.kill()
-            return await self._process.wait()
+            return await self._ended
 
     def kill(self) -> None:
         """Kill it with all processes of its group."""
         with suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+            os.killpg(self._process, signal.SIGKILL)
 
     def close(self) -> None:
-        """Close the pipes; one that has no job ends then."""
+        """Close the pipe for its job."""
         os.close(self._control)
 
 
-async def start_worker() -> Worker:
-    """Start a process that waits for a job."""
-    control_read, control = os.pipe()
-    data, data_write = os.pipe()
-    command = [sys.executable, "-m", "seoro.executor.worker", str(control_read), str(data_write)]
+class Template:
+    """The process that makes those of runs. Made by `start_template`.
+
+    Args:
+        process: It.
+        requests: Where it is asked.
+        told: What it tells.
+    """
+
+    def __init__(
+        self, process: asyncio.subprocess.Process, requests: socket.socket, told: asyncio.StreamReader
+    ) -> None:
+        self._process = process
+        self._requests = requests
+        self._told = told
+        self._ended: dict[int, asyncio.Future[int | None]] = {}
+        self._started: asyncio.Future[int] | None = None
+        self._listening = asyncio.create_task(self._listen())
+
+    async def make(self, control: int, data: int) -> tuple[int, asyncio.Future[int | None]]:
+        """Make a process with the ends of two pipes; returns its number, and what will be its exit status.
+
+        Raises:
+            NoProcess: It has died.
+        """
+        self._started = asyncio.get_running_loop().create_future()
+        try:
+            if self._listening.done():
+                raise BrokenPipeError
+            socket.send_fds(self._requests, [b"."], [control, data])
+            process = await self._started
+        except OSError as error:
+            raise NoProcess("the process that makes those of runs has died") from error
+        finally:
+            self._started = None
+        return process, self._ended[process]
+
+    async def _listen(self) -> None:
+        with suppress(asyncio.IncompleteReadError):
+            while True:
+                what, process, code = TOLD.unpack(await self._told.readexactly(TOLD.size))
+                if what == Told.ENDED:
+                    self._ended.pop(process).set_result(code)
+                    continue
+                self._ended[process] = asyncio.get_running_loop().create_future()
+                if self._started is not None:
+                    self._started.set_result(process)
+        for ended in self._ended.values():
+            ended.set_result(None)
+        if self._started is not None:
+            self._started.set_exception(BrokenPipeError())
+
+    async def close(self) -> None:
+        """End it; processes that it has made are left alone."""
+        self._requests.close()
+        try:
+            async with asyncio.timeout(END_TIMEOUT):
+                await self._process.wait()
+        except TimeoutError:
+            self._process.kill()
+            await self._process.wait()
+        await self._listening
+
+
+async def start_template() -> Template:
+    """Start a process that makes others."""
+    ours, theirs = socket.socketpair()
+    told, told_write = os.pipe()
+    command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(told_write)]
     try:
         process = await asyncio.create_subprocess_exec(
-            *command, stdin=subprocess.DEVNULL, pass_fds=(control_read, data_write), start_new_session=True
+            *command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(), told_write), start_new_session=True
         )
     finally:
-        os.close(control_read)
-        os.close(data_write)
-    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
-    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(data, "rb", buffering=0))
-    return Worker(process, control, reader)
+        theirs.close()
+        os.close(told_write)
+    return Template(process, ours, await _reader(told))
 
 
 class Pool:
-    """Processes that wait for jobs. Made by `open_pool`.
+    """Where processes for runs come from. Made by `open_pool`.
 
     Args:
-        spare: How many wait.
+        template: Makes them.
     """
 
-    def __init__(self, spare: int) -> None:
-        self._spare = spare
-        self._waiting: deque[Worker] = deque()
-        self._filling = asyncio.Lock()
-
-    async def fill(self, pause: float = 0.0) -> None:
-        """Have as many as there should be, after a pause [s] if there are some: to start one takes a processor."""
-        if self._waiting:
-            await asyncio.sleep(pause)
-        async with self._filling:
-            while len(self._waiting) < self._spare:
-                self._waiting.append(await start_worker())
+    def __init__(self, template: Template) -> None:
+        self._template = template
+        self._taking = asyncio.Lock()
 
     async def take(self) -> Worker:
-        """One that nobody else has; another takes its place with the next `fill`."""
-        return self._waiting.popleft() if self._waiting else await start_worker()
+        """A process that nobody else has.
+
+        Raises:
+            NoProcess: None can be had.
+        """
+        async with self._taking:
+            try:
+                return await self._make()
+            except NoProcess:
+                await self._template.close()
+                self._template = await start_template()
+                return await self._make()
+
+    async def _make(self) -> Worker:
+        control_read, control = os.pipe()
+        data, data_write = os.pipe()
+        try:
+            process, ended = await self._template.make(control_read, data_write)
+        except BaseException:
+            os.close(control)
+            os.close(data)
+            raise
+        finally:
+            os.close(control_read)
+            os.close(data_write)
+        return Worker(process, ended, control, await _reader(data))
 
     async def close(self) -> None:
-        """End those that wait."""
-        while self._waiting:
-            worker = self._waiting.popleft()
-            worker.close()
-            await worker.wait()
+        """Make none any more."""
+        await self._template.close()
 
 
 @asynccontextmanager
-async def open_pool(spare: int) -> AsyncIterator[Pool]:
-    """Have processes ready for as long as the block lasts."""
-    pool = Pool(spare)
+async def open_pool() -> AsyncIterator[Pool]:
+    """Have processes for runs for as long as the block lasts."""
+    pool = Pool(await start_template())
     try:
-        await pool.fill()
         yield pool
     finally:
         await pool.close()
+
+
+async def _reader(pipe: int) -> asyncio.StreamReader:
+    """Reads a pipe, which it owns."""
+    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(pipe, "rb", buffering=0))
+    return reader

@@ -1,0 +1,73 @@
+"""The processes of runs: each has one of its own, and one that dies is no loss to the next."""
+
+import os
+import signal
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.executor import messages as wire
+from seoro.embed.ends import Ended, unpack_end
+from seoro.executor.frames import Frame, Job
+from seoro.executor.workers import Pool, Worker, open_pool
+from tests.executors import HELLO
+
+
+@pytest.fixture
+async def pool() -> AsyncIterator[Pool]:
+    async with open_pool() as opened:
+        yield opened
+
+
+def job(folder: Path) -> Job:
+    folder.mkdir()
+    (folder / "hello.osc").write_text(HELLO)
+    file = wire.BundleFile(path="hello.osc", hash="0" * 64, size=len(HELLO))
+    options = wire.BundledOptions(grace=5.0, overrides={})
+    manifest = wire.Manifest(files=(file,), entry="hello.osc", shown="hello.osc", options=options)
+    place = str(folder)
+    return Job(manifest=manifest, files=place, output=place, log=f"{place}/log.txt", allowed=())
+
+
+async def carry_out(worker: Worker, folder: Path) -> Ended:
+    worker.begin(job(folder))
+    frames = [frame async for frame in worker.frames()]
+    assert frames[-1][0] is Frame.END
+    worker.close()
+    assert await worker.wait() == 0
+    end = unpack_end(frames[-1][1])
+    assert isinstance(end, Ended)
+    return end
+
+
+async def test_runs_have_processes_of_their_own(pool: Pool, tmp_path: Path) -> None:
+    first, second = await pool.take(), await pool.take()
+    for number, worker in enumerate((first, second)):
+        assert (await carry_out(worker, tmp_path / str(number))).verdict.passed
+
+
+async def test_how_a_process_ended_is_known(pool: Pool) -> None:
+    worker = await pool.take()
+    worker.kill()
+    assert [frame async for frame in worker.frames()] == []
+    assert await worker.wait() == -signal.SIGKILL
+    worker.close()
+
+
+async def test_a_process_without_a_job_ends_with_its_executor(pool: Pool) -> None:
+    worker = await pool.take()
+    worker.close()
+    assert await worker.wait() == 0
+
+
+async def test_when_what_makes_processes_has_died_runs_go_on_and_more_are_made(pool: Pool, tmp_path: Path) -> None:
+    worker = await pool.take()
+    [template] = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+    os.kill(int(template), signal.SIGKILL)
+    worker.begin(job(tmp_path / "first"))
+    frames = [frame async for frame in worker.frames()]
+    assert frames[-1][0] is Frame.END
+    assert await worker.wait() is None  # there is nobody who could tell
+    worker.close()
+    assert (await carry_out(await pool.take(), tmp_path / "second")).verdict.passed
