@@ -48,11 +48,21 @@ class RunningExecutor:
 
 
 @contextmanager
-def executor(folder: Path, *options: str, largest: int | None = None) -> Iterator[RunningExecutor]:
-    """An executor with its socket and its runs in a folder, whose files may get so large [bytes]."""
+def executor(
+    folder: Path, *options: str, largest: int | None = None, before: str = ""
+) -> Iterator[RunningExecutor]:
+    """An executor with its socket and its runs in a folder.
+
+    Args:
+        folder: That folder.
+        options: Of `seoro serve`.
+        largest: How large its files may get [bytes].
+        before: Python that it runs before it starts.
+    """
     endpoint = f"unixsock-stream/{folder}/hub"
     (folder / "hub").unlink(missing_ok=True)  # of one that was killed
-    command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
+    main = f"import sys\n{before}\nfrom seoro.cli.main import main\nsys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", main, "serve", "--name", NAME, "--listen", endpoint]
     command += ["--folder", str(folder / "state"), *options]
     if largest is not None:
         command = ["prlimit", f"--fsize={largest}", *command]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 import anyio
 
@@ -30,7 +31,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _attach(options: argparse.Namespace, files: ResultFiles) -> int:
+    from seoro.bridges.executor.clocks import describe  # noqa: PLC0415 - Zenoh, for this command only
     from seoro.cli.following import Follower  # noqa: PLC0415 - Zenoh, for this command only
 
     async with named_run(options) as found:
+        _, clock = await describe(found.executor)
+        if clock is not None and clock.is_wrong:
+            print(f"note: the clock of {found.executor.name} is {clock} of ours", file=sys.stderr, flush=True)
         return await Follower(options, files, stops=False).follow(found)

@@ -41,5 +41,5 @@ def _bundle(options: argparse.Namespace) -> Bundle:
 
 async def _submit(options: argparse.Namespace, bundle: Bundle, files: ResultFiles) -> int:
     async with Client(options.executor) as client:
-        run = await client.submit_bundle(options.on, bundle, options.stop_if_lost)
+        run = await client.submit_bundle(options.on, bundle, options.stop_if_lost, options.priority or 0)
         return await Follower(options, files, stops=True).follow(run)

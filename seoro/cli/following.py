@@ -98,7 +98,8 @@ class Follower:
     async def _tell_of_waiting(self, run: RemoteRun) -> None:
         await anyio.sleep(QUIET)
         if run.state is State.QUEUED:
-            self._note(f"run {run.id[:8]} waits for its turn on {run.executor.name}")
+            place = f", at place {run.info.place} of those that wait" if run.info.place is not None else ""
+            self._note(f"run {run.id[:8]} waits for its turn on {run.executor.name}{place}")
 
     @staticmethod
     def _note(text: str) -> None:

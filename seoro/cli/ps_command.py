@@ -1,4 +1,4 @@
-"""`seoro ps`: the runs of executors."""
+"""`seoro ps`: the runs of executors, and how these do."""
 
 from __future__ import annotations
 
@@ -15,12 +15,18 @@ from seoro.cli.remote_arguments import add_executor_argument
 from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:
+    from seoro.bridges.executor.messages import RunInfo
+    from seoro.client import ExecutorStatus
     from seoro.client.runs import RemoteRun
 
 EXAMPLES = """examples:
   seoro ps
-  seoro ps --on lab-a --json"""
+  seoro ps --on lab-a --json
+  seoro ps --verbose
+
+Of runs that wait, `queued #3` is the third. Times are right though the executor's clock may not be."""
 _TITLES = ("RUN", "EXECUTOR", "STATE", "SINCE", "TOOK", "BY", "FILE")
+_EXECUTOR_TITLES = ("EXECUTOR", "VERSION", "AT A TIME", "RUNNING", "WAITING", "CLOCK", "ROUND TRIP")
 _UNITS = ((86_400, "d"), (3_600, "h"), (60, "min"))
 
 
@@ -32,38 +38,58 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--limit", type=whole, default=20, metavar="N", help="the N youngest runs (default: %(default)s)"
     )
     parser.add_argument(
+        "--verbose", action="store_true", help="tell how the executors do, too: what they have to do, their clocks"
+    )
+    parser.add_argument(
         "--json", action="store_true", help="print a JSON list, with all that is known of each run"
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    found = anyio.run(_runs, options)
+    executors, found = anyio.run(_look, options)
+    ahead = {each.name: each.clock.offset if each.clock is not None else 0.0 for each in executors}
     if options.json:
         print(to_json([_plain(each) for each in found]))
-    elif not found:
+        return Exit.PASSED
+    if options.verbose:
+        _print_table([_EXECUTOR_TITLES, *map(_executor_row, executors)])
+        print()
+    if not found:
         print("there are no runs")
     else:
-        _print_table([_TITLES, *map(_row, found)])
+        _print_table([_TITLES, *(_row(each, time.time() + ahead[each.executor.name]) for each in found)])
     return Exit.PASSED
 
 
-async def _runs(options: argparse.Namespace) -> list[RemoteRun]:
+async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list[RemoteRun]]:
     from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
 
     async with Client(options.executor) as client:
-        return await client.runs(options.on, min(options.limit, 1000))
+        return await client.describe(options.on), await client.runs(options.on, min(options.limit, 1000))
+
+
+def _executor_row(status: ExecutorStatus) -> tuple[str, ...]:
+    info, clock = status.info, status.clock
+    told = ("unknown", "unknown") if clock is None else (str(clock), f"{1000.0 * clock.round_trip:.1f} ms")
+    return status.name, printable(info.version), str(info.jobs), str(info.running), str(info.waiting), *told
 
 
 def _plain(run: RemoteRun) -> dict[str, object]:
     return {"executor": run.executor.name, **run.info.model_dump(mode="json")}
 
 
-def _row(run: RemoteRun) -> tuple[str, ...]:
-    info, now = run.info, time.time()
+def _row(run: RemoteRun, now: float) -> tuple[str, ...]:
+    """A run in the table; `now` is the time by the clock of its executor."""
+    info = run.info
     took = "" if info.started is None else _span((info.ended or now) - info.started)
     since = _span(now - (info.ended or info.started or info.submitted))
-    return run.id[:8], run.executor.name, info.state.value, since, took, printable(info.by), printable(info.file)
+    return run.id[:8], run.executor.name, _state(info), since, took, printable(info.by), printable(info.file)
+
+
+def _state(info: RunInfo) -> str:
+    place = "" if info.place is None else f" #{info.place}"
+    return info.state.value + place + (f", priority {info.priority}" if place and info.priority else "")
 
 
 def _span(seconds: float) -> str:

@@ -31,6 +31,12 @@ def add_on_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         help="have the run stopped when the connection to this command is lost for so long (default: it goes on)",
     )
+    group.add_argument(
+        "--priority",
+        type=int,
+        metavar="N",
+        help="have it run before those that wait with a lower priority (default: 0)",
+    )
 
 
 def check_on(options: argparse.Namespace) -> None:
@@ -40,7 +46,12 @@ def check_on(options: argparse.Namespace) -> None:
         InvalidUse: They do not.
     """
     if options.on is None:
-        for name, value in {"--executor": options.executor, "--stop-if-lost": options.stop_if_lost}.items():
+        remote = {
+            "--executor": options.executor,
+            "--stop-if-lost": options.stop_if_lost,
+            "--priority": options.priority,
+        }
+        for name, value in remote.items():
             if value is not None:
                 raise InvalidUse(f"`{name}` is about an executor, and the run is here", help="add `--on NAME`")
         return

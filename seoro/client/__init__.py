@@ -19,13 +19,16 @@ import secrets
 import socket
 from collections.abc import Iterable
 from contextlib import AsyncExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self, Unpack
 
+from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.bridges.executor.asking import Executor
+from seoro.bridges.executor.clocks import Clock, describe
 from seoro.bridges.executor.finding import find_executor, find_executors
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bundle.packing import Bundle, pack
@@ -38,6 +41,34 @@ from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostics import near
 
 VARIABLE = "SEORO_EXECUTOR"  # of the environment, with the endpoint
+
+
+@dataclass(frozen=True)
+class ExecutorStatus:
+    """How an executor does.
+
+    Args:
+        name: Its name.
+        info: Its version, and what it has to do.
+        clock: How far its clock is from ours; None if it is too old to tell.
+    """
+
+    name: str
+    info: wire.ExecutorInfo
+    clock: Clock | None
+
+
+def check_priority(priority: int) -> None:
+    """Check a priority.
+
+    Raises:
+        InvalidUse: There is none such.
+    """
+    if not -wire.HIGHEST_PRIORITY <= priority <= wire.HIGHEST_PRIORITY:
+        raise InvalidUse(
+            f"there is no priority {priority}",
+            help=f"priorities go from {-wire.HIGHEST_PRIORITY} to {wire.HIGHEST_PRIORITY}; 0 is that of most runs",
+        )
 
 
 class Client:
@@ -73,6 +104,15 @@ class Client:
         """The names of all executors that are there."""
         return [executor.name for executor in await find_executors(self._there)]
 
+    async def describe(self, executor: str | None = None) -> list[ExecutorStatus]:
+        """How an executor does, or all that there are, by their names.
+
+        Raises:
+            InvalidUse: There is none.
+            BackendError: One is gone.
+        """
+        return [ExecutorStatus(each.name, *await describe(each)) for each in await self._reached(executor)]
+
     @property
     def _there(self) -> AsyncSession:
         if self._session is None:
@@ -86,6 +126,7 @@ class Client:
         *,
         timeout: float | None = None,
         stop_if_lost: float | None = None,
+        priority: int = 0,
         **options: Unpack[OptionFields],
     ) -> RemoteRun:
         """Have a scenario run on an executor.
@@ -99,6 +140,7 @@ class Client:
             timeout: Give the run up after that many seconds of the machine's clock.
             stop_if_lost: Stop the run when nobody has followed it by `records` or `result` for that many seconds;
                 by default, it goes on.
+            priority: Of those that wait, runs of higher priority go first; from -100 to 100.
             options: As `start`; observers stay here and are called by `records`, files are sent.
 
         Raises:
@@ -110,13 +152,25 @@ class Client:
         found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
         if found.checked.errors:
             raise InvalidScenario(found.checked.errors)
-        return await self.submit_bundle(executor, pack(found, wanted, timeout), stop_if_lost)
+        return await self.submit_bundle(executor, pack(found, wanted, timeout), stop_if_lost, priority)
 
-    async def submit_bundle(self, executor: str, bundle: Bundle, stop_if_lost: float | None = None) -> RemoteRun:
+    async def submit_bundle(
+        self, executor: str, bundle: Bundle, stop_if_lost: float | None = None, priority: int = 0
+    ) -> RemoteRun:
         """The same with a bundle that was made before."""
+        check_priority(priority)
         reached = await find_executor(self._there, executor)
+        if priority and reached.minor < wire.PRIORITIES:
+            raise InvalidUse(
+                f"the executor '{executor}' is older than this seoro ({__version__}), and knows no priorities",
+                help="submit without, or renew the executor",
+            )
         submission = wire.Submission(
-            run=secrets.token_hex(16), manifest=bundle.manifest, by=_submitter(), stop_if_lost=stop_if_lost
+            run=secrets.token_hex(16),
+            manifest=bundle.manifest,
+            by=_submitter(),
+            stop_if_lost=stop_if_lost,
+            priority=priority,
         )
         await upload(reached, bundle)
         info = await reached.ask(wire.SUBMIT, submission)

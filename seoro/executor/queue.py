@@ -1,4 +1,4 @@
-"""Runs that are not over: they wait, first come, first served, get a process, and are seen to until their end."""
+"""Runs that are not over: they wait for their turn, get a process, and are seen to until their end."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from seoro.bridges.executor.messages import RunInfo, State
 from seoro.changes import Changes
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor.frames import Frame, Job
+from seoro.executor.order import Waiting
 from seoro.executor.store import Store
 from seoro.executor.workers import Pool, Worker
 
@@ -106,16 +107,32 @@ class Queue:
         self._store = store
         self._pool = pool
         self._tasks = tasks
-        self._free = jobs
+        self._jobs = self._free = jobs
         self._allowed = tuple(sorted(allowed))
         self._live: dict[str, LiveRun] = {}
-        self._waiting: dict[str, None] = {}  # in order
+        self._waiting = Waiting()
         self._changes = Changes()
         self._is_closing = False
 
     def get(self, run: str) -> LiveRun | None:
         """A run, if it is not over, or its end could not be kept."""
         return self._live.get(run)
+
+    @property
+    def running(self) -> int:
+        """How many runs go on."""
+        return self._jobs - self._free
+
+    @property
+    def waiting(self) -> int:
+        """How many wait."""
+        return len(self._waiting)
+
+    def placed(self, info: RunInfo) -> RunInfo:
+        """What is known of a run, with its place if it waits."""
+        if info.run not in self._waiting:
+            return info
+        return info.model_copy(update={"place": self._waiting.places[info.run]})
 
     def forget(self, run: str) -> None:
         """A run that is over is removed; it is here only if its end could not be kept."""
@@ -124,15 +141,14 @@ class Queue:
     def add(self, info: RunInfo, submission: wire.Submission) -> None:
         """A run is to be carried out."""
         self._live[info.run] = LiveRun(info, submission)
-        self._waiting[info.run] = None
+        self._waiting.add(info.run, info.priority, info.by)
         self._changes.tell()
 
     async def work(self) -> None:
         """Start runs as there is room for them; runs as long as the executor."""
         while True:
             await self._changes.wait_for(lambda: self._free > 0 and self._waiting and not self._is_closing)
-            run = next(iter(self._waiting))
-            del self._waiting[run]
+            run = self._waiting.take()
             self._free -= 1
             self._tasks.start_soon(self._carry, self._live[run])
 
@@ -140,7 +156,7 @@ class Queue:
         """Stop a run; one that waits is over at once."""
         live = self._live[run]
         if run in self._waiting:
-            del self._waiting[run]
+            self._waiting.discard(run)
             await self._finish(live, State.CANCELLED, reason, b"")
         else:
             live.stop(reason)

@@ -16,7 +16,7 @@ from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.executor.messages import UNAVAILABLE
+from seoro.bridges.executor.messages import MINOR, UNAVAILABLE
 from seoro.bridges.serving.answering import answer
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, open_session
 from seoro.bridges.wire.keys import executor_command, executor_token
@@ -98,7 +98,7 @@ async def _serving(
     name = options.name
     async with (
         session.answering(executor_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
-        session.token(executor_token(wire.NAMESPACE, name, secrets.token_hex(8))),
+        session.token(executor_token(wire.NAMESPACE, name, f"{MINOR}-{secrets.token_hex(8)}")),
         background() as duties,
     ):
         duties.start_soon(_answer, server, requests, tasks)

@@ -70,7 +70,8 @@ class Server:
         if name not in self._handlers:
             raise RequestRefused(
                 Result.FEATURE_UNSUPPORTED,
-                f"this executor cannot be asked for {name!r}: known are {listed(self._handlers)}",
+                f"this executor is of seoro {__version__} and cannot be asked for {name!r}: "
+                f"known are {listed(self._handlers)}",
             )
         verb, handler = self._handlers[name]
         return await handler(decoded(verb, payload))
@@ -84,7 +85,9 @@ class Server:
     # -------------------------------------------------------- taking runs in
 
     async def _describe(self, _request: Empty) -> wire.ExecutorInfo:
-        return self._info
+        received = time.time()
+        now = {"running": self._queue.running, "waiting": self._queue.waiting}
+        return self._info.model_copy(update={**now, "received": received, "sent": time.time()})
 
     async def _missing_blobs(self, request: wire.Hashes) -> wire.Hashes:
         return wire.Hashes(hashes=self._blobs.missing(request.hashes))
@@ -101,7 +104,7 @@ class Server:
             await anyio.to_thread.run_sync(self._unpack, request)
             info = await self._store.add(request)
         self._queue.add(info, request)
-        return info
+        return self._queue.placed(info)
 
     def _unpack(self, request: wire.Submission) -> None:
         """Lay the bundle of a run out, before the run is known: half of one is removed with the next start."""
@@ -119,12 +122,13 @@ class Server:
     # -------------------------------------------------------- telling of runs
 
     async def _list_runs(self, request: wire.ListRuns) -> wire.Runs:
-        return wire.Runs(runs=await self._store.youngest(request.limit, request.prefix))
+        runs = await self._store.youngest(request.limit, request.prefix)
+        return wire.Runs(runs=tuple(map(self._queue.placed, runs)))
 
     async def _known(self, run: str) -> RunInfo:
         live = self._queue.get(run)
         if live is not None:
-            return live.info
+            return self._queue.placed(live.info)
         try:
             return await self._store.info(run)
         except KeyError:
@@ -154,7 +158,7 @@ class Server:
                 await live.changes.wait_for(is_news, request.wait)
             if request.keeps_alive:
                 live.note_watcher()
-        info = live.info if live is not None else await self._known(request.run)
+        info = self._queue.placed(live.info) if live is not None else await self._known(request.run)
         lines, is_last = _lines(self._store.folder(request.run).trace, request.at)
         return wire.Records(
             lines=lines, at=request.at + len(lines), is_complete=is_last and info.state.is_final, info=info

@@ -29,7 +29,7 @@ from seoro.errors import InvalidUse
 
 T = TypeVar("T")
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 _TABLES: Final = """
 CREATE TABLE runs (
     number INTEGER PRIMARY KEY,          -- in the order of submission
@@ -43,11 +43,13 @@ CREATE TABLE runs (
     reason TEXT NOT NULL DEFAULT '',
     announcement TEXT NOT NULL DEFAULT '',
     submission BLOB NOT NULL,            -- the message
-    end BLOB NOT NULL DEFAULT x''        -- `seoro.embed.ends`
+    end BLOB NOT NULL DEFAULT x'',       -- `seoro.embed.ends`
+    priority INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE INDEX runs_by_state ON runs (state);
 """
-_FIELDS: Final = "run, file, by, state, submitted, started, ended, reason, announcement"
+_RENEWALS: Final = {1: "ALTER TABLE runs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;"}  # from that schema on
+_FIELDS: Final = "run, file, by, state, submitted, started, ended, reason, announcement, priority"
 _LOST: Final = "the executor died while the scenario ran"
 
 
@@ -111,9 +113,10 @@ class Store:
         """Keep a new run, queued; one of that id that there is already stays as it is."""
         values = (
             submission.run, submission.manifest.shown, submission.by, State.QUEUED.value, time.time(),
-            encode(submission),
+            encode(submission), submission.priority,
         )  # fmt: skip
-        command = "INSERT OR IGNORE INTO runs (run, file, by, state, submitted, submission) VALUES (?,?,?,?,?,?)"
+        fields = "run, file, by, state, submitted, submission, priority"
+        command = f"INSERT OR IGNORE INTO runs ({fields}) VALUES (?,?,?,?,?,?,?)"  # noqa: S608 - names of ours
         await self._do(lambda database: database.execute(command, values))
         return await self.info(submission.run)
 
@@ -234,6 +237,9 @@ def _open(path: Path) -> sqlite3.Connection:
         database.execute("PRAGMA journal_mode = WAL")
         database.execute("PRAGMA synchronous = NORMAL")
         version = database.execute("PRAGMA user_version").fetchone()[0]
+        while version in _RENEWALS:
+            renewal, version = _RENEWALS[version], version + 1
+            database.executescript(f"BEGIN; {renewal} PRAGMA user_version = {version}; COMMIT;")
         if version == 0:
             database.executescript(f"BEGIN; {_TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;")
         elif version != SCHEMA:

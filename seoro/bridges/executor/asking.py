@@ -35,13 +35,15 @@ class Executor:
     Args:
         session: That reaches it.
         name: Its name.
+        minor: Of the version of what it says; `messages.MINOR` is ours.
 
     `on_silence` is called when it does not answer, and `on_answer` when it does again.
     """
 
-    def __init__(self, session: AsyncSession, name: str) -> None:
+    def __init__(self, session: AsyncSession, name: str, minor: int) -> None:
         self._session = session
         self.name = name
+        self.minor = minor
         self.patience = PATIENCE
         self.on_silence: Callable[[str], object] = lambda reason: None
         self.on_answer: Callable[[], object] = lambda: None

@@ -18,6 +18,8 @@ from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
 
+MINOR = 1  # of what is said here; grows with what is added
+PRIORITIES = 1  # the minor version from which on there are priorities
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # of a bundle
 MAX_FILE = 256 << 20  # [bytes]
@@ -25,6 +27,7 @@ MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
 UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
+HIGHEST_PRIORITY = 100  # and the lowest, below 0
 LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -140,6 +143,7 @@ class Submission(Said):
     manifest: Manifest
     by: Text = ""  # who asks for it, for people
     stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
+    priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
 
 
 class RunInfo(Said):
@@ -154,6 +158,8 @@ class RunInfo(Said):
     ended: float | None = None
     reason: str = ""  # of its end, in a line
     announcement: str = ""  # what it runs with, once that is known
+    priority: int = 0
+    place: int | None = None  # in the queue, from 1 on; None if it does not wait
 
 
 class Runs(Said):
@@ -239,6 +245,10 @@ class ExecutorInfo(Said):
     version: str  # of seoro
     jobs: int  # how many runs go on at a time
     allowed: tuple[str, ...]  # what scenarios may do that they else may not
+    running: int = 0  # how many runs go on now
+    waiting: int = 0  # and how many wait
+    received: float | None = None  # when the request arrived [s since 1970], by the executor's clock
+    sent: float | None = None  # when this left, by the same
 
 
 DESCRIBE = Verb("describe", Empty, ExecutorInfo)

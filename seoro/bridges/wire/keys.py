@@ -78,3 +78,13 @@ def executor_token(namespace: str, executor: str, boot: str) -> str:
 def executor_tokens(namespace: str) -> str:
     """Key expression of the tokens of all executors."""
     return _tokens(namespace, "exec")
+
+
+def any_executor_tokens(namespace: str) -> str:
+    """Key expression of the tokens of all executors, whatever version of the protocol they speak."""
+    return f"seoro/*/{_chunk(namespace)}/alive/exec/*/*"
+
+
+def token_major(key: str) -> str:
+    """Major version of the protocol of whoever has declared a liveliness token."""
+    return key.split("/")[1]

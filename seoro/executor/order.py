@@ -1,0 +1,80 @@
+"""Which of the runs that wait is next: by priority, and within a priority by turns among those who have submitted.
+
+Whoever has been served least recently is next, so that one who submits many runs holds up nobody else: another
+waits for what runs now and for one run of each, however many there are. Runs of one submitter keep their order.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+
+
+class Waiting:
+    """Runs that wait."""
+
+    def __init__(self) -> None:
+        self._runs: dict[int, dict[str, dict[str, None]]] = {}  # by priority and submitter, in order
+        self._where: dict[str, tuple[int, str]] = {}  # priority and submitter
+        self._served: dict[str, int] = {}  # which turn each submitter had last
+        self._turn = 0
+        self._places: Mapping[str, int] | None = None  # as far as they are known
+
+    def __contains__(self, run: str) -> bool:
+        return run in self._where
+
+    def __len__(self) -> int:
+        return len(self._where)
+
+    def add(self, run: str, priority: int, submitter: str) -> None:
+        """A run is to wait."""
+        self._where[run] = priority, submitter
+        self._runs.setdefault(priority, {}).setdefault(submitter, {})[run] = None
+        self._places = None
+
+    def discard(self, run: str) -> None:
+        """A run waits no more."""
+        priority, submitter = self._where.pop(run)
+        submitters = self._runs[priority]
+        del submitters[submitter][run]
+        if not submitters[submitter]:
+            del submitters[submitter]
+        if not submitters:
+            del self._runs[priority]
+        self._places = None
+
+    def take(self) -> str:
+        """The run that is next, which waits no more; there must be one."""
+        run = next(self._ordered())
+        _, submitter = self._where[run]
+        self.discard(run)
+        self._turn += 1
+        self._served[submitter] = self._turn
+        if not self._where:
+            self._served.clear()
+        return run
+
+    @property
+    def places(self) -> Mapping[str, int]:
+        """The place of each run, from 1 on, if no other comes."""
+        if self._places is None:
+            self._places = MappingProxyType({run: place for place, run in enumerate(self._ordered(), 1)})
+        return self._places
+
+    def _ordered(self) -> Iterator[str]:
+        served, turn = dict(self._served), self._turn
+        for priority in sorted(self._runs, reverse=True):
+            submitters = self._runs[priority].items()
+            turns = [(served.get(name, 0), at, name, iter(runs)) for at, (name, runs) in enumerate(submitters)]
+            heapq.heapify(turns)
+            while turns:
+                _, at, name, runs = turns[0]
+                run = next(runs, None)
+                if run is None:
+                    heapq.heappop(turns)
+                    continue
+                yield run
+                turn += 1
+                served[name] = turn
+                heapq.heapreplace(turns, (turn, at, name, runs))
