@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,7 @@ scenario many:
 
 @dataclass(frozen=True)
 class RunningExecutor:
-    """An executor that is running."""
+    """An executor that is running: where it is reached, where its runs are, and its process."""
 
     endpoint: str
     folder: Path
@@ -49,21 +49,30 @@ class RunningExecutor:
 
 @contextmanager
 def executor(
-    folder: Path, *options: str, largest: int | None = None, before: str = ""
+    folder: Path,
+    *options: str,
+    name: str = NAME,
+    connect: str | None = None,
+    largest: int | None = None,
+    before: str = "",
+    prefix: Sequence[str] = (),
 ) -> Iterator[RunningExecutor]:
     """An executor with its socket and its runs in a folder.
 
     Args:
         folder: That folder.
         options: Of `seoro serve`.
+        name: Its name.
+        connect: Where it is reached instead of at its socket: the endpoint of a router.
         largest: How large its files may get [bytes].
         before: Python that it runs before it starts.
+        prefix: Command that runs it.
     """
-    endpoint = f"unixsock-stream/{folder}/hub"
+    endpoint = connect or f"unixsock-stream/{folder}/hub"
     (folder / "hub").unlink(missing_ok=True)  # of one that was killed
     main = f"import sys\n{before}\nfrom seoro.cli.main import main\nsys.exit(main(sys.argv[1:]))"
-    command = [sys.executable, "-c", main, "serve", "--name", NAME, "--listen", endpoint]
-    command += ["--folder", str(folder / "state"), *options]
+    command = [*prefix, sys.executable, "-c", main, "serve", "--name", name]
+    command += ["--connect" if connect else "--listen", endpoint, "--folder", str(folder / "state"), *options]
     if largest is not None:
         command = ["prlimit", f"--fsize={largest}", *command]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
@@ -73,6 +82,7 @@ def executor(
             yield RunningExecutor(endpoint, folder, process)
         finally:
             if process.poll() is None:
+                process.send_signal(signal.SIGCONT)
                 process.send_signal(signal.SIGINT)
                 try:
                     process.wait(20)

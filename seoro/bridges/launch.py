@@ -86,15 +86,22 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
 
 
 @asynccontextmanager
-async def connect_simulator(endpoint: str, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
+async def connect_simulator(
+    endpoint: str, options: SimulatorOptions, name: str | None = None
+) -> AsyncIterator[SimulatorNode]:
     """Use a simulator node that is running; it goes on when the block ends, without anything of the run.
+
+    Args:
+        endpoint: Its Zenoh endpoint, or that of the router that it is connected to.
+        options: What is wanted of it.
+        name: Of the node; None for the only one there.
 
     Raises:
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
     try:
         async with open_session(connect=endpoint) as session:
-            node_name = await find_node(session, endpoint)
+            node_name = await find_node(session, endpoint, name)
             address = NodeAddress(session, wire.NAMESPACE, node_name)
             node = await _open(address, options)
             async with background() as group:
@@ -259,18 +266,41 @@ async def _await_start(address: NodeAddress, process: Process, errors: _LastLine
     raise BackendError(f"the simulator node '{address.node}' did not start within {START_TIMEOUT:g} s")
 
 
-async def find_node(session: AsyncSession, endpoint: str) -> str:
+async def find_node(session: AsyncSession, endpoint: str, name: str | None = None) -> str:
     """The name of the simulator node that is reached by a session that is connected to an endpoint.
 
+    Args:
+        session: The session.
+        endpoint: That endpoint.
+        name: Which node it has to be; None for the only one there.
+
     Raises:
-        InvalidUse: There is none.
+        InvalidUse: There is none, or there are several.
     """
+    key, found = wire.node_tokens(wire.NAMESPACE), set[str]()
     with anyio.move_on_after(FIND_TIMEOUT):
-        async with session.tokens(wire.node_tokens(wire.NAMESPACE)) as tokens:
+        async with session.tokens(key) as tokens:
             async for token, alive in tokens:
                 if alive:
-                    return wire.token_node(token)[0]
-    raise InvalidUse(f"there is no simulator node at {endpoint}", help="start one with `seoro sim mujoco`")
+                    found.add(wire.token_node(token)[0])
+                if name is None and found:
+                    found |= {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
+                    break
+                if name in found:
+                    return str(name)
+    known = ", ".join(sorted(found))
+    if name is not None:
+        raise InvalidUse(
+            f"there is no simulator node '{name}' at {endpoint}",
+            help=f"there are {known}" if known else "start one with `seoro sim mujoco`",
+        )
+    if not found:
+        raise InvalidUse(f"there is no simulator node at {endpoint}", help="start one with `seoro sim mujoco`")
+    if len(found) > 1:
+        raise InvalidUse(
+            f"there are several nodes at {endpoint}: {known}", help="a lab file says by `name` which is meant"
+        )
+    return found.pop()
 
 
 async def _watch_process(process: Process, node: SimulatorNode, errors: _LastLines) -> None:

@@ -42,8 +42,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="seed of all it draws (default: 0, or what a snapshot goes on with)",
     )
-    parser.add_argument(
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
         "--listen", metavar="ENDPOINT", help="Zenoh endpoint to listen on (default: tcp/127.0.0.1:7450)"
+    )
+    place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the Zenoh router there")
+    parser.add_argument(
+        "--node",
+        metavar="NODE",
+        help="what lab files call it by `name`, where several are reached over one router (default: NAME)",
     )
     parser.add_argument(
         "--rate",
@@ -65,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
 
     name, arguments = _beginning(options)
     check_installed(name)
-    for option in ("seed", "listen", "rate"):
+    for option in ("seed", "listen", "connect", "node", "rate"):
         if getattr(options, option) is not None:
             arguments += [f"--{option}", str(getattr(options, option))]
     for folder in options.model_path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import secrets
 import sqlite3
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -16,10 +15,11 @@ from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.executor.messages import MINOR, UNAVAILABLE
+from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.serving.answering import answer
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, open_session
-from seoro.bridges.wire.keys import executor_command, executor_token
+from seoro.bridges.wire.keys import executor_command
+from seoro.executor.naming import announced, await_name
 from seoro.executor.policy import check_permissions
 from seoro.executor.queue import Queue
 from seoro.executor.serving import Server, days_ago
@@ -61,7 +61,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
     """Be an executor for as long as the block lasts; yields how many runs an earlier start has lost.
 
     Raises:
-        InvalidUse: The folder cannot be used.
+        InvalidUse: The folder cannot be used, or another executor has the name.
         SessionError: The endpoint does not work.
     """
     check_permissions(options.allowed)
@@ -73,6 +73,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             open_pool() as pool,
             background() as tasks,
         ):
+            await await_name(session, options.name)
             queue = Queue(store, pool, tasks, options.jobs, options.allowed)
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
@@ -98,7 +99,7 @@ async def _serving(
     name = options.name
     async with (
         session.answering(executor_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
-        session.token(executor_token(wire.NAMESPACE, name, f"{MINOR}-{secrets.token_hex(8)}")),
+        announced(session, name),
         background() as duties,
     ):
         duties.start_soon(_answer, server, requests, tasks)

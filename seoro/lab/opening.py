@@ -57,7 +57,7 @@ async def open_lab(lab: Lab, seed: int, models: ModelPath, purpose: str) -> Asyn
             name, wanted = lab.simulator
             options = SimulatorOptions(lab.world, seed, models)
             if wanted.connect is not None:
-                opened = connect_simulator(wanted.connect, options)
+                opened = connect_simulator(wanted.connect, options, wanted.name)
             else:
                 assert wanted.simulator is not None, "the schema asks for one or the other"
                 opened = start_simulator(wanted.simulator, options)

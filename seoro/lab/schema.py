@@ -17,6 +17,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+NodeName = Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
@@ -29,18 +30,22 @@ class SimulatorFile(_Part):
 
     Args:
         simulator: Its name, such as `mujoco`.
-        connect: Zenoh endpoint of one that runs.
+        connect: Zenoh endpoint of one that runs, or of the router that it is connected to.
+        name: Of the one that runs, where there are several nodes at one router.
         world: Name of its world, or path of a world file from the folder of the lab file.
     """
 
     simulator: Text | None = None
     connect: Text | None = None
+    name: NodeName | None = None
     world: Text | None = None
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.simulator is None) == (self.connect is None):
             raise ValueError("say either which `simulator` to start, or where to `connect` to one")
+        if self.name is not None and self.connect is None:
+            raise ValueError("a `name` tells apart simulators to `connect` to: leave it out")
         return self
 
 
@@ -53,7 +58,7 @@ class BridgeFile(_Part):
     """
 
     connect: Text
-    name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")] | None = None
+    name: NodeName | None = None
 
 
 class RobotFile(_Part):

@@ -80,6 +80,11 @@ def executor_tokens(namespace: str) -> str:
     return _tokens(namespace, "exec")
 
 
+def executor_tokens_of(namespace: str, executor: str) -> str:
+    """Key expression of the tokens of the executors of one name."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/{_chunk(executor)}/*"
+
+
 def any_executor_tokens(namespace: str) -> str:
     """Key expression of the tokens of all executors, whatever version of the protocol they speak."""
     return f"seoro/*/{_chunk(namespace)}/alive/exec/*/*"
