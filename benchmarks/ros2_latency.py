@@ -8,8 +8,10 @@ message is put until, in turns,
 - coroutine: the coroutine that waits for it has it.
 - scenario: the action starts that follows a `wait` for a variable, which `topic_monitor` lets follow the topic.
 
-The event loop is that of `seoro exec --ros`, uvloop. All processes read the same monotonic clock. Printed are
-medians of all messages, the lowest and the highest median of a round, and the 99th percentile.
+A machine that has nothing to do sleeps, and wakes up late: with `--awake`, which takes root's rights, its
+processors are kept from that, as those of real-time systems are. The event loop is that of `seoro exec --ros`,
+uvloop. All processes read the same monotonic clock. Printed are medians of all messages, the lowest and the
+highest median of a round, and the 99th percentile.
 """
 
 from __future__ import annotations
@@ -19,11 +21,12 @@ import asyncio
 import json
 import os
 import statistics
+import struct
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -265,10 +268,19 @@ def report(period: float, found: Mapping[str, Sequence[list[float]]]) -> None:
     print(f"  {whole:.0f} us, of which {whole - medians['bare']:.0f} are seoro's; limit {LIMIT:.0f} us: {verdict}")
 
 
+@contextmanager
+def awake() -> Iterator[None]:
+    """Keep the processors from sleeping: Linux lets them be late by no time at all while this is open."""
+    with Path("/dev/cpu_dma_latency").open("wb", buffering=0) as latency:
+        latency.write(struct.pack("i", 0))  # [us]
+        yield
+
+
 def main() -> None:
     """All of it, or one role."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--awake", action="store_true", help="keep the processors from sleeping")
     parser.add_argument("--role", help=argparse.SUPPRESS)
     options = parser.parse_args()
     match options.role:
@@ -282,6 +294,7 @@ def main() -> None:
             with (
                 tempfile.TemporaryDirectory() as folder,
                 another_of("ros2_wire.py", "router"),
+                awake() if options.awake else nullcontext(),
                 asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner,
             ):
                 runner.run(measure(options.rounds, load(Path(folder))))

@@ -89,6 +89,9 @@ async def topic_monitor(
     what = f"`{member_name}` of {topic_name}" if member_name else f"a message of {topic_name}"
     with failing():
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
-            while True:
-                message = await next_message(ctx, subscription)
-                store(ctx, target_variable, member(message.members, member_name, what), what)
+
+            def take() -> None:
+                while (message := subscription.take_now()) is not None:
+                    store(ctx, target_variable, member(message.members, member_name, what), what)
+
+            await ctx.follow(subscription.when_arrived, take)

@@ -82,6 +82,7 @@ class Agenda:
         self._asking = 0
         self._expected = 0  # answers that a backend will give as time goes on
         self._open = False  # whether the instant has not settled
+        self._is_apart = False  # whether `drive` does not know of it
         self._finished = False
         self._alive = 0  # flows that have not ended
         self._skips = 0  # instants since other tasks have had a turn
@@ -216,7 +217,7 @@ class Agenda:
     def arrive(self, waiter: Waiter) -> None:
         """Wake a flow that waits for the outside world.
 
-        Where time passes by itself, an instant begins in this call, and the flow goes on before `drive` does: what
+        Where time passes by itself, an instant begins in this call, and `drive` is told when it has settled: what
         arrives is answered a turn of the event loop sooner.
         """
         if self._open or self._clock.deterministic or self._finished:
@@ -224,8 +225,20 @@ class Agenda:
         elif not (waiter.fired or waiter.over):
             waiter.fired = True
             self._fired.append(waiter)
+            self._is_apart = True
             self._open_instant()
-            self._interrupt.set()
+
+    def happen(self, act: Callable[[], None]) -> None:
+        """Do what the outside world brings about, in this instant or in one that begins in this call.
+
+        On clocks of which the runtime is the master, it is done in the next instant.
+        """
+        if self._open or self._clock.deterministic or self._finished:
+            self.tell(act)
+        else:
+            self._held.append(act)
+            self._is_apart = True
+            self._open_instant()
 
     def at(self, time: float, entry: Entry) -> None:
         """Fire a waiter, or let a timer or a limit act, in the first instant at or after a time."""
@@ -405,6 +418,9 @@ class Agenda:
                 elif not (self._fire_due() or self._act_at_end() or self._skip()):
                     self._open = False
                     self._settled.set()
+                    if self._is_apart:
+                        self._is_apart = False
+                        self._interrupt.set()
 
     def _waits_for_answers(self) -> bool:
         return self._asking > 0 and self._clock.deterministic
@@ -433,11 +449,11 @@ class Agenda:
     def _open_instant(self) -> None:
         self._skips = 0
         self._settled.clear()
+        self._open = True
         try:
             self._begin_instant()
         except Exception as error:
             self._broken(error)
-        self._open = True
         self._advance()
 
     def _begin_instant(self) -> None:

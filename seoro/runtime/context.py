@@ -7,13 +7,13 @@ from collections.abc import Awaitable, Callable, Collection, Sequence
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from threading import Thread
-from typing import Any, TypeVar, cast
+from typing import Any, NoReturn, TypeAlias, TypeVar, cast
 
 from seoro.errors import ActionFailed
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Agenda, Waiter
 from seoro.runtime.blocking import Meter
-from seoro.runtime.contracts import Report
+from seoro.runtime.contracts import GoalStatus, Report
 from seoro.runtime.lasting import Kept
 from seoro.runtime.needs import invocations
 from seoro.runtime.outputs import Outputs
@@ -23,6 +23,7 @@ from seoro.runtime.verdict import Cancelled, RunStatus
 
 T = TypeVar("T")
 C = TypeVar("C")
+Listen: TypeAlias = Callable[[Callable[[], None]], None]
 
 
 class Pending:
@@ -227,6 +228,43 @@ class ActionContext:
                 self._place.agenda.expect(-1)
         assert pending._report is not None
         return pending._report
+
+    async def follow(self, listen: Listen, act: Callable[[], None]) -> NoReturn:
+        """Do something each time that the outside world has something, until the action is ended.
+
+        It is done in the instant in which that arrives, without a step of the action.
+
+        Args:
+            listen: Has something called once, in the event loop, when there is something.
+            act: Takes what there is. What it raises is raised here.
+        """
+        flow, failure = self._place.flow, Pending()
+        failed: list[Exception] = []
+
+        def arrived() -> None:
+            self._place.agenda.happen(take)
+
+        def take() -> None:
+            if flow.ended is not None or failure.settled or not follows:
+                return
+            self._meter.begin()
+            try:
+                act()
+            except Exception as error:
+                failed.append(error)
+                failure.settle(Report(GoalStatus.ABORTED))
+            else:
+                listen(arrived)
+            finally:
+                self._meter.end()
+
+        follows = True
+        listen(arrived)
+        try:
+            await self.report(failure)
+        finally:
+            follows = False
+        raise failed[0]
 
     async def _wait(self, waiter: Waiter) -> None:
         self._meter.end()  # when the last flow parks, the agenda goes on within its call, maybe with this one
