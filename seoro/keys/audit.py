@@ -1,0 +1,164 @@
+"""The log of what was asked of an executor: lines of JSON, each signed, each with the hash of the one before it.
+
+Whoever changes a line, takes one out of the middle or puts one in breaks the chain. Lines that are taken off the
+end leave no trace but in copies: whoever wants to be sure keeps the number and the hash of a last line elsewhere.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from base64 import b64decode, b64encode
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+
+from seoro.keys.certificates import check_issued, identity_of
+from seoro.keys.errors import InvalidKeys
+from seoro.keys.folder import Keys
+from seoro.keys.roles import Role
+from seoro.keys.sealing import certificate_der
+
+STARTED: Final = "executor started"
+_ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
+_NOTHING: Final = "0" * 64  # the hash of the line before the first
+_LONGEST: Final = 1 << 20  # [bytes] of a line
+
+
+class Audit:
+    """Writes a log, which goes on where it was.
+
+    Args:
+        path: Its file.
+        keys: Of the executor.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+
+    def __init__(self, path: Path, keys: Keys) -> None:
+        self._keys = keys
+        self._file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o600), "r+b", buffering=0)
+        whole, last = _last_line(path)
+        self._file.truncate(whole)  # what was half written when an executor died is no line
+        self._file.seek(whole)
+        self._number = 0 if last is None else int(json.loads(last)["number"]) + 1
+        self._previous = _NOTHING if last is None else hashlib.sha256(last).hexdigest()
+        certificate = b64encode(certificate_der(keys.certificate)).decode()
+        self.write(what=STARTED, by=keys.identity.name, certificate=certificate)
+
+    def write(self, **entry: Any) -> None:
+        """Write a line.
+
+        Args:
+            entry: What it says, as JSON has it.
+
+        Raises:
+            OSError: It could not be written.
+        """
+        said = {"number": self._number, "time": round(time.time(), 6), **entry, "previous": self._previous}
+        signature = self._keys.key.sign(_signed(said), _ALGORITHM)
+        line = json.dumps({**said, "signature": b64encode(signature).decode()}).encode() + b"\n"
+        at = self._file.tell()
+        try:
+            if self._file.write(line) != len(line):
+                raise OSError("the disk is full")
+        except OSError:
+            self._file.truncate(at)
+            self._file.seek(at)
+            raise
+        self._number += 1
+        self._previous = hashlib.sha256(line).hexdigest()
+
+    def close(self) -> None:
+        """Write nothing any more."""
+        self._file.close()
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A log that holds.
+
+    Attributes:
+        count: How many lines it has.
+        last: Hash of the last line.
+        executors: Whose logs they are.
+    """
+
+    count: int
+    last: str
+    executors: tuple[str, ...]
+
+
+def check_log(path: Path, authority: x509.Certificate) -> Checked:
+    """Check that nothing in a log was changed, taken out or put in.
+
+    Raises:
+        InvalidKeys: Something was, or it is no log.
+    """
+    previous, public, number = _NOTHING, None, -1
+    executors: dict[str, None] = {}
+    for number, line in enumerate(_lines(path)):
+        where = f"{path}:{number + 1}"
+        try:
+            said = json.loads(line)
+            signature = b64decode(said.pop("signature"), validate=True)
+            if said["what"] == STARTED:
+                public, name = _executor(b64decode(said["certificate"], validate=True), authority)
+                executors[name] = None
+            if public is None:
+                raise InvalidKeys("the line with the certificate of the executor is missing before it")
+            public.verify(signature, _signed(said), _ALGORITHM)
+            if said["number"] != number or said["previous"] != previous:
+                raise InvalidKeys("lines before it are missing, or were changed")
+        except InvalidSignature:
+            raise InvalidKeys(f"{where}: the line was changed, or was not written by the executor") from None
+        except InvalidKeys as error:
+            raise InvalidKeys(f"{where}: {error}") from None
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidKeys(f"{where}: it is no line of such a log") from error
+        previous = hashlib.sha256(line).hexdigest()
+    return Checked(number + 1, previous, tuple(executors))
+
+
+def _executor(data: bytes, authority: x509.Certificate) -> tuple[ec.EllipticCurvePublicKey, str]:
+    certificate = x509.load_der_x509_certificate(data)
+    check_issued(certificate, authority)
+    identity, public = identity_of(certificate), certificate.public_key()
+    if identity.role is not Role.EXECUTOR or not isinstance(public, ec.EllipticCurvePublicKey):
+        raise InvalidKeys(f"{identity} is no executor")
+    return public, identity.name
+
+
+def _signed(said: dict[str, Any]) -> bytes:
+    return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    try:
+        with path.open("rb") as file:
+            while line := file.readline(_LONGEST):
+                yield line
+    except OSError as error:
+        raise InvalidKeys(f"cannot read {path}: {error.strerror}") from error
+
+
+def _last_line(path: Path) -> tuple[int, bytes | None]:
+    """How many bytes of a log are whole lines, and the last of them."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        start = max(size - 2 * _LONGEST, 0)
+        file.seek(start)
+        data = file.read()
+    whole = data[: data.rfind(b"\n") + 1]
+    if not whole:
+        return 0, None
+    return start + len(whole), whole[whole.rfind(b"\n", 0, -1) + 1 :]
