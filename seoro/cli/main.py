@@ -12,6 +12,7 @@ from typing import Final
 from seoro import __version__
 from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
+from seoro.cli.keys_arguments import use_keys
 from seoro.cli.output import print_error
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 
@@ -33,6 +34,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "stop": "stop a run on an executor",
     "get": "bring home what a run on an executor has left",
     "rm": "have executors forget a run, with all that it has left",
+    "keys": "make the keys of a lab, which say who may take part over the network, and take them back",
     "sim": "start a simulator node, for runs that connect to it",
     "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
     "ros": "look at a ROS 2 system, and talk to it",
@@ -52,6 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options, unknown = _parser(arguments).parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
+    use_keys(options)
     try:
         return int(options.run(options))
     except (InvalidScenario, InvalidUse) as error:

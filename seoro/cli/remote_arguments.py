@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import Container, positive
 from seoro.cli.files import STDIN
+from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def add_executor_argument(parser: Container) -> None:
         metavar="ENDPOINT",
         help=f"where executors are reached (default: that of SEORO_EXECUTOR, else {ENDPOINT})",
     )
+    add_keys_argument(parser)
 
 
 def add_run_argument(parser: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ import anyio
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import number, whole
 from seoro.cli.exits import Exit
+from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -23,17 +24,18 @@ EXAMPLES = """examples:
   seoro serve --name lab-a
   seoro exec obstacle.osc --sim mujoco --on lab-a      (in another terminal)
   seoro serve --name lab-a --jobs 4 --allow python
+  seoro serve --keys lab-a.keys --listen tls/0.0.0.0:7470
 
 It ends on Ctrl-C: what runs is stopped and cleans up, what waits is run when it is started again."""
 KEEP = 30.0  # [days]
-# Who reaches these is on this machine already.
-_LOOPBACK = re.compile(r"unixsock-stream/.+|[a-z]+/(127(\.\d{1,3}){3}|localhost|\[::1\]):\d+.*")
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--name", default="local", help="name of the executor, for `--on` (default: %(default)s)")
+    parser.add_argument(
+        "--name", help="name of the executor, for `--on` (default: that in its keys if it has any, else local)"
+    )
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--listen", metavar="ENDPOINT", help=f"listen there for clients (default: {ENDPOINT})")
     place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the executor or Zenoh router there")
@@ -60,25 +62,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="let scenarios do what they else may not: python, run_process, ros_run, ros_launch (repeatable)",
     )
+    parser.add_argument(
+        "--policy", type=Path, metavar="FILE", help="what those of each role may do, and how much of it (YAML)"
+    )
+    add_keys_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from seoro.bridges.session import SessionError  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.executor.limits import Policy, read_policy  # noqa: PLC0415 - the same
     from seoro.executor.running import ExecutorOptions  # noqa: PLC0415 - the same
 
-    if re.fullmatch(r"[a-z0-9_-]+", options.name) is None:
-        raise InvalidUse(f"'{options.name}' cannot name an executor: use lower-case letters, digits, '_' and '-'")
     listen = None if options.connect else options.listen or ENDPOINT
-    _check_loopback(options.connect or ENDPOINT if listen is None else listen)
+    name = options.name or _name_in_keys(options.connect or options.listen or ENDPOINT) or "local"
+    if re.fullmatch(r"[a-z0-9_-]+", name) is None:
+        raise InvalidUse(f"'{name}' cannot name an executor: use lower-case letters, digits, '_' and '-'")
     settings = ExecutorOptions(
-        options.name,
-        options.folder or _state_folder() / options.name,
+        name,
+        options.folder or _state_folder() / name,
         listen,
         options.connect,
         options.jobs,
         options.keep,
         frozenset(options.allow),
+        policy=read_policy(options.policy) if options.policy else Policy(),
     )
     try:
         return anyio.run(_serve, settings)
@@ -101,18 +109,12 @@ async def _serve(settings: ExecutorOptions) -> int:
     return Exit.PASSED
 
 
-def _check_loopback(endpoint: str) -> None:
-    """Refuse what others could reach.
+def _name_in_keys(endpoint: str) -> str | None:
+    """Whose keys an executor would have at an endpoint; None if it would have none."""
+    from seoro.bridges.secured import SERVING_RUNS, keys_for  # noqa: PLC0415 - Zenoh, for this command only
 
-    Raises:
-        InvalidUse: They could.
-    """
-    if _LOOPBACK.fullmatch(endpoint) is None:
-        raise InvalidUse(
-            f"an executor runs what it is sent, and at {endpoint} others than this machine's users could send "
-            "something: there are no keys yet that would tell who may",
-            help=f"use an address of this machine such as {ENDPOINT}, and reach it by a tunnel: `ssh -L`",
-        )
+    keys = keys_for(endpoint, SERVING_RUNS)
+    return None if keys is None else keys.identity.name
 
 
 def _state_folder() -> Path:

@@ -22,15 +22,16 @@ from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self, Unpack
+from typing import TYPE_CHECKING, Self, Unpack
 
 from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.executor.clocks import Clock, describe
-from seoro.bridges.executor.finding import find_executor, find_executors
-from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bridges.executor.finding import find_executor, find_executors, how_to_see_some
+from seoro.bridges.secured import CLIENTS, check_reached, keys_for, security_of
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bundle.packing import Bundle, pack
 from seoro.client.runs import RemoteRun
 from seoro.client.uploading import upload
@@ -39,6 +40,9 @@ from seoro.embed.checking import check_options
 from seoro.embed.options import OptionFields, Options
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostics import near
+
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
 
 VARIABLE = "SEORO_EXECUTOR"  # of the environment, with the endpoint
 
@@ -77,19 +81,27 @@ class Client:
     Args:
         endpoint: Where they are reached; None for that of the environment variable `SEORO_EXECUTOR`, else
             `tcp/127.0.0.1:7470`.
+        keys: Folder of keys, for endpoints outside this machine; None for that of the environment variable
+            `SEORO_KEYS`, else `~/.config/seoro/keys`.
 
-    Opening raises `InvalidUse` when nothing answers there.
+    Opening raises `InvalidUse` when nothing answers there, or the keys are not valid there.
     """
 
-    def __init__(self, endpoint: str | None = None) -> None:
+    def __init__(self, endpoint: str | None = None, keys: str | Path | None = None) -> None:
         self.endpoint = endpoint or os.environ.get(VARIABLE) or ENDPOINT
+        self._folder = None if keys is None else Path(keys)
+        self._keys: Keys | None = None
         self._opened = AsyncExitStack()
         self._session: AsyncSession | None = None
 
     async def __aenter__(self) -> Self:
+        self._keys = keys_for(self.endpoint, CLIENTS, self._folder)
+        security = security_of(self.endpoint, self._keys)
         try:
-            self._session = await self._opened.enter_async_context(open_session(connect=self.endpoint))
+            opening = open_session(connect=self.endpoint, security=security)
+            self._session = await self._opened.enter_async_context(opening)
         except SessionError as error:
+            check_reached(self.endpoint, security)
             hint = "start an executor with `seoro serve`, or say with `SEORO_EXECUTOR` where one is reached"
             raise InvalidUse(str(error), help=hint) from error
         return self
@@ -102,7 +114,7 @@ class Client:
 
     async def executors(self) -> list[str]:
         """The names of all executors that are there."""
-        return [executor.name for executor in await find_executors(self._there)]
+        return [executor.name for executor in await self._all()]
 
     async def describe(self, executor: str | None = None) -> list[ExecutorStatus]:
         """How an executor does, or all that there are, by their names.
@@ -159,7 +171,7 @@ class Client:
     ) -> RemoteRun:
         """The same with a bundle that was made before."""
         check_priority(priority)
-        reached = await find_executor(self._there, executor)
+        reached = await self._named(executor)
         if priority and reached.minor < wire.PRIORITIES:
             raise InvalidUse(
                 f"the executor '{executor}' is older than this seoro ({__version__}), and knows no priorities",
@@ -202,11 +214,20 @@ class Client:
 
     async def _reached(self, executor: str | None) -> list[Executor]:
         if executor is None:
-            found = await find_executors(self._there)
+            found = await self._all()
             if not found:
-                raise InvalidUse(f"there is no executor at {self.endpoint}", help="start one with `seoro serve`")
+                raise InvalidUse(
+                    f"there is no executor at {self.endpoint}",
+                    help=how_to_see_some("seoro serve", is_secured(self.endpoint)),
+                )
             return found
-        return [await find_executor(self._there, executor)]
+        return [await self._named(executor)]
+
+    async def _all(self) -> list[Executor]:
+        return await find_executors(self._there, self._keys, is_secured=is_secured(self.endpoint))
+
+    async def _named(self, name: str) -> Executor:
+        return await find_executor(self._there, name, self._keys, is_secured=is_secured(self.endpoint))
 
     @staticmethod
     async def _runs(executors: Iterable[Executor], request: wire.ListRuns) -> list[RemoteRun]:

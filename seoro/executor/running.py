@@ -5,28 +5,30 @@ from __future__ import annotations
 import logging
 import sqlite3
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import anyio
-from anyio.abc import TaskGroup
 
 from seoro.background import background
-from seoro.bridges import wire
-from seoro.bridges.executor.messages import UNAVAILABLE
-from seoro.bridges.serving.answering import answer
-from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, open_session
-from seoro.bridges.wire.keys import executor_command
-from seoro.executor.naming import announced, await_name
+from seoro.bridges.revoked import Revoked
+from seoro.bridges.secured import SERVING_RUNS, keys_for
+from seoro.errors import InvalidUse
+from seoro.executor.gate import Gate
+from seoro.executor.limits import Policy
 from seoro.executor.policy import check_permissions
 from seoro.executor.queue import Queue
+from seoro.executor.reaching import Reached
 from seoro.executor.serving import Server, days_ago
 from seoro.executor.store import open_store
 from seoro.executor.workers import open_pool
 
-WAITING: Final = Bound(1024, lose="newest")  # requests
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
+
+AUDIT: Final = "audit.jsonl"
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
 
@@ -45,6 +47,8 @@ class ExecutorOptions:
         jobs: How many runs go on at a time.
         keep: Days for which runs that are over are kept.
         allowed: What scenarios may do that they else may not.
+        keys: Folder of keys, for endpoints outside this machine; by default that of `SEORO_KEYS`, or of the user.
+        policy: What those of each role may do.
     """
 
     name: str
@@ -54,6 +58,8 @@ class ExecutorOptions:
     jobs: int = 1
     keep: float = 30.0
     allowed: frozenset[str] = frozenset()
+    keys: Path | None = None
+    policy: Policy = field(default_factory=Policy)
 
 
 @asynccontextmanager
@@ -61,24 +67,30 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
     """Be an executor for as long as the block lasts; yields how many runs an earlier start has lost.
 
     Raises:
-        InvalidUse: The folder cannot be used, or another executor has the name.
+        InvalidUse: The folder or the keys cannot be used, or another executor has the name.
         SessionError: The endpoint does not work.
     """
     check_permissions(options.allowed)
+    keys = keys_for(options.listen or options.connect or "", SERVING_RUNS, options.keys)
+    if keys is not None and keys.identity.name != options.name:
+        raise InvalidUse(
+            f"the executor '{options.name}' cannot have the keys of {keys.identity}",
+            help="clients trust an executor whose keys have its name: leave out `--name`",
+        )
     with open_store(options.folder) as store:
         lost = await store.give_up_running()
         await store.sweep()
         async with (
-            open_session(listen=options.listen, connect=options.connect) as session,
             open_pool() as pool,
             background() as tasks,
+            AsyncExitStack() as stack,
         ):
-            await await_name(session, options.name)
             queue = Queue(store, pool, tasks, options.jobs, options.allowed)
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
             server = Server(store, queue, options.jobs, tuple(sorted(options.allowed)))
-            async with _serving(session, options, server, tasks), background() as duties:
+            gate, reached = _opened(options, server, keys, stack)
+            async with reached.answering(gate, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(_forget, server, options.keep)
@@ -90,25 +102,20 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
                             await anyio.sleep(LAST_ANSWERS)
 
 
-@asynccontextmanager
-async def _serving(
-    session: AsyncSession, options: ExecutorOptions, server: Server, tasks: TaskGroup
-) -> AsyncIterator[None]:
-    """Answer requests for as long as the block lasts, and in its end those that came before it."""
-    busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
-    name = options.name
-    async with (
-        session.answering(executor_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
-        announced(session, name),
-        background() as duties,
-    ):
-        duties.start_soon(_answer, server, requests, tasks)
-        yield
+def _opened(
+    options: ExecutorOptions, server: Server, keys: Keys | None, stack: AsyncExitStack
+) -> tuple[Gate, Reached]:
+    """Who is let in, and where; what has to be closed is on the stack."""
+    revoked, lock = None, None
+    if keys is not None:
+        from seoro.executor.lock import Lock  # noqa: PLC0415 - only where there are keys
+        from seoro.keys.audit import Audit  # noqa: PLC0415 - the same
 
-
-async def _answer(server: Server, requests: Mailbox[Request], tasks: TaskGroup) -> None:
-    async for request in requests:
-        tasks.start_soon(answer, request, server.carry_out, "executor", UNAVAILABLE)
+        revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
+        stack.callback(audit.close)
+        lock = Lock(keys, revoked, audit)
+    gate = Gate(server, options.policy.also(options.allowed), lock)
+    return gate, Reached(options.name, options.listen, options.connect, keys, revoked)
 
 
 async def _forget(server: Server, keep: float) -> None:

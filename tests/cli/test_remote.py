@@ -259,10 +259,10 @@ def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.Capt
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--listen", "tcp/0.0.0.0:7470"], "there are no keys yet"),
-        (["--listen", "tcp/[::]:7470"], "there are no keys yet"),
-        (["--connect", "tcp/192.168.0.7:7470"], "there are no keys yet"),
-        (["--listen", "tcp/127.0.0.1.example.org:7470"], "there are no keys yet"),
+        (["--listen", "tcp/0.0.0.0:7470"], "is outside this machine"),
+        (["--listen", "tcp/[::]:7470"], "is outside this machine"),
+        (["--connect", "tcp/192.168.0.7:7470"], "is outside this machine"),
+        (["--listen", "tcp/127.0.0.1.example.org:7470"], "is outside this machine"),
         (["--name", "Lab A"], "'Lab A' cannot name an executor"),
         (["--allow", "everything"], "nothing to allow called 'everything'"),
     ],

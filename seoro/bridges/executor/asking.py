@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro.bridges.executor.messages import UNAVAILABLE
+from seoro.bridges.executor.messages import STALE, UNAVAILABLE
+from seoro.bridges.executor.seals import Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
+
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
 
 TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
 PATIENCE: Final = 300.0  # [s] for which it is asked again
@@ -36,14 +40,19 @@ class Executor:
         session: That reaches it.
         name: Its name.
         minor: Of the version of what it says; `messages.MINOR` is ours.
+        keys: What to seal commands with.
+        is_secured: Whether the executor has to have keys, too.
 
     `on_silence` is called when it does not answer, and `on_answer` when it does again.
     """
 
-    def __init__(self, session: AsyncSession, name: str, minor: int) -> None:
+    def __init__(
+        self, session: AsyncSession, name: str, minor: int, keys: Keys | None = None, *, is_secured: bool = False
+    ) -> None:
         self._session = session
         self.name = name
         self.minor = minor
+        self._seals = None if keys is None else Seals(session, name, keys, is_secured)
         self.patience = PATIENCE
         self.on_silence: Callable[[str], object] = lambda reason: None
         self.on_answer: Callable[[], object] = lambda: None
@@ -57,7 +66,7 @@ class Executor:
             wait: How long the executor may wait before it answers [s].
 
         Raises:
-            BackendRefused: It said no.
+            BackendRefused: It said no, or the keys are not for that.
             ExecutorLost: It has not answered for as long as it is waited for.
         """
         began, pause, is_silent = time.monotonic(), FIRST_PAUSE, False
@@ -88,10 +97,15 @@ class Executor:
 
     async def _ask_once(self, verb: Verb[Q, A], request: Q, wait: float) -> A:
         key = executor_command(NAMESPACE, self.name, verb.name)
+        payload = encode(request)
+        seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
         try:
-            return decode(verb.answer, await self._session.query(key, encode(request), wait + TIMEOUT))
+            return decode(verb.answer, await self._session.query(key, payload, wait + TIMEOUT, seal))
         except Refused as refused:
             said = said_in(refused.payload)
+            if said.code == STALE and self._seals is not None:
+                self._seals.forget()
+                raise _Unavailable(said.message) from None
             if said.code == UNAVAILABLE:
                 raise _Unavailable(said.message) from None
             raise BackendRefused(said.message, said.code) from None

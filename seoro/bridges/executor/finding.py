@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import anyio
 
@@ -13,11 +13,16 @@ from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import MAJOR, NAMESPACE, any_executor_tokens, executor_tokens, token_major, token_node
 from seoro.errors import InvalidUse
 
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
+
 TIMEOUT: Final = 2.0  # [s]
 
 
-async def find_executors(session: AsyncSession) -> list[Executor]:
-    """All executors that a session reaches, by their names; waits a little for the first.
+async def find_executors(
+    session: AsyncSession, keys: Keys | None = None, *, is_secured: bool = False
+) -> list[Executor]:
+    """All executors that a session reaches, by their names; waits a little for the first. See `Executor`.
 
     Raises:
         InvalidUse: There are some, of other versions only.
@@ -29,11 +34,14 @@ async def find_executors(session: AsyncSession) -> list[Executor]:
             found |= await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
     if not found:
         await _refuse_strangers(session, None)
-    return [Executor(session, name, minor) for name, minor in sorted(dict(map(_named, found)).items())]
+    named = sorted(dict(map(_named, found)).items())
+    return [Executor(session, name, minor, keys, is_secured=is_secured) for name, minor in named]
 
 
-async def find_executor(session: AsyncSession, name: str) -> Executor:
-    """The executor of a name, which is waited for a little: it may be about to start.
+async def find_executor(
+    session: AsyncSession, name: str, keys: Keys | None = None, *, is_secured: bool = False
+) -> Executor:
+    """The executor of a name, which is waited for a little: it may be about to start. See `Executor`.
 
     Raises:
         InvalidUse: There is none, or it is of another version.
@@ -43,13 +51,13 @@ async def find_executor(session: AsyncSession, name: str) -> Executor:
         async with session.tokens(executor_tokens(NAMESPACE)) as tokens:
             async for token, alive in tokens:
                 if alive and token_node(token)[0] == name:
-                    return Executor(session, *_named(token))
+                    return Executor(session, *_named(token), keys, is_secured=is_secured)
                 (others.add if alive else others.discard)(token)
     await _refuse_strangers(session, name)
     known = ", ".join(_names(others))
     raise InvalidUse(
         f"there is no executor '{name}' here",
-        help=f"there are {known}" if known else f"start it with `seoro serve --name {name}`",
+        help=f"there are {known}" if known else how_to_see_some(f"seoro serve --name {name}", is_secured),
     )
 
 
@@ -74,3 +82,9 @@ def _named(token: str) -> tuple[str, int]:
 
 def _names(tokens: Iterable[str]) -> list[str]:
     return sorted({token_node(token)[0] for token in tokens})
+
+
+def how_to_see_some(start: str, is_secured: bool) -> str:
+    """What to do when there is no executor: those whose keys are revoked see none."""
+    unseen = "; whose keys are revoked sees none" if is_secured else ""
+    return f"start it with `{start}`{unseen}"

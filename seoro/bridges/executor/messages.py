@@ -26,6 +26,8 @@ MAX_FILE = 256 << 20  # [bytes]
 MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
+DENIED = 102  # the code of a refusal: the keys of who asks, or their role, do not allow it
+STALE = 103  # the code of a refusal: what was sealed has to be sealed anew, after a challenge
 UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 HIGHEST_PRIORITY = 100  # and the lowest, below 0
 LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
@@ -142,6 +144,7 @@ class Submission(Said):
     run: RunId
     manifest: Manifest
     by: Text = ""  # who asks for it, for people
+    role: Text = ""  # as what, by their keys; set by the executor
     stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
     priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
 
@@ -251,6 +254,28 @@ class ExecutorInfo(Said):
     sent: float | None = None  # when this left, by the same
 
 
+class Challenge(Said):
+    """Asks an executor to prove that it is the one of its name."""
+
+    nonce: Annotated[bytes, Field(min_length=16, max_length=16)]  # drawn for this
+
+
+class Proof(Said):
+    """What proves it (`seoro.keys.sealing`), and what seals for it need."""
+
+    certificate: bytes
+    signature: bytes
+    boot: str  # which start of the executor this is
+    now: int  # [ns] since 1970, by its clock
+
+
+class Revoke(Said):
+    """A list of revoked keys, which the authority of the lab has signed."""
+
+    data: Annotated[bytes, Field(max_length=CHUNK)]
+
+
+CHALLENGE = Verb("challenge", Challenge, Proof)
 DESCRIBE = Verb("describe", Empty, ExecutorInfo)
 MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes)
 PUT_BLOB = Verb("put_blob", PutBlob, Empty)
@@ -262,7 +287,8 @@ RECORDS = Verb("records", AskRecords, Records)
 LIST_FILES = Verb("list_files", OneRun, Outputs)
 READ_FILE = Verb("read_file", ReadFile, FilePart)
 REMOVE_RUN = Verb("remove_run", OneRun, Empty)
+REVOKE = Verb("revoke", Revoke, Empty)
 EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
-    DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS, LIST_FILES, READ_FILE,
-    REMOVE_RUN,
+    CHALLENGE, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS, LIST_FILES,
+    READ_FILE, REMOVE_RUN, REVOKE,
 )  # fmt: skip

@@ -2,7 +2,8 @@
 
 `core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness;
 `publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the
-event loop; `declaring.py` sees to it that what was declared is undeclared. No other package imports zenoh.
+event loop; `declaring.py` sees to it that what was declared is undeclared. `security.py` is what keys mean to
+Zenoh. No other package imports zenoh.
 """
 
 from seoro.bridges.session.core import (
@@ -17,8 +18,10 @@ from seoro.bridges.session.core import (
     SessionError,
     open_session,
 )
+from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.mailbox import Bound, Mailbox
 from seoro.bridges.session.publications import Publisher, Sample, declare_publisher, publishing, subscribing
+from seoro.bridges.session.security import Security
 
 __all__ = [
     "AsyncSession",
@@ -32,9 +35,13 @@ __all__ = [
     "Reply",
     "Request",
     "Sample",
+    "Security",
     "Session",
     "SessionError",
     "declare_publisher",
+    "is_endpoint",
+    "is_local",
+    "is_secured",
     "open_session",
     "publishing",
     "subscribing",

@@ -29,6 +29,7 @@ from zenoh.handlers import Callback
 from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
 LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
@@ -37,6 +38,8 @@ PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it 
 # scans a second has had to wait 20 ms for a processor, and what it sends then is lost.
 ROOM = 16
 INBOX_SIZE = 256
+# As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
+LARGEST = 64 << 20  # [bytes]
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
 
@@ -91,20 +94,28 @@ class Request:
 
 
 class Session:
-    """A Zenoh session with seoro's settings: no multicast, no gossip, no shared memory, loopback or a socket file.
+    """A Zenoh session with seoro's settings: no multicast, no gossip, no shared memory.
 
     Args:
         listen: Endpoint to listen on; the session is then the hub (a router).
         connect: Endpoint of the hub to connect to, as a client.
         patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
             must not: it would stand still with a receiver that does.
+        security: Keys, for endpoints `tls/...`.
 
     Raises:
         InvalidEndpoint: It is none.
         SessionError: Exactly one of the two has to be given, and the endpoint has to work.
     """
 
-    def __init__(self, *, listen: str | None = None, connect: str | None = None, patient: bool = True) -> None:
+    def __init__(
+        self,
+        *,
+        listen: str | None = None,
+        connect: str | None = None,
+        patient: bool = True,
+        security: Security | None = None,
+    ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
         endpoint = listen if connect is None else connect
@@ -114,7 +125,10 @@ class Session:
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         try:
-            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(_settings(listen, connect, patient))))
+            settings = _settings(listen, connect, patient)
+            if security is not None:
+                secured_settings(settings, security)
+            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
         except zenoh.ZError as error:
             raise SessionError(
                 f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
@@ -365,10 +379,14 @@ class AsyncSession:
 
 @asynccontextmanager
 async def open_session(
-    *, listen: str | None = None, connect: str | None = None, patient: bool = True
+    *,
+    listen: str | None = None,
+    connect: str | None = None,
+    patient: bool = True,
+    security: Security | None = None,
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(Session, listen=listen, connect=connect, patient=patient)
+    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security)
     async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)
 
@@ -392,7 +410,9 @@ def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[st
         # machines lose one large answer in a hundred.
         drop = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
         queue["congestion_control"] = {"drop": drop}
-    link = {"tx": {"lease": LEASE, "queue": queue}}
+    link: dict[str, Any] = {"tx": {"lease": LEASE, "queue": queue}}
+    if patient:
+        link["rx"] = {"max_message_size": LARGEST}
     return {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},

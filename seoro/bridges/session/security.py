@@ -1,0 +1,45 @@
+"""What keys mean to Zenoh: TLS in which both ends prove who they are, and access control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Security:
+    """Keys of a session.
+
+    Attributes:
+        authority: File with the certificate of the authority that has signed those of all others.
+        certificate: File with that of this one.
+        key: File with the key to it.
+        access: Zenoh's access control, for those who connect.
+    """
+
+    authority: Path
+    certificate: Path
+    key: Path
+    access: Mapping[str, Any] | None = None
+
+
+def secured_settings(settings: dict[str, Any], security: Security) -> None:
+    """Put keys into the settings of a session."""
+    key, certificate = str(security.key), str(security.certificate)
+    tls: dict[str, Any] = {
+        "root_ca_certificate": str(security.authority),
+        "enable_mtls": True,
+        "connect_private_key": key,
+        "connect_certificate": certificate,
+        "verify_name_on_connect": True,
+        "close_link_on_expiration": True,
+    }
+    link = settings["transport"]["link"]
+    if settings["listen"]["endpoints"]:
+        tls |= {"listen_private_key": key, "listen_certificate": certificate}
+        link["protocols"] = ["tls"]  # nobody gets in past the keys
+    link["tls"] = tls
+    if security.access is not None:
+        settings["access_control"] = dict(security.access)

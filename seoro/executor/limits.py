@@ -1,0 +1,117 @@
+"""What an executor lets those of each role do: a file that people write.
+
+    everybody:
+      allow: [python]     # as `--allow`
+      commands: 50        # a second, on average; ten times as many at once
+    roles:
+      operator:
+        bundle: 256       # [MiB] that a scenario may have
+        waiting: 20       # runs of one that wait at most
+        running: 2        # runs of one that go on at a time
+        time: 3600        # [s] that a run may take
+        memory: 4096      # [MiB] that the processes of a run may have together
+
+What a role does not say is as for everybody.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Final
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from seoro.bridges.executor import messages as wire
+from seoro.errors import InvalidUse
+from seoro.keys.roles import PEOPLE
+from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
+
+MEBIBYTE: Final = 1 << 20
+BURST: Final = 10.0  # [s] for which commands may be saved up
+
+Count = Annotated[int, Field(ge=1)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Limits(BaseModel):
+    """What somebody may do; None leaves it to what holds for everybody, and there to seoro."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    allow: tuple[str, ...] | None = None
+    commands: Positive | None = None
+    bundle: Annotated[int, Field(ge=1, le=wire.MAX_BUNDLE // MEBIBYTE)] | None = None
+    waiting: Count | None = None
+    running: Count | None = None
+    time: Positive | None = None
+    memory: Count | None = None
+
+    def over(self, other: Limits) -> Limits:
+        """These, and those of another where these say nothing."""
+        return other.model_copy(update=self.model_dump(exclude_none=True))
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """What scenarios may do that they else may not."""
+        return self.allow or ()
+
+    @property
+    def rate(self) -> tuple[float, float]:
+        """Commands a second, and at once."""
+        assert self.commands is not None, "the limits of an executor have it"
+        return self.commands, BURST * self.commands
+
+
+DEFAULT: Final = Limits(commands=100.0, bundle=wire.MAX_BUNDLE // MEBIBYTE, waiting=1000)
+
+
+class Policy(BaseModel):
+    """The limits of an executor."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    everybody: Limits = Limits()
+    roles: Mapping[str, Limits] = Field(default_factory=dict)
+
+    def of(self, role: str) -> Limits:
+        """What those of a role may do; of an empty one, those who have no keys."""
+        return self.roles.get(role, Limits()).over(self.everybody).over(DEFAULT)
+
+    def also(self, allowed: frozenset[str]) -> Policy:
+        """The same, and something that everybody may do."""
+
+        def extended(limits: Limits) -> Limits:
+            return limits.model_copy(update={"allow": tuple(sorted({*limits.allowed, *allowed}))})
+
+        roles = {name: limits if limits.allow is None else extended(limits) for name, limits in self.roles.items()}
+        return self.model_copy(update={"everybody": extended(self.everybody), "roles": roles})
+
+    @property
+    def allowed(self) -> frozenset[str]:
+        """All that somebody may do."""
+        return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+
+
+def read_policy(path: Path) -> Policy:
+    """The policy in a file.
+
+    Raises:
+        InvalidUse: There is none, or it is wrong.
+    """
+    try:
+        text = read_text(path)
+        data = read_yaml(text, str(path))
+        policy = Policy.model_validate({} if data is None else data)
+    except FileError as error:
+        raise InvalidUse(str(error)) from error
+    except ValidationError as error:
+        raise InvalidUse(problems(error, Lines(text, str(path)))) from error
+    known = [role.value for role in PEOPLE]
+    for role in policy.roles:
+        if role not in known:
+            raise InvalidUse(
+                f"{Lines(text, str(path)).at(['roles', role])}: nobody submits as '{role}'",
+                help=f"there are {', '.join(known)}",
+            )
+    return policy

@@ -1,0 +1,372 @@
+"""What must not get in does not: real keys, real sessions, real processes."""
+
+import asyncio
+import hashlib
+import json
+import os
+import re
+import secrets
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import anyio
+import anyio.to_thread
+import pytest
+
+import seoro
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.secured import CLIENTS, keys_for, security_of
+from seoro.bridges.session import NoAnswer, NoServer, Refused, Security, Session, SessionError, open_session
+from seoro.bridges.wire import encode
+from seoro.bridges.wire.keys import executor_command
+from seoro.bridges.wire.message import decode
+from seoro.bridges.wire.refusal import said_in
+from seoro.bundle.packing import pack
+from seoro.embed.options import Options
+from seoro.errors import BackendRefused, InvalidUse
+from seoro.keys.audit import check_log
+from seoro.keys.folder import read_keys
+from seoro.keys.sealing import Sealer
+from tests.executors import HELLO, LONG
+from tests.labs import NAME, KeyedLab, RunningCommand, keyed_executor, make_lab
+
+PROGRAM = 'import osc.helpers\nscenario main:\n    do serial:\n        run_process("touch {mark}")\n'
+DEADLINE = 30.0  # [s]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> KeyedLab:
+    return make_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("x")
+
+
+@pytest.fixture(scope="module")
+def there(lab: KeyedLab, place: Path) -> Iterator[RunningCommand]:
+    with keyed_executor(place, lab) as running:
+        yield running
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "hello.osc"
+    path.write_text(HELLO)
+    return path
+
+
+def log_of(place: Path, lab: KeyedLab) -> list[dict[str, Any]]:
+    """What the executor has written down, which holds."""
+    path = place / "state" / "audit.jsonl"
+    check_log(path, read_keys(lab.keys("vera")).authority)
+    return [json.loads(line) for line in path.read_bytes().splitlines()]
+
+
+def refused(place: Path, lab: KeyedLab) -> list[str]:
+    return [entry["reason"] for entry in log_of(place, lab) if entry.get("outcome") == "refused"]
+
+
+async def runs(there: RunningCommand, lab: KeyedLab) -> list[str]:
+    async with seoro.Client(there.endpoint, lab.keys("vera")) as client:
+        return [run.id for run in await client.runs()]
+
+
+def security(lab: KeyedLab, name: str, endpoint: str) -> Security | None:
+    return security_of(endpoint, keys_for(endpoint, CLIENTS, lab.keys(name)))
+
+
+async def sealer(session: Any, lab: KeyedLab, name: str) -> Sealer:
+    """What somebody seals with who does not care what they may."""
+    made, nonce = Sealer(read_keys(lab.keys(name)), NAME), secrets.token_bytes(16)
+    asked = time.time_ns()
+    key = executor_command("default", NAME, "challenge")
+    proof = decode(wire.Proof, await session.query(key, encode(wire.Challenge(nonce=nonce)), 5.0))
+    made.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns()))
+    return made
+
+
+async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab, place: Path, file: Path) -> None:
+    async with seoro.Client(there.endpoint, lab.keys("anna")) as client:
+        run = await client.submit(NAME, file)
+        assert (await run.result()).passed
+        assert run.info.by == "anna"
+    entry = next(entry for entry in log_of(place, lab) if entry.get("run") == run.id)
+    assert (entry["what"], entry["by"], entry["role"], entry["outcome"]) == ("submit", "anna", "operator", "done")
+
+
+async def test_without_a_certificate_there_is_no_connection(there: RunningCommand, lab: KeyedLab) -> None:
+    with pytest.raises(SessionError):
+        Session(connect=there.endpoint)
+    with pytest.raises(InvalidUse, match="there are no keys"):
+        async with seoro.Client(there.endpoint, lab.path):
+            pass
+
+
+async def test_plain_text_is_not_spoken(there: RunningCommand) -> None:
+    with pytest.raises(SessionError):
+        Session(connect=there.endpoint.replace("tls/", "tcp/"))
+
+
+async def test_keys_of_another_lab_are_refused(there: RunningCommand, tmp_path: Path) -> None:
+    other = make_lab(tmp_path, "demo")
+    with pytest.raises(InvalidUse, match="it belongs to another lab"):
+        async with seoro.Client(there.endpoint, other.keys("ada")):
+            pass
+
+
+async def test_a_viewer_cannot_submit(there: RunningCommand, lab: KeyedLab, file: Path) -> None:
+    before = await runs(there, lab)
+    async with seoro.Client(there.endpoint, lab.keys("vera")) as client:
+        with pytest.raises(BackendRefused, match=r"vera \(viewer\)"):
+            await client.submit(NAME, file)
+    assert await runs(there, lab) == before
+
+
+async def test_the_hub_passes_nothing_of_a_viewer_but_questions(there: RunningCommand, lab: KeyedLab) -> None:
+    endpoint = there.endpoint
+    async with open_session(connect=endpoint, security=security(lab, "vera", endpoint)) as session:
+        made = await sealer(session, lab, "vera")
+        for verb in ("submit", "put_blob", "stop_run", "remove_run", "revoke", "*"):
+            key = f"seoro/1/default/exec/{NAME}/cmd/{verb}"
+            with pytest.raises(NoServer):
+                await session.query(key, b"", 2.0, made.seal(key, b""))
+        key = executor_command("default", NAME, "list_runs")
+        payload = encode(wire.ListRuns())
+        decode(wire.Runs, await session.query(key, payload, 5.0, made.seal(key, payload)))
+
+
+async def test_a_viewer_cannot_be_an_executor(there: RunningCommand, lab: KeyedLab) -> None:
+    endpoint = there.endpoint
+    async with (
+        open_session(connect=endpoint, security=security(lab, "vera", endpoint)) as session,
+        session.token("seoro/1/default/alive/exec/forged/b00t"),
+        seoro.Client(endpoint, lab.keys("anna")) as client,
+    ):
+        assert await client.executors() == [NAME]
+
+
+async def test_what_is_not_sealed_or_by_another_is_refused(
+    there: RunningCommand, lab: KeyedLab, place: Path
+) -> None:
+    key, payload = executor_command("default", NAME, "list_runs"), encode(wire.ListRuns())
+    endpoint = there.endpoint
+    async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
+        made = await sealer(session, lab, "anna")
+        seal = made.seal(key, payload)
+        forged = seal[:-1] + bytes([seal[-1] ^ 1])
+        for attachment, reason in ((None, "with keys only"), (forged, "signature is wrong"), (b"x", "is no seal")):
+            with pytest.raises(Refused) as caught:
+                await session.query(key, payload, 5.0, attachment)
+            assert said_in(caught.value.payload).code == wire.DENIED
+            assert any(reason in each for each in refused(place, lab))
+
+
+async def test_a_command_that_is_replayed_is_refused(
+    there: RunningCommand, lab: KeyedLab, place: Path, file: Path
+) -> None:
+    endpoint = there.endpoint
+    bundle = pack(seoro.load(file), Options())
+    async with seoro.Client(endpoint, lab.keys("anna")) as client:
+        run = await client.submit_bundle(NAME, bundle)
+        await run.result()
+    async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
+        made = await sealer(session, lab, "anna")
+        key = executor_command("default", NAME, "submit")
+        payload = encode(wire.Submission(run=secrets.token_hex(16), manifest=bundle.manifest))
+        seal = made.seal(key, payload)
+        await session.query(key, payload, 5.0, seal)
+        before = await runs(there, lab)
+        with pytest.raises(Refused) as caught:
+            await session.query(key, payload, 5.0, seal)
+    assert "said before" in said_in(caught.value.payload).message
+    assert await runs(there, lab) == before
+    assert any("said before" in each for each in refused(place, lab))
+
+
+async def test_a_forged_run_is_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
+    endpoint = there.endpoint
+    async with open_session(connect=endpoint, security=security(lab, "ada", endpoint)) as session:
+        made = await sealer(session, lab, "ada")
+        for verb, run in (("stop_run", "f" * 32), ("remove_run", "../../" + "f" * 26), ("read_file", "*")):
+            key, payload = executor_command("default", NAME, verb), encode(wire.ListRuns())
+            payload = _packed(run=run, path="log.txt")
+            with pytest.raises(Refused):
+                await session.query(key, payload, 5.0, made.seal(key, payload))
+    assert any("there is no run ffff" in each for each in refused(place, lab))
+
+
+def _packed(**content: object) -> bytes:
+    import msgpack
+
+    packed: bytes = msgpack.packb(content)
+    return packed
+
+
+async def test_somebody_else_is_not_believed(there: RunningCommand, lab: KeyedLab, file: Path) -> None:
+    """Who has submitted a run stands in the certificate, not in the submission."""
+    bundle = pack(seoro.load(file), Options())
+    endpoint = there.endpoint
+    async with seoro.Client(endpoint, lab.keys("anna")) as client:
+        await (await client.submit_bundle(NAME, bundle)).result()
+    async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
+        made, key = await sealer(session, lab, "anna"), executor_command("default", NAME, "submit")
+        run = secrets.token_hex(16)
+        payload = encode(wire.Submission(run=run, manifest=bundle.manifest, by="ada", role="admin"))
+        info = decode(wire.RunInfo, await session.query(key, payload, 5.0, made.seal(key, payload)))
+    assert (info.run, info.by) == (run, "anna")
+
+
+async def test_an_operator_cannot_start_programs(
+    there: RunningCommand, lab: KeyedLab, place: Path, tmp_path: Path
+) -> None:
+    mark, file = tmp_path / "mark", tmp_path / "program.osc"
+    file.write_text(PROGRAM.format(mark=mark))
+    async with seoro.Client(there.endpoint, lab.keys("anna")) as client:
+        run = await client.submit(NAME, file)
+        with pytest.raises(seoro.InvalidScenario):
+            await run.result()
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("path", ["../mark", "a/../../mark", "/tmp/mark", "a\\..\\mark", "a/./b", "a//b"])
+async def test_a_bundle_cannot_lead_out_of_its_folder(
+    there: RunningCommand, lab: KeyedLab, place: Path, file: Path, path: str
+) -> None:
+    bundle = pack(seoro.load(file), Options())
+    async with seoro.Client(there.endpoint, lab.keys("anna")) as client:
+        await (await client.submit_bundle(NAME, bundle)).result()  # its blobs are there now
+        before = await runs(there, lab)
+        files = tuple(each.model_copy(update={"path": path}) for each in bundle.manifest.files)
+        manifest = bundle.manifest.model_copy(update={"files": files, "entry": path})
+        with pytest.raises(BackendRefused, match="bundle cannot be taken"):
+            await client.submit_bundle(NAME, type(bundle)(manifest, bundle.blobs))
+    assert await runs(there, lab) == before
+    assert any("bundle cannot be taken" in each for each in refused(place, lab))
+
+
+async def test_sizes_that_lie_are_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
+    data = os.urandom(1000)
+    digest = hashlib.sha256(data).hexdigest()
+    lies = {
+        "longer than it says": {"hash": digest, "size": 10, "offset": 0, "data": data},
+        "comes out of turn": {"hash": digest, "size": 1 << 20, "offset": 1 << 19, "data": data},
+        "not what its name says": {"hash": "0" * 64, "size": 1000, "offset": 0, "data": data},
+        "less than or equal to": {"hash": digest, "size": 1 << 40, "offset": 0, "data": data},
+    }
+    endpoint = there.endpoint
+    async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
+        made, key = await sealer(session, lab, "anna"), executor_command("default", NAME, "put_blob")
+        for reason, content in lies.items():
+            payload = _packed(**content)
+            with pytest.raises(Refused) as caught:
+                await session.query(key, payload, 5.0, made.seal(key, payload))
+            assert reason in said_in(caught.value.payload).message
+            assert any(reason in each for each in refused(place, lab))
+    blobs = [path for path in (place / "state" / "blobs").iterdir() if path.name.startswith((digest, "000"))]
+    assert all(path.suffix == ".part" for path in blobs)
+
+
+def memory(process: int) -> int:
+    """What a process has had of memory at most [MiB]."""
+    status = Path(f"/proc/{process}/status").read_text()
+    found = re.search(r"VmHWM:\s+(\d+) kB", status)
+    assert found is not None
+    return int(found[1]) // 1024
+
+
+async def test_a_message_of_a_gigabyte_takes_no_memory(there: RunningCommand, lab: KeyedLab) -> None:
+    before = memory(there.process.pid)
+    script = f"""
+import sys
+from pathlib import Path
+from seoro.bridges.secured import CLIENTS, keys_for, security_of
+from seoro.bridges.session import Session
+keys = keys_for({there.endpoint!r}, CLIENTS, Path({str(lab.keys("ada"))!r}))
+session = Session(connect={there.endpoint!r}, security=security_of({there.endpoint!r}, keys))
+import threading
+done = threading.Event()
+got = []
+
+def take(reply):
+    got.append(reply)
+    done.set()
+
+session.get({executor_command("default", NAME, "submit")!r}, bytes(1 << 30), 6.0, take)
+done.wait(20)
+print(got[0].answers)
+"""
+    sent = await anyio.run_process([sys.executable, "-c", script], stderr=subprocess.STDOUT)
+    assert b"Timeout" in sent.stdout, sent.stdout
+    assert memory(there.process.pid) - before < 200
+    await runs(there, lab)  # it still answers
+
+
+async def test_who_listens_on_the_wire_reads_nothing(there: RunningCommand, lab: KeyedLab, tmp_path: Path) -> None:
+    """A proxy between both ends sees what goes over the wire: names and texts of scenarios are not in it."""
+    secret = "the-robot-goes-to-the-vault"
+    file = tmp_path / f"{secret}.osc"
+    file.write_text(HELLO.replace('"hello"', f'"{secret}"'))
+    seen = bytearray()
+    port = int(there.endpoint.rpartition(":")[2])
+
+    async def pass_on(source: asyncio.StreamReader, to: asyncio.StreamWriter) -> None:
+        while data := await source.read(1 << 16):
+            seen.extend(data)
+            to.write(data)
+        to.close()
+
+    async def connected(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        there_reader, there_writer = await asyncio.open_connection("127.0.0.1", port)
+        await asyncio.gather(pass_on(reader, there_writer), pass_on(there_reader, writer), return_exceptions=True)
+
+    proxy = await asyncio.start_server(connected, "127.0.0.1", 0)
+    endpoint = f"tls/127.0.0.1:{proxy.sockets[0].getsockname()[1]}"
+    async with seoro.Client(endpoint, lab.keys("anna")) as client:
+        run = await client.submit(NAME, file)
+        logs = [record["message"] async for record in run.records() if record["kind"] == "log"]
+    proxy.close()
+    assert logs == [secret]
+    assert len(seen) > 10_000
+    assert secret.encode() not in seen
+    assert b"seoro/1/" not in seen
+
+
+async def test_whose_keys_are_revoked_is_out_at_once(lab: KeyedLab, tmp_path: Path, file: Path) -> None:
+    """Those who are connected, too; others go on without losing anything."""
+    lab.authority.add("rob", read_keys(lab.keys("anna")).identity.role, lab.keys("rob"))
+    file.write_text(LONG.replace("60s", "4s"))
+    with keyed_executor(tmp_path, lab) as there:
+        async with (
+            seoro.Client(there.endpoint, lab.keys("anna")) as anna,
+            seoro.Client(there.endpoint, lab.keys("rob")) as rob,
+        ):
+            run = await rob.submit(NAME, file)
+            seen = await anna.run(run.id)
+            lab.revoke("rob", NAME)
+            began = time.monotonic()
+            watched = [record["seq"] async for record in seen.records()]
+            assert watched == list(range(len(watched)))
+            run.executor.patience = 0.5
+            with pytest.raises(seoro.BackendError):
+                await run.stop()
+            assert time.monotonic() - began < DEADLINE
+        with pytest.raises(InvalidUse, match="whose keys are revoked sees none"):
+            async with seoro.Client(there.endpoint, lab.keys("rob")) as rob:
+                await rob.submit(NAME, file)
+        lab.authority.revoke("vera")
+        lab.authority.add("vera", read_keys(lab.keys("vera")).identity.role, lab.path / "vera-again")
+
+
+async def test_a_session_without_rights_sees_nothing(there: RunningCommand, lab: KeyedLab, file: Path) -> None:
+    endpoint = there.endpoint
+    keys = read_keys(lab.keys("hub"))
+    async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
+        assert await session.list_tokens("seoro/**", 1.0) == frozenset()
+        with pytest.raises((NoServer, NoAnswer)):
+            await session.query(executor_command("default", NAME, "list_runs"), encode(wire.ListRuns()), 1.0)
