@@ -236,7 +236,8 @@ class Stepper:
     def _nearest(self, body: int, other: int, least: float) -> float:
         """The distance of two bodies, or, if that is less, `least` [m]."""
         points = pybullet.getClosestPoints(body, other, least, physicsClientId=self._client)
-        return min([least, *(point[DISTANCE] for point in points if not self._stand(point))])
+        distances: list[float] = [point[DISTANCE] for point in points if not self._stand(point)]
+        return min(distances, default=least)
 
 
 def _moved(radius: float, then: Pose, now: Pose) -> float:
