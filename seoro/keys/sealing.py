@@ -17,6 +17,7 @@ import secrets
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
+from itertools import islice
 from typing import Any, Final
 
 import msgpack
@@ -164,7 +165,8 @@ class Verifier:
     def _use(self, nonce: bytes, stamp: int, now: int) -> None:
         if nonce in self._nonces:
             raise InvalidKeys("the command was said before")
-        for old, came in list(self._nonces.items())[:2]:  # as two go for each that comes, they do not pile up
+        oldest = list(islice(self._nonces.items(), 2))  # as two go for each that comes, they do not pile up
+        for old, came in oldest:
             if now - came > 2.0 * WINDOW * 1e9:
                 del self._nonces[old]
         self._nonces[nonce] = max(now, stamp)
