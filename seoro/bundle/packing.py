@@ -15,8 +15,8 @@ from typing import Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
-from seoro.embed import Scenario
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
+from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around

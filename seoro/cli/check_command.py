@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from seoro.cli.exits import Exit
 from seoro.cli.files import count, find_files
 from seoro.cli.output import use_colour
-from seoro.embed import check_file
+from seoro.embed.scenarios import check_file
 from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.render import render_text, to_json
 

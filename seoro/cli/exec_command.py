@@ -3,38 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
-import math
-import os
-import signal
-import sys
-import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
-from dataclasses import replace
-from importlib.util import find_spec
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-import anyio
-
-from seoro.background import background
-from seoro.cli.concluding import Conclusion, conclude, progress_of
-from seoro.cli.exits import OF_STATUS, Exit
-from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
-from seoro.cli.film_arguments import add_film_arguments, film_of
-from seoro.cli.output import error_text
+from seoro.cli.film_arguments import add_film_arguments
 from seoro.cli.remote_arguments import add_on_arguments, check_on
-from seoro.cli.results import STDOUT, ResultFiles, add_result_arguments, unproved
-from seoro.cli.run_arguments import add_run_arguments, settings_of
-from seoro.embed import Scenario, announcement, check_file, load, prepare
-from seoro.embed.runs import Run
-from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.lang.loader import read_file
-from seoro.reasons import fault_text
-from seoro.runtime.jsonl import to_json
-from seoro.runtime.trace import unwritten
-from seoro.runtime.verdict import Verdict
+from seoro.cli.results import add_result_arguments
+from seoro.cli.run_arguments import add_run_arguments
 
 EXAMPLES = """examples:
   seoro exec hello.osc
@@ -46,11 +19,6 @@ EXAMPLES = """examples:
 
 exit status: 0 passed, 1 failed, 2 the command line or the scenario is invalid, 3 no verdict could be
 reached, 4 cancelled (130 by Ctrl-C)"""
-if TYPE_CHECKING:
-    from seoro.bridges.wire import Artifact
-    from seoro.film import Recording
-
-_LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,163 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command."""
+    """Run the command, and load what that takes: a run elsewhere needs nothing of what runs one here."""
     check_on(options)
-    if options.on is not None:
-        from seoro.cli.exec_remote import run_remote  # noqa: PLC0415 - Zenoh, for runs elsewhere
+    if options.on is None:
+        from seoro.cli.exec_local import run_local  # noqa: PLC0415
 
-        return run_remote(options)
-    files = ResultFiles(options)
-    try:
-        with _terminable():
-            scenario = _load(options.file)
-        with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
-            return anyio.run(_Exec(options, scenario, files).main, backend_options=_loop_for(options))
-    except (InvalidScenario, InvalidUse, BackendError) as error:
-        files.write_unrun(STDIN_NAME if options.file == STDIN else options.file, error, error_text(error))
-        raise
-    except _Terminated:
-        return Exit.CANCELLED
+        return run_local(options)
+    from seoro.cli.exec_remote import run_remote  # noqa: PLC0415
 
-
-def _loop_for(options: argparse.Namespace) -> dict[str, Any]:
-    """Which event loop a run gets: uvloop, which answers messages sooner, if any may come."""
-    return {"use_uvloop": options.ros is not None and find_spec("uvloop") is not None}
-
-
-class _Terminated(BaseException):
-    """SIGTERM came before there was anything to clean up."""
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """In the block, SIGTERM is an exception, as Ctrl-C is."""
-
-    def terminate(number: int, frame: object) -> None:
-        raise _Terminated
-
-    before = signal.signal(signal.SIGTERM, terminate)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _load(file: str) -> Scenario:
-    if file != STDIN:
-        return load(file)
-    path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
-    scenario = check_file(path, read=lambda other: text if other == path else read_file(other))
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return scenario
-
-
-class _Exec:
-    """One run of the command."""
-
-    def __init__(self, options: argparse.Namespace, scenario: Scenario, files: ResultFiles) -> None:
-        self._options = options
-        self._scenario = scenario
-        self._files = files
-        self._film = film_of(options)
-        self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
-        self._run: Run | None = None
-        # Where stdout is for a program, people are told on stderr.
-        self._progress = progress_of(
-            options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout
-        )
-
-    async def main(self) -> int:
-        """Run, and see to Ctrl-C from the first moment to the last."""
-        async with background() as group:
-            group.start_soon(self._watch_signals, group.cancel_scope)
-            try:
-                return await self._prepare_and_run()
-            finally:
-                with anyio.move_on_after(_LAST_WORDS, shield=True):
-                    await self._files.finish()
-                    await self._progress.finish()
-        return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
-
-    async def _watch_signals(self, scope: anyio.CancelScope) -> None:
-        """The first signal stops the run in order; the second, or one before there is a run, drops everything."""
-        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
-            async for number in signals:
-                name = "Ctrl-C" if number == signal.SIGINT else number.name
-                second = self._interrupted is not None
-                self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
-                if self._run is None or second:
-                    scope.cancel()
-                    if second:  # a clean-up is not cancelled with its task, and may hang
-                        asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)
-                        await self._clear_simulator()
-                    return
-                self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
-                self._run.stop(f"interrupted by {name}")
-
-    async def _clear_simulator(self) -> None:
-        """Clear a simulator that may live on, when the order in which the run cleans up is not waited for."""
-        if self._run is not None and self._run.simulator is not None:
-            with anyio.CancelScope(shield=True), suppress(BackendError):
-                await self._run.simulator.clear()
-
-    async def _prepare_and_run(self) -> Exit:
-        options = self._options
-        settings = replace(
-            settings_of(options),
-            observers=(self._progress, *self._files.traces),
-            output_directory=options.output_dir,
-        )
-        loop = asyncio.get_running_loop()
-        async with prepare(self._scenario, settings) as run:
-            if options.dry_run:
-                self._print_parameters(run)
-                return Exit.PASSED
-            self._progress.say(f"{self._options.file}: {announcement(run, settings)}\n")
-            self._run = run
-            self._progress.follow(lambda: run.now)
-            self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
-            async with self._recording(run) as recording, run.running():
-                verdict = await self._await_verdict(run)
-            artifacts = await run.artifacts() if options.output_dir else ()
-        if recording is not None and recording.error:
-            verdict = unproved(verdict, f"the film ends early: {recording.error}")
-        return await self._conclude(verdict, run, artifacts)
-
-    def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
-        """Record what is asked for while the block lasts."""
-        return nullcontext() if self._film is None else run.recording(*self._film)
-
-    async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
-        files = [(file.path, file.description) for file in run.files]
-        if self._film is not None:
-            files.append((self._film[1], "film of the run"))
-        fault = run.fault
-        found = Conclusion(
-            verdict,
-            run.parameters,
-            files,
-            fault="" if fault is None else fault_text(fault),
-            traceback="" if fault is None else "".join(traceback.format_exception(fault)),
-            artifacts=artifacts,
-        )
-        verdict = await conclude(found, self._options, self._files, self._progress)
-        return self._interrupted or OF_STATUS[verdict.status]
-
-    async def _await_verdict(self, run: Run) -> Verdict:
-        limit = self._options.timeout
-        with anyio.move_on_after(limit if limit is not None else math.inf):
-            return await run.result()
-        run.give_up(f"no verdict within {limit:g} s of wall time (`--timeout`)")
-        return await run.result()
-
-    # -------------------------------------------------------- output
-
-    def _print_parameters(self, run: Run) -> None:
-        if self._options.json:
-            print(to_json({"seed": run.seed, "parameters": run.parameters}))
-            return
-        self._progress.say(f"{self._options.file} can be run: seed {run.seed}")
-        for name, value in run.parameters.items():
-            self._progress.say(f"  {name} = {to_json(value)}")
+    return run_remote(options)

@@ -12,8 +12,8 @@ from seoro.cli.output import error_text
 from seoro.cli.results import ResultFiles
 from seoro.cli.run_arguments import settings_of
 from seoro.client import Client
-from seoro.embed import check_file
 from seoro.embed.checking import check_options
+from seoro.embed.scenarios import check_file
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 
 

@@ -35,9 +35,9 @@ from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_s
 from seoro.bundle.packing import Bundle, pack
 from seoro.client.runs import RemoteRun
 from seoro.client.uploading import upload
-from seoro.embed import Scenario, check_file
 from seoro.embed.checking import check_options
 from seoro.embed.options import OptionFields, Options
+from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostics import near
 

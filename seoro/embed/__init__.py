@@ -9,211 +9,30 @@
 A run lives inside of the caller's event loop, in a task group of its own. It installs no signal handlers, touches
 no global logging, and when the caller is cancelled it cleans up and leaves nothing behind. `run` is for scripts
 that have no event loop.
+
+Names are loaded when they are first used: whoever checks a scenario, or has it run elsewhere, loads nothing of
+what runs one here.
 """
 
 from __future__ import annotations
 
-import asyncio
-import secrets
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
-from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, Any, Unpack
-
-from seoro import __version__
-from seoro.bindings.implementations import BoundFunctions
-from seoro.bindings.load import bind_sources
-from seoro.embed.checking import check_options
-from seoro.embed.opening import clock_of, open_backends, open_ros
-from seoro.embed.options import OptionFields, Options
-from seoro.embed.runs import Run
-from seoro.errors import InvalidScenario, InvalidUse
-from seoro.lang.frontend import Checked, lower
-from seoro.lang.frontend import load as load_sources
-from seoro.lang.loader import Reader, Sources, read_file
-from seoro.lang.lower.entry import find_entry
-from seoro.lang.recorder import Recorder
-from seoro.parameters import read_parameters
-from seoro.runtime.reading import Readers
-from seoro.runtime.run import Execution, Settings
-from seoro.runtime.verdict import Verdict
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.runtime.accept import Acceptance
+    from seoro.embed.scenarios import Scenario, check_file, load
+    from seoro.embed.starting import SEED_BITS, accept, announcement, prepare, run, start
 
-SEED_BITS = 32  # of a seed that is drawn
+__all__ = ["SEED_BITS", "Scenario", "accept", "announcement", "check_file", "load", "prepare", "run", "start"]
 
-
-@dataclass(frozen=True)
-class Scenario:
-    """A scenario file that has been checked.
-
-    Args:
-        checked: The file with all that it imports.
-        functions: The functions that carry out actions and modifiers.
-    """
-
-    checked: Checked
-    functions: BoundFunctions
+_MODULES = {
+    "seoro.embed.scenarios": ("Scenario", "check_file", "load"),
+    "seoro.embed.starting": ("SEED_BITS", "accept", "announcement", "prepare", "run", "start"),
+}
 
 
-def check_file(
-    path: str | Path,
-    *,
-    strict: bool = False,
-    import_python: bool = True,
-    modules: Iterable[ModuleType] = (),
-    read: Reader = read_file,
-    recorder: Recorder | None = None,
-    name: str | None = None,
-    vet: Callable[[Sources], object] | None = None,
-) -> Scenario:
-    """Parse and check a file; errors in its text, and in what it is bound to, stand in `.checked.diagnostics`.
-
-    Args:
-        path: The file.
-        strict: Report the use of extensions to the standard, too.
-        import_python: Whether to import the Python modules of its libraries and external methods, which runs them,
-            and to match them with declarations. Without them it cannot be run.
-        modules: As `load`.
-        read: Gives the texts of files.
-        recorder: Is told what names mean and of what types values are.
-        name: How to call the file in messages; as its path unless said otherwise.
-        vet: Called with what was read, before any Python is imported; what it raises comes out.
-    """
-    sources = load_sources(Path(path), name or str(path), read)
-    if vet is not None:
-        vet(sources)
-    bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)
-    return Scenario(bound.checked, bound.functions)
-
-
-def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
-    """Load a scenario file, and the Python modules of its libraries and external methods.
-
-    Args:
-        path: The file.
-        modules: Python modules with actions, beside those of libraries, and before them.
-
-    Raises:
-        InvalidScenario: It has errors; the exception prints them with their places.
-    """
-    scenario = check_file(path, modules=modules)
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return scenario
-
-
-@asynccontextmanager
-async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIterator[Run]:
-    """Start a run; it is stopped, and has cleaned up, when the block ends.
-
-    Args:
-        scenario: What `load` returned.
-        options: The fields of `Options`, by name.
-
-    Raises:
-        InvalidScenario, InvalidUse: It cannot be run like this; nothing has happened then.
-        BackendError: The simulator did not start.
-    """
-    async with prepare(scenario, Options(**options)) as run, run.running():
-        yield run
-
-
-def run(scenario: Scenario, **options: Unpack[OptionFields]) -> Verdict:
-    """Run a scenario to its end, for scripts that have no event loop: one is made for it.
-
-    Ctrl-C stops the run, which cleans up, and is raised then.
-
-    Args:
-        scenario: What `load` returned.
-        options: The fields of `Options`, by name; `observers` see the trace.
-
-    Raises:
-        InvalidScenario, InvalidUse, BackendError: As `start`; `InvalidUse` also if there is an event loop.
-    """
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return asyncio.run(_run(scenario, options))
-    raise InvalidUse(
-        "`seoro.run` makes an event loop, and here is one already",
-        help="run it there: `async with seoro.start(scenario) as run: verdict = await run.result()`",
-    )
-
-
-async def _run(scenario: Scenario, options: OptionFields) -> Verdict:
-    async with start(scenario, **options) as started:
-        return await started.result()
-
-
-@asynccontextmanager
-async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
-    """Instantiate a run without starting it; what it needs is open while the block lasts.
-
-    Raises:
-        InvalidScenario, InvalidUse, BackendError: As `start`.
-    """
-    clock, rate = check_options(options)
-    overrides = _overrides(scenario, options)
-    plan = lower(scenario.checked, options.name, overrides)
-    if options.vet is not None:
-        options.vet(plan)
-    seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
-    readers = Readers(options.keep_trace)
-    async with (
-        open_backends(options, seed, plan.entry) as (node, backends, placements),
-        open_ros(options) as systems,
-    ):
-        settings = Settings(
-            seed=seed,
-            clock=clock_of(clock, node, rate, readers),
-            backends=(*backends, *systems),
-            placements=placements,
-            observers=(readers, *options.observers),
-            actions=scenario.functions.actions,
-            modifiers=scenario.functions.modifiers,
-            output_directory=options.output_directory,
-            overrides=overrides,
-            grace=options.grace,
-            version=__version__,
-        )
-        yield Run(Execution(plan, settings), seed, node, readers)
-
-
-def announcement(run: Run, options: Options) -> str:
-    """What a run runs with, in a line for people."""
-    simulator = run.simulator
-    where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
-    where += f", lab {options.lab.file}" if options.lab else ""
-    return f"seed {run.seed}{where}"
-
-
-def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptance:
-    """Whether the trace of a run is accepted by its scenario (7.6), by a check that is independent of the runtime.
-
-    Args:
-        scenario: What `load` returned.
-        records: The records of the trace, as `Run.trace` gives them or as they are in a file.
-
-    Raises:
-        InvalidScenario, InvalidUse: The trace is of a scenario that is not in the file, or sets what that does not
-            have.
-    """
-    from seoro.runtime.accept import check_trace  # noqa: PLC0415 - a seventh of what a run loads, which does without
-
-    start: Mapping[str, Any] = next((each for each in records if each.get("kind") == "run.start"), {})
-    name, overrides = start.get("scenario"), start.get("overrides", {})
-    if not isinstance(name, str) or not isinstance(overrides, dict):
-        raise InvalidUse("the trace does not say what was run: `run.start` needs `scenario` and `overrides`")
-    plan = lower(scenario.checked, name, {str(path): str(value) for path, value in overrides.items()})
-    return check_trace(plan, records)
-
-
-def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:
-    if options.parameters is None:
-        return options.overrides
-    entry = find_entry(scenario.checked, options.name).qualified_name
-    return {**read_parameters(options.parameters, entry), **options.overrides}
+def __getattr__(name: str) -> Any:
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module 'seoro.embed' has no attribute {name!r}")

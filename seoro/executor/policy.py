@@ -22,7 +22,7 @@ from seoro.lang.libraries import Origin, library_files, own_libraries
 from seoro.lang.loader import Reader, Sources, Unreadable, read_file
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
-from seoro.runtime.needs import invocations
+from seoro.runtime.invocations import invocations
 
 PYTHON: Final = "python"
 CODE: Final = "E0500"

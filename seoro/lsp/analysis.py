@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
-from seoro.embed import check_file
+from seoro.embed.scenarios import check_file
 from seoro.lang import ast
 from seoro.lang.check.checker import Checked
 from seoro.lang.libraries import library_files

@@ -7,19 +7,21 @@ from collections.abc import Awaitable, Callable, Collection, Sequence
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from threading import Thread
-from typing import Any, NoReturn, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar, cast
 
 from seoro.errors import ActionFailed
-from seoro.lang.plan import InvokeAction
 from seoro.runtime.agenda import Agenda, Waiter
-from seoro.runtime.blocking import Meter
 from seoro.runtime.contracts import GoalStatus, Report
-from seoro.runtime.lasting import Kept
-from seoro.runtime.needs import invocations
+from seoro.runtime.invocations import invocations
 from seoro.runtime.outputs import Outputs
-from seoro.runtime.place import Place
-from seoro.runtime.values import Actor, Value, Variable
 from seoro.runtime.verdict import Cancelled, RunStatus
+
+if TYPE_CHECKING:  # libraries of actions name the context in annotations: to check one is not to load what runs it
+    from seoro.lang.plan import InvokeAction
+    from seoro.runtime.blocking import Meter
+    from seoro.runtime.lasting import Kept
+    from seoro.runtime.place import Place
+    from seoro.runtime.values import Actor, Value, Variable
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -158,7 +160,7 @@ class ActionContext:
             variable.name,
             variable.path,
             self._place,
-            lambda: cast(Value, change(variable.value)),
+            lambda: cast("Value", change(variable.value)),
         )
 
     async def sleep(self, duration: float) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import get_args
 
 from seoro.errors import InvalidUse
-from seoro.lang.plan import Behavior, Field, InvokeAction, InvokeScenario, OneOf, Parallel, Plan, Serial
+from seoro.lang.plan import Field, InvokeAction, Plan
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.homes import Contract, Homes
 from seoro.runtime.instances import Instance
+from seoro.runtime.invocations import invocations_in
 from seoro.runtime.ros_system import Ros2System
 from seoro.runtime.values import Actor
 
@@ -21,7 +22,7 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
         InvalidUse: The home of an actor cannot carry out an action, or nothing can.
     """
     for scenario in plan.scenarios.values():
-        for invocation in _invocations(scenario.body):
+        for invocation in invocations_in(scenario.body):
             mark = actions[invocation.action].mark
             if mark.anywhere is not None and not homes.serve(mark.anywhere):
                 raise _nobody(invocation, mark.anywhere, homes)
@@ -40,12 +41,6 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
                     f"`{actor.name}` lives in {home.backend.name}, which cannot carry out `{invocation.action}`",
                     invocation.span,
                 )
-
-
-def invocations(plan: Plan) -> Iterator[InvokeAction]:
-    """All invocations of actions in a plan."""
-    for scenario in plan.scenarios.values():
-        yield from _invocations(scenario.body)
 
 
 def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
@@ -79,16 +74,3 @@ def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes:
         invocation.span,
         "choose a world with such a robot with `--world`, or say in a lab file where it lives",
     )
-
-
-def _invocations(behavior: Behavior | None) -> Iterator[InvokeAction]:
-    match behavior:
-        case InvokeAction():
-            yield behavior
-        case Serial(members=members) | Parallel(members=members) | OneOf(members=members):
-            for member in members:
-                yield from _invocations(member)
-        case InvokeScenario() | None:
-            return
-        case _:
-            return
