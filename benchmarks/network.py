@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import compileall
 import os
 import signal
 import statistics
@@ -48,8 +49,10 @@ def executor(folder: Path) -> Iterator[str]:
         assert process.stdout is not None
         process.stdout.readline()
         time.sleep(2.0 * PAUSE)
-        yield endpoint
-        process.send_signal(signal.SIGINT)
+        try:
+            yield endpoint
+        finally:
+            process.send_signal(signal.SIGINT)
 
 
 def round_trips(file: Path, rounds: int) -> None:
@@ -88,6 +91,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="What it costs to run a scenario on an executor.")
     parser.add_argument("--rounds", type=int, default=11)
     options = parser.parse_args()
+    compileall.compile_dir(Path(seoro.__file__).parent, quiet=2)
     with tempfile.TemporaryDirectory() as name, executor(Path(name)) as endpoint:
         os.environ["SEORO_EXECUTOR"] = endpoint
         hello, ticks = Path(name) / "hello.osc", Path(name) / "ticks.osc"

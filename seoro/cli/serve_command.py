@@ -6,6 +6,7 @@ import argparse
 import os
 import re
 import signal
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
         policy=read_policy(options.policy) if options.policy else Policy(),
     )
     try:
-        return anyio.run(_serve, settings)
+        return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
     except SessionError as error:
         raise InvalidUse(str(error), help="`--listen` or `--connect` says where clients reach it") from error
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import aclosing
 from pathlib import Path
 from typing import Any, Final
 
 import anyio
 
 from seoro.bridges.executor import messages as wire
-from seoro.bridges.executor.asking import Executor
+from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
@@ -52,20 +53,40 @@ class RemoteRun:
             BackendError: The executor is gone, or has forgotten the run.
         """
         at, is_complete = 0, False
+        while not is_complete:
+            async with aclosing(self._news(at)) as news:
+                async for found in news:
+                    start = found.at - len(found.lines)
+                    if start > at:
+                        break  # a part got lost
+                    new = found.lines[at - start :]
+                    at += len(new)
+                    if isinstance(found, wire.Records):
+                        self.info, is_complete = found.info, found.is_complete and at == found.at
+                    yield self.info, _records(new)
+
+    async def _news(self, at: int) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
+        """What the executor has after a byte of the trace, or what comes then, for a while."""
         allowed = self._stop_if_lost
         wait = WAIT if allowed is None else min(WAIT, max(allowed / 3.0, SHORTEST_WAIT))
-        while not is_complete:
-            request = wire.AskRecords(
-                run=self.id,
-                at=at,
-                state=self.info.state,
-                is_announced=bool(self.info.announcement),
-                wait=wait,
-                keeps_alive=allowed is not None,
-            )
-            found = await self.executor.ask(wire.RECORDS, request, wait)
-            self.info, at, is_complete = found.info, found.at, found.is_complete
-            yield found.info, _records(found.lines)
+        request = wire.AskRecords(
+            run=self.id,
+            at=at,
+            state=self.info.state,
+            is_announced=bool(self.info.announcement),
+            wait=wait,
+            keeps_alive=allowed is not None,
+            in_parts=True,
+        )
+        try:
+            asked = self.executor.ask_in_parts(wire.RECORDS, wire.NewRecords, request, wait)
+            async with aclosing(asked) as parts:
+                async for found in parts:
+                    yield found
+        except Unavailable:  # `ask` tells of that, and asks again and again
+            now = wire.AskRecords(run=self.id, at=at, keeps_alive=request.keeps_alive)
+            answer: wire.Records = await self.executor.ask(wire.RECORDS, now)
+            yield answer
 
     async def records(self) -> AsyncIterator[dict[str, Any]]:
         """The records of its trace, from the first to the last, as they come; each once, in their order.

@@ -55,7 +55,7 @@ class Gate:
         if self._lock is None:
             if verb == wire.SUBMIT.name:
                 payload = _stamped(payload, None)
-            return await self._server.carry_out(verb, payload)
+            return await self._server.carry_out(verb, payload, request.reply_part)
         if verb == wire.CHALLENGE.name:
             return self._lock.prove(decoded(wire.CHALLENGE, payload))
         who: Identity | None = None
@@ -67,7 +67,7 @@ class Gate:
             else:
                 if verb == wire.SUBMIT.name:
                     payload = _stamped(payload, who)
-                answer = await self._server.carry_out(verb, payload)
+                answer = await self._server.carry_out(verb, payload, request.reply_part)
         except RequestRefused as refused:
             self._note_refusal(who, verb, payload, refused)
             raise

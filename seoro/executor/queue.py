@@ -21,6 +21,7 @@ from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor.frames import Frame, Job
 from seoro.executor.order import Waiting
 from seoro.executor.store import Store
+from seoro.executor.watching import Watches
 from seoro.executor.workers import Pool, Worker
 
 STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
@@ -42,6 +43,7 @@ class LiveRun:
         self.submission = submission
         self.size = 0  # of its trace so far [bytes]
         self.changes = Changes()  # of all of that
+        self.watches = Watches()  # of the same, at once
         self._worker: Worker | None = None
         self._stop_reason: str | None = None
         self._watched = time.monotonic()
@@ -55,6 +57,14 @@ class LiveRun:
     def set(self, **changed: object) -> None:
         """Something about it has changed."""
         self.info = self.info.model_copy(update=changed)
+        self.watches.turn()
+        self.changes.tell()
+
+    def grow(self, lines: bytes) -> None:
+        """Its trace has grown."""
+        start = self.size
+        self.size += len(lines)
+        self.watches.grow(start, lines)
         self.changes.tell()
 
     def have(self, worker: Worker) -> None:
@@ -248,8 +258,7 @@ class Queue:
                             failed = error
                             live.stop(_unkept(error))
                         else:
-                            live.size += len(data)
-                            live.changes.tell()
+                            live.grow(data)
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
                         await self._store.announce(live.info.run, live.info.announcement)

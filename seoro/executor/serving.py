@@ -17,13 +17,14 @@ from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.serving.answering import decoded
-from seoro.bridges.wire import Empty, Message, Result, Verb
+from seoro.bridges.wire import Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.executor.blobs import Blobs
-from seoro.executor.queue import Queue
+from seoro.executor.queue import LiveRun, Queue
 from seoro.executor.store import Store
+from seoro.executor.watching import Watch
 
 PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
 
@@ -46,7 +47,7 @@ class Server:
         self._blobs = Blobs(store.blobs)
         self._info = wire.ExecutorInfo(version=__version__, jobs=jobs, allowed=allowed)
         self._submitting = anyio.Lock()
-        handlers: Mapping[Verb[Any, Any], Handler] = {
+        handlers: Mapping[Verb[Any, Any], Handler] = {  # beside `_records`, which has more to say than one answer
             wire.DESCRIBE: self._describe,
             wire.MISSING_BLOBS: self._missing_blobs,
             wire.PUT_BLOB: self._put_blob,
@@ -54,24 +55,30 @@ class Server:
             wire.LIST_RUNS: self._list_runs,
             wire.GET_RUN: self._get_run,
             wire.STOP_RUN: self._stop_run,
-            wire.RECORDS: self._records,
             wire.LIST_FILES: self._list_files,
             wire.READ_FILE: self._read_file,
             wire.REMOVE_RUN: self._remove_run,
         }
         self._handlers = MappingProxyType({verb.name: (verb, handler) for verb, handler in handlers.items()})
 
-    async def carry_out(self, name: str, payload: bytes) -> Message:
+    async def carry_out(self, name: str, payload: bytes, send: Callable[[bytes], None]) -> Message:
         """Carry out a verb.
+
+        Args:
+            name: Of the verb.
+            payload: The request.
+            send: Sends a part of the answer before the rest.
 
         Raises:
             RequestRefused: There is none of that name, or it cannot be carried out.
         """
+        if name == wire.RECORDS.name:
+            return await self._records(decoded(wire.RECORDS, payload), send)
         if name not in self._handlers:
+            known = listed((*self._handlers, wire.RECORDS.name))
             raise RequestRefused(
                 Result.FEATURE_UNSUPPORTED,
-                f"this executor is of seoro {__version__} and cannot be asked for {name!r}: "
-                f"known are {listed(self._handlers)}",
+                f"this executor is of seoro {__version__} and cannot be asked for {name!r}: known are {known}",
             )
         verb, handler = self._handlers[name]
         return await handler(decoded(verb, payload))
@@ -144,24 +151,22 @@ class Server:
             await self._queue.stop(request.run, request.reason or "stopped by a client")
         return await self._known(request.run)
 
-    async def _records(self, request: wire.AskRecords) -> wire.Records:
-        live = self._queue.get(request.run)
+    async def _records(self, request: wire.AskRecords, send: Callable[[bytes], None]) -> wire.Records:
+        live, at = self._queue.get(request.run), request.at
         if live is not None:
-
-            def is_news() -> bool:
-                is_known = (live.info.state, bool(live.info.announcement)) == (request.state, request.is_announced)
-                return live.size > request.at or not is_known
-
             if request.keeps_alive:
                 live.note_watcher()
-            with suppress(TimeoutError):
-                await live.changes.wait_for(is_news, request.wait)
+            if request.in_parts:
+                at = await _watch(live, request, send)
+            else:
+                with suppress(TimeoutError):
+                    await live.changes.wait_for(lambda: _is_news(live, request), request.wait)
             if request.keeps_alive:
                 live.note_watcher()
         info = self._queue.placed(live.info) if live is not None else await self._known(request.run)
-        lines, is_last = _lines(self._store.folder(request.run).trace, request.at)
+        lines, is_last = _lines(self._store.folder(request.run).trace, at)
         return wire.Records(
-            lines=lines, at=request.at + len(lines), is_complete=is_last and info.state.is_final, info=info
+            lines=lines, at=at + len(lines), is_complete=is_last and info.state.is_final, info=info
         )
 
     async def _list_files(self, request: wire.OneRun) -> wire.Outputs:
@@ -189,6 +194,25 @@ class Server:
         await self._store.remove(request.run)
         self._queue.forget(request.run)
         return Empty()
+
+
+def _is_news(live: LiveRun, request: wire.AskRecords) -> bool:
+    """Whether there is something that whoever asks does not know."""
+    is_known = (live.info.state, bool(live.info.announcement)) == (request.state, request.is_announced)
+    return live.size > request.at or not is_known
+
+
+async def _watch(live: LiveRun, request: wire.AskRecords, send: Callable[[bytes], None]) -> int:
+    """Send records as they come, until there is something else to tell; returns up to where they were sent."""
+
+    def send_part(start: int, lines: bytes) -> None:
+        send(encode(wire.NewRecords(lines=lines, at=start + len(lines))))
+
+    watch = Watch(request.at, wire.WINDOW, send_part)
+    if not _is_news(live, request):
+        with live.watches.having(watch), anyio.move_on_after(request.wait):
+            await watch.over.wait()
+    return watch.at
 
 
 def _lines(trace: Path, at: int) -> tuple[bytes, bool]:

@@ -15,13 +15,10 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import IO, Any, Final
+from typing import IO, Final
 
 import anyio
 
@@ -34,59 +31,13 @@ from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.executor.frames import HEADER, Frame, Job, read_frame
+from seoro.executor.frames import Job, read_frame
 from seoro.executor.policy import reader_of, vet_plan, vet_sources
+from seoro.executor.telling import Telling
 from seoro.reasons import fault_text
-from seoro.runtime.jsonl import to_line
 
-MOST_AT_ONCE: Final = 1000  # records in one frame
-SWITCH: Final = 0.0002  # [s] for which the run may keep the thread that tells of it from working
+SWITCH: Final = 0.0002  # [s] for which the run may keep other threads from working
 ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
-
-
-class Telling:
-    """Tells the executor what happens, from a thread that no run waits for; what is made together goes together.
-
-    Args:
-        data: The pipe.
-    """
-
-    def __init__(self, data: IO[bytes]) -> None:
-        self._data = data
-        self._waiting: SimpleQueue[dict[str, Any] | tuple[Frame, bytes] | None] = SimpleQueue()
-        self._thread = threading.Thread(target=self._work, name="tells the executor", daemon=True)
-        self._thread.start()
-        self.record = self._waiting.put  # an observer of the trace
-
-    def tell(self, kind: Frame, data: bytes) -> None:
-        """Send something."""
-        self._waiting.put((kind, data))
-
-    def finish(self) -> None:
-        """Wait until everything is sent."""
-        self._waiting.put(None)
-        self._thread.join()
-
-    def _work(self) -> None:
-        with suppress(BrokenPipeError):  # the executor is gone, which the other pipe tells
-            while True:
-                items = [self._waiting.get()]
-                with suppress(Empty):
-                    while len(items) < MOST_AT_ONCE:
-                        items.append(self._waiting.get_nowait())
-                for is_record, group in groupby(items, lambda item: isinstance(item, dict)):
-                    if is_record:
-                        self._write(Frame.TRACE, b"".join(map(to_line, group)))  # type: ignore[arg-type]
-                        continue
-                    for item in group:
-                        if not isinstance(item, tuple):
-                            return
-                        self._write(*item)
-
-    def _write(self, kind: Frame, data: bytes) -> None:
-        rest = memoryview(HEADER.pack(kind, len(data)) + data)
-        while rest:
-            rest = rest[self._data.write(rest) or 0 :]
 
 
 class Stopping:
@@ -136,17 +87,16 @@ def work(control_pipe: int, data_pipe: int) -> None:
         control_pipe: Open descriptor of the pipe for the job.
         data_pipe: That of the pipe for what is told of it.
     """
-    control, data = os.fdopen(control_pipe, "rb"), os.fdopen(data_pipe, "wb", buffering=0)
+    control = os.fdopen(control_pipe, "rb")
     first = read_frame(control)
     if first is None:
         return
     job = wire.decode(Job, first[1])
     _redirect(Path(job.log))
     sys.setswitchinterval(SWITCH)
-    telling, stopping = Telling(data), Stopping(control)
+    telling, stopping = Telling(data_pipe), Stopping(control)
     stopping.start()
-    telling.tell(Frame.END, pack_end(anyio.run(_carry_out, job, telling, stopping)))
-    telling.finish()
+    telling.finish(pack_end(anyio.run(_carry_out, job, telling, stopping)))
     sys.stdout.flush()
     os._exit(0)  # all is cleaned up; what a thread of an action still does ends with the run
 
@@ -189,7 +139,7 @@ async def _run(job: Job, telling: Telling, stopping: Stopping) -> End:
         vet=partial(vet_plan, allowed=job.allowed),
     )
     async with prepare(scenario, options) as run:
-        telling.tell(Frame.BEGIN, announcement(run, options).encode())
+        telling.begin(announcement(run, options))
         stopping.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
         async with run.running():
             with anyio.move_on_after(manifest.options.timeout or math.inf):

@@ -21,6 +21,7 @@ from seoro.bridges import wire
 from seoro.executor.frames import HEADER, TOLD, Frame, Job, Told, write_frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
+READ_SIZE: Final = 1 << 16  # [bytes]
 END_TIMEOUT: Final = 10.0  # [s] that a process may last after it has told the end of its run
 _MODULE: Final = "seoro.executor.template"
 
@@ -63,14 +64,15 @@ class Worker:
 
     async def frames(self) -> AsyncIterator[tuple[Frame, bytes]]:
         """What it tells, to the end of its run or its own."""
-        with suppress(asyncio.IncompleteReadError):
-            while True:
-                kind, length = HEADER.unpack(await self._reader.readexactly(HEADER.size))
-                if length > MAX_FRAME:
-                    return
-                yield Frame(kind), await self._reader.readexactly(length)
+        waiting = bytearray()
+        while data := await self._reader.read(READ_SIZE):
+            waiting += data
+            for kind, content in _frames_in(waiting):
+                yield kind, content
                 if kind == Frame.END:
                     return
+            if len(waiting) > MAX_FRAME:
+                return
 
     async def wait(self) -> int | None:
         """Wait for the end of the process, which is killed if it lasts; returns its exit status, if known."""
@@ -229,3 +231,21 @@ async def _reader(pipe: int) -> asyncio.StreamReader:
     loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(pipe, "rb", buffering=0))
     return reader
+
+
+def _frames_in(waiting: bytearray) -> list[tuple[Frame, bytes]]:
+    """Take the whole frames off the beginning of what was read; lines of a trace that came together are one."""
+    found: list[tuple[Frame, bytes]] = []
+    at = 0
+    while at + HEADER.size <= len(waiting):
+        kind, length = HEADER.unpack_from(waiting, at)
+        if at + HEADER.size + length > len(waiting):
+            break
+        content = bytes(waiting[at + HEADER.size : at + HEADER.size + length])
+        at += HEADER.size + length
+        if found and kind == Frame.TRACE == found[-1][0]:
+            found[-1] = Frame.TRACE, found[-1][1] + content
+        else:
+            found.append((Frame(kind), content))
+    del waiting[:at]
+    return found

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from collections.abc import AsyncGenerator, Callable
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import anyio
 
 from seoro.bridges.executor.messages import STALE, UNAVAILABLE
 from seoro.bridges.executor.seals import Seals
-from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError, asking_for_parts
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
-from seoro.bridges.wire.message import A, Q, Verb, WireError, decode, encode
+from seoro.bridges.wire.message import A, M, Message, Q, Verb, WireError, decode, encode
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
+
+P = TypeVar("P", bound=Message)
 
 TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
 PATIENCE: Final = 300.0  # [s] for which it is asked again
@@ -29,8 +31,8 @@ class ExecutorLost(BackendLost):
     """The executor is gone, or cannot be reached any more."""
 
 
-class _Unavailable(Exception):
-    """The executor is there, and cannot answer now."""
+class Unavailable(Exception):
+    """There is no answer now: it may be asked again."""
 
 
 class Executor:
@@ -73,7 +75,7 @@ class Executor:
         while True:
             try:
                 answer = await self._ask_once(verb, request, wait)
-            except (SessionError, _Unavailable) as error:
+            except (SessionError, Unavailable) as error:
                 if time.monotonic() - began > self.patience:
                     raise ExecutorLost(self._lost(error)) from None
                 if not is_silent:
@@ -86,7 +88,34 @@ class Executor:
                     self.on_answer()
                 return answer
 
-    def _lost(self, error: SessionError | _Unavailable) -> str:
+    async def ask_in_parts(
+        self, verb: Verb[Q, A], part: type[P], request: Q, wait: float = 0.0
+    ) -> AsyncGenerator[A | P, None]:
+        """Ask for something once, and give the parts of the answer as they come, and then the answer.
+
+        Args:
+            verb: What is asked for.
+            part: What parts are.
+            request: The same in full.
+            wait: How long the executor may wait before it has answered [s].
+
+        Raises:
+            Unavailable: There is no answer, or no more of it.
+            BackendRefused: It said no.
+        """
+        key = executor_command(NAMESPACE, self.name, verb.name)
+        payload = encode(request)
+        try:
+            seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
+            async with asking_for_parts(self._session, key, payload, wait + TIMEOUT, seal) as parts:
+                async for is_part, said in parts:
+                    yield self._decoded(part, said) if is_part else self._decoded(verb.answer, said)
+        except Refused as refused:
+            raise self._refusal(refused) from None
+        except SessionError as error:
+            raise Unavailable(str(error)) from None
+
+    def _lost(self, error: SessionError | Unavailable) -> str:
         match error:
             case NoServer():
                 return f"the executor '{self.name}' is gone, or the connection to it is lost"
@@ -100,14 +129,19 @@ class Executor:
         payload = encode(request)
         seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
         try:
-            return decode(verb.answer, await self._session.query(key, payload, wait + TIMEOUT, seal))
+            return self._decoded(verb.answer, await self._session.query(key, payload, wait + TIMEOUT, seal))
         except Refused as refused:
-            said = said_in(refused.payload)
-            if said.code == STALE and self._seals is not None:
-                self._seals.forget()
-                raise _Unavailable(said.message) from None
-            if said.code == UNAVAILABLE:
-                raise _Unavailable(said.message) from None
-            raise BackendRefused(said.message, said.code) from None
+            raise self._refusal(refused) from None
+
+    def _decoded(self, kind: type[M], answer: bytes) -> M:
+        try:
+            return decode(kind, answer)
         except WireError as error:
             raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error
+
+    def _refusal(self, refused: Refused) -> Exception:
+        said = said_in(refused.payload)
+        if said.code == STALE and self._seals is not None:
+            self._seals.forget()
+            return Unavailable(said.message)
+        return Unavailable(said.message) if said.code == UNAVAILABLE else BackendRefused(said.message, said.code)

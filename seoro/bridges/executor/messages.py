@@ -30,6 +30,7 @@ DENIED = 102  # the code of a refusal: the keys of who asks, or their role, do n
 STALE = 103  # the code of a refusal: what was sealed has to be sealed anew, after a challenge
 UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 HIGHEST_PRIORITY = 100  # and the lowest, below 0
+WINDOW = 256 << 10  # [bytes] of a trace that are sent to one who asks once: a link has room for them
 LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -205,6 +206,7 @@ class AskRecords(OneRun):
     is_announced: bool = False  # whether the asker knows what it runs with
     wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0
     keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
+    in_parts: bool = False  # whether to send what comes at once, `WINDOW` bytes at most, and then the answer
 
 
 class Records(Said):
@@ -214,6 +216,13 @@ class Records(Said):
     at: int  # where to go on
     is_complete: bool  # whether nothing comes any more
     info: RunInfo
+
+
+class NewRecords(Said):
+    """Whole lines that a trace has grown by: the parts of `Records`."""
+
+    lines: bytes
+    at: int  # where to go on
 
 
 class OutputInfo(Said):

@@ -1,9 +1,9 @@
 """Zenoh for the rest of seoro: sessions, requests, publications and liveliness, out of Zenoh's threads.
 
-`core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness;
-`publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the
-event loop; `declaring.py` sees to it that what was declared is undeclared. `security.py` is what keys mean to
-Zenoh. No other package imports zenoh.
+`core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness; `parts.py` asks
+for answers in parts; `publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what
+has arrived for the event loop; `declaring.py` sees to it that what was declared is undeclared. `security.py` is
+what keys mean to Zenoh. No other package imports zenoh.
 """
 
 from seoro.bridges.session.core import (
@@ -20,6 +20,7 @@ from seoro.bridges.session.core import (
 )
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.parts import asking_for_parts
 from seoro.bridges.session.publications import Publisher, Sample, declare_publisher, publishing, subscribing
 from seoro.bridges.session.security import Security
 
@@ -38,6 +39,7 @@ __all__ = [
     "Security",
     "Session",
     "SessionError",
+    "asking_for_parts",
     "declare_publisher",
     "is_endpoint",
     "is_local",

@@ -40,6 +40,7 @@ ROOM = 16
 INBOX_SIZE = 256
 # As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
 LARGEST = 64 << 20  # [bytes]
+PART = b"part"  # goes beside a part of an answer
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
 
@@ -86,6 +87,10 @@ class Request:
         """Answer."""
         with self._query:
             self._query.reply(self.key, payload, attachment=attachment)
+
+    def reply_part(self, payload: bytes) -> None:
+        """Answer in part, before the answer itself; only to those who ask for parts."""
+        self._query.reply(self.key, payload, attachment=PART)
 
     def refuse(self, payload: bytes) -> None:
         """Answer with an error."""
