@@ -226,10 +226,19 @@ async def open_pool() -> AsyncIterator[Pool]:
         await pool.close()
 
 
+class _Told(asyncio.StreamReaderProtocol):
+    """What a pipe tells, which is closed at its end: the loop of uvloop would leave that to us."""
+
+    def eof_received(self) -> bool:
+        """There is nothing more."""
+        super().eof_received()
+        return False
+
+
 async def _reader(pipe: int) -> asyncio.StreamReader:
     """Reads a pipe, which it owns."""
     loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
-    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(pipe, "rb", buffering=0))
+    await loop.connect_read_pipe(lambda: _Told(reader), os.fdopen(pipe, "rb", buffering=0))
     return reader
 
 
