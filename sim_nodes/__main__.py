@@ -16,6 +16,7 @@ from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.errors import InvalidUse
 from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
@@ -59,6 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except (SessionError, RequestRefused, ValueError) as error:
         sys.stderr.write(f"sim_nodes: {error}\n")
+        return INVALID
+    except InvalidUse as error:
+        sys.stderr.write(f"error: {error}\n" + (f"  = help: {error.help}\n" if error.help else ""))
         return INVALID
     return 0
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from types import FrameType
 
+from seoro.bridges.secured import SERVING_NODES, secured
 from seoro.bridges.session import Publisher, Request, Session, declare_publisher
 from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_stream, node_token
 from seoro.bridges.wire.keys import NAMESPACE
@@ -53,11 +54,14 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         ready: Called once requests are taken.
 
     Raises:
+        InvalidUse: Its keys are missing, or of no use there.
         SessionError: The endpoint does not work.
         RequestRefused: The world cannot be loaded.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    session = Session(listen=settings.listen, connect=settings.connect)
+    endpoint = settings.listen or settings.connect or ""
+    security = secured(endpoint, SERVING_NODES, listens=settings.listen is not None)
+    session = Session(listen=settings.listen, connect=settings.connect, security=security)
     try:
         simulator = make()
         busy = Refusal(

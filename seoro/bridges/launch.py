@@ -26,6 +26,7 @@ from anyio.streams.text import TextReceiveStream
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
+from seoro.bridges.secured import ASKING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
@@ -99,8 +100,9 @@ async def connect_simulator(
     Raises:
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
+    security = secured(endpoint, ASKING)
     try:
-        async with open_session(connect=endpoint) as session:
+        async with open_session(connect=endpoint, security=security) as session:
             node_name = await find_node(session, endpoint, name)
             address = NodeAddress(session, wire.NAMESPACE, node_name)
             node = await _open(address, options)
@@ -112,6 +114,7 @@ async def connect_simulator(
                     with anyio.move_on_after(STOP_TIMEOUT, shield=True), suppress(BackendError):
                         await node.clear()
     except SessionError as error:
+        check_reached(endpoint, security)
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
 
 

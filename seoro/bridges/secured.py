@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
 
-ASKING: Final = frozenset({*PEOPLE, Role.EXECUTOR})  # of nodes
+ASKING: Final = frozenset({Role.OPERATOR, Role.ADMIN, Role.EXECUTOR})  # of nodes
 CLIENTS: Final = frozenset(PEOPLE)  # of executors
 SERVING_NODES: Final = frozenset({Role.NODE})
 SERVING_RUNS: Final = frozenset({Role.EXECUTOR})
@@ -50,6 +50,21 @@ def keys_for(endpoint: str, roles: frozenset[Role], folder: Path | None = None) 
             )
         return None if chosen is None else read_keys(chosen, roles)
     return read_keys(chosen or default_folder(), roles)
+
+
+def secured(endpoint: str, roles: frozenset[Role], *, listens: bool = False) -> Security | None:
+    """What a session of a node, or of one who asks nodes, needs of keys; who is revoked is known as it opens.
+
+    Raises:
+        InvalidUse: There are none, or they are of no use there.
+    """
+    keys = keys_for(endpoint, roles)
+    if keys is None or not listens:
+        return security_of(endpoint, keys)
+    from seoro.keys.revocation import read_list  # noqa: PLC0415 - only where there are keys
+
+    revoked = read_list(keys.folder.revoked, keys.authority).seats
+    return security_of(endpoint, keys, listens=True, revoked=revoked)
 
 
 def check_reached(endpoint: str, security: Security | None) -> None:

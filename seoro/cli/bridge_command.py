@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import domain
 from seoro.cli.exits import Exit
+from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.robot_bridge import add_robot_arguments, run_robots
 from seoro.errors import InvalidUse
 
@@ -63,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --expose: robots take velocities as TwistStamped, not as Twist",
     )
     add_robot_arguments(parser)
+    add_keys_argument(parser)
     parser.add_argument(
         "--no-navigation",
         action="store_true",

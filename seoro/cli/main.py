@@ -34,6 +34,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "stop": "stop a run on an executor",
     "get": "bring home what a run on an executor has left",
     "rm": "have executors forget a run, with all that it has left",
+    "router": "be a Zenoh router, where executors, simulators and bridges meet",
     "keys": "make the keys of a lab, which say who may take part over the network, and take them back",
     "sim": "start a simulator node, for runs that connect to it",
     "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from seoro.cli.arguments import add_folders, rate, seed
+from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
 DEFAULT_WORLD = "maze"
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
         "by default it passes while runs grant it",
     )
+    add_keys_argument(parser)
     add_folders(
         parser,
         "--model-path",

@@ -11,6 +11,7 @@ import anyio
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.robot.node import RobotNode
+from seoro.bridges.secured import ASKING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
@@ -32,10 +33,15 @@ async def connect_robots(endpoint: str, purpose: str, name: str | None = None) -
     Raises:
         InvalidUse: There is no bridge, or another holds its robots.
     """
+    security = secured(endpoint, ASKING)
     try:
-        async with open_session(connect=endpoint) as session, _held(session, endpoint, purpose, name) as node:
+        async with (
+            open_session(connect=endpoint, security=security) as session,
+            _held(session, endpoint, purpose, name) as node,
+        ):
             yield node
     except SessionError as error:
+        check_reached(endpoint, security)
         raise InvalidUse(str(error), help=START) from error
 
 

@@ -20,6 +20,7 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.secured import SERVING_NODES, secured
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
 from seoro.bridges.serving.work import Work
@@ -68,15 +69,18 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     """Serve robots of a ROS 2 system to runs for as long as the block lasts; then they stand still.
 
     Raises:
+        InvalidUse: Its keys are missing, or of no use there.
         SessionError: An endpoint does not work.
         BackendError: There is no ROS 2 system, or the guard of the bridge does not start.
     """
     types = TypeStore.bundled()
     for folder in options.interfaces:
         types = types.add_folder(folder)
+    endpoint = options.listen or options.connect or ""
+    security = secured(endpoint, SERVING_NODES, listens=options.listen is not None)
     async with (
         connect(options.ros, types=types, domain=options.domain) as system,
-        open_session(listen=options.listen, connect=options.connect) as session,
+        open_session(listen=options.listen, connect=options.connect, security=security) as session,
         guarded(_guard_of(options, system)),
         AsyncExitStack() as stack,
         background() as tasks,

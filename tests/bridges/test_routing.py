@@ -1,0 +1,167 @@
+"""Routers with keys: what passes over them by role, and that those who are revoked are out."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.asking import ExecutorLost
+from seoro.bridges.secured import ASKING, secured, security_of
+from seoro.bridges.session import NoServer, Request, Session, open_session
+from seoro.bridges.wire import encode
+from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command, node_stream, node_token
+from seoro.errors import BackendError, InvalidUse
+from seoro.keys.folder import read_keys
+from seoro.keys.roles import Role
+from tests.executors import HELLO
+from tests.labs import NAME, KeyedLab, RunningCommand, command, free_port, keyed_executor, make_lab
+
+DEADLINE = 30.0  # [s]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> KeyedLab:
+    return make_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def router(lab: KeyedLab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCommand]:
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    keys = ("--keys", str(lab.keys("hub")))
+    with command(tmp_path_factory.mktemp("x") / "log", endpoint, "router", "--listen", endpoint, *keys) as running:
+        yield running
+
+
+def session(router: RunningCommand, lab: KeyedLab, name: str) -> Session:
+    return Session(connect=router.endpoint, security=security_of(router.endpoint, read_keys(lab.keys(name))))
+
+
+def answer(request: Request) -> None:
+    request.reply(b"moved")
+
+
+async def asked(router: RunningCommand, lab: KeyedLab, name: str, key: str) -> bytes:
+    security = security_of(router.endpoint, read_keys(lab.keys(name)))
+    async with open_session(connect=router.endpoint, security=security) as there:
+        return await there.query(key, b"", 5.0)
+
+
+async def test_nodes_are_asked_by_those_who_move_robots(router: RunningCommand, lab: KeyedLab) -> None:
+    node = session(router, lab, "maze")
+    try:
+        key = node_command(NAMESPACE, "maze", "step")
+        node.answer(node_command(NAMESPACE, "maze", "*"), answer)
+        node.declare_token(node_token(NAMESPACE, "maze", "b00t"))
+        for name in ("anna", "ada", NAME):
+            assert await asked(router, lab, name, key) == b"moved"
+        for name in ("vera", "maze", "hub"):
+            with pytest.raises(NoServer):
+                await asked(router, lab, name, key)
+    finally:
+        node.close()
+
+
+@pytest.mark.parametrize("name", ["vera", "anna", "ada", NAME, "hub"])
+async def test_only_nodes_are_nodes(router: RunningCommand, lab: KeyedLab, name: str) -> None:
+    pretender = session(router, lab, name)
+    watcher = session(router, lab, "ada")
+    try:
+        pretender.answer(node_command(NAMESPACE, "forged", "*"), answer)
+        pretender.declare_token(node_token(NAMESPACE, "forged", "b00t"))
+        with pytest.raises(NoServer):
+            await asked(router, lab, "ada", node_command(NAMESPACE, "forged", "step"))
+        assert watcher.list_tokens("seoro/1/*/alive/node/forged/*", 1.0) == frozenset()
+    finally:
+        pretender.close()
+        watcher.close()
+
+
+async def test_streams_of_nodes_are_seen_and_not_forged(router: RunningCommand, lab: KeyedLab) -> None:
+    key, got = node_stream(NAMESPACE, "maze", "camera"), []
+    sessions = {name: session(router, lab, name) for name in ("vera", "maze", "anna", "hub")}
+    try:
+        subscriber = sessions["vera"].handle.declare_subscriber(
+            key, lambda sample: got.append(sample.payload.to_bytes())
+        )
+        mute = sessions["hub"].handle.declare_subscriber(key, lambda sample: got.append(b"seen by a router"))
+        with anyio.fail_after(DEADLINE):
+            while b"maze" not in got:
+                for name in ("maze", "anna"):
+                    sessions[name].handle.put(key, name.encode())
+                await anyio.sleep(0.02)
+        assert set(got) == {b"maze"}
+        assert subscriber is not mute  # both are kept until here
+    finally:
+        for each in sessions.values():
+            each.close()
+
+
+async def test_roles_hold_at_an_executor_behind_a_router(
+    router: RunningCommand, lab: KeyedLab, tmp_path: Path
+) -> None:
+    file = tmp_path / "hello.osc"
+    file.write_text(HELLO)
+    with keyed_executor(tmp_path, lab, connect=router.endpoint):
+        async with seoro.Client(router.endpoint, lab.keys("anna")) as client:
+            assert (await (await client.submit(NAME, file)).result()).passed
+        with pytest.raises(NoServer):
+            await asked(router, lab, "vera", executor_command(NAMESPACE, NAME, "submit"))
+        async with seoro.Client(router.endpoint, lab.keys("vera")) as client:
+            [run] = await client.runs()
+            assert run.info.by == "anna"
+
+
+async def test_roles_hold_behind_a_router_that_lets_everything_pass(lab: KeyedLab, tmp_path: Path) -> None:
+    """That is one that somebody else runs: it has no access control."""
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    open_hub = Session(listen=endpoint, security=security_of(endpoint, read_keys(lab.keys("hub"))))
+    try:
+        with keyed_executor(tmp_path, lab, connect=endpoint):
+            security = security_of(endpoint, read_keys(lab.keys("vera")))
+            async with open_session(connect=endpoint, security=security) as there:
+                key = executor_command(NAMESPACE, NAME, "list_runs")
+                with pytest.raises(Exception, match="refused"):
+                    await there.query(key, encode(wire.ListRuns()), 5.0)
+    finally:
+        open_hub.close()
+
+
+async def test_whose_keys_are_revoked_gets_nothing_from_a_router(lab: KeyedLab, tmp_path: Path) -> None:
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    keys = ("--keys", str(lab.keys("hub")))
+    lab.authority.add("rob", Role.OPERATOR, lab.keys("rob"))
+    with (
+        command(tmp_path / "log", endpoint, "router", "--listen", endpoint, *keys),
+        keyed_executor(tmp_path, lab, connect=endpoint),
+    ):
+        async with (
+            seoro.Client(endpoint, lab.keys("rob")) as rob,
+            seoro.Client(endpoint, lab.keys("anna")) as anna,
+        ):
+            [reached] = await rob._all()
+            reached.patience = 0.2
+            assert await rob.runs() == await anna.runs() == []
+            lab.revoke("rob", "hub")
+            with anyio.fail_after(DEADLINE), pytest.raises(ExecutorLost):
+                while True:  # what Zenoh has told rob of who is there may stay; it gets no answer
+                    await reached.ask(wire.LIST_RUNS, wire.ListRuns())
+            assert await anna.runs() == []
+
+
+def test_nobody_else_is_a_router_or_a_node(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEORO_KEYS", str(lab.keys("vera")))
+    with pytest.raises(InvalidUse, match=r"vera \(viewer\), and cannot be used as"):
+        secured("tls/127.0.0.1:1", ASKING)
+    assert secured("unixsock-stream/hub", frozenset({Role.VIEWER})) is None
+
+
+async def test_a_backend_is_not_asked_without_keys(lab: KeyedLab, tmp_path: Path) -> None:
+    file = tmp_path / "hello.osc"
+    file.write_text(HELLO)
+    simulator = seoro.Simulator(endpoint="tls/127.0.0.1:1")
+    with pytest.raises((InvalidUse, BackendError), match="there are no keys"):
+        async with seoro.start(seoro.load(file), simulator=simulator):
+            pass
