@@ -23,6 +23,8 @@ from typing import Annotated, Final
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import InvalidUse
 from seoro.keys.roles import PEOPLE
 from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
@@ -91,6 +93,30 @@ class Policy(BaseModel):
     def allowed(self) -> frozenset[str]:
         """All that somebody may do."""
         return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+
+
+def check_submission(submission: wire.Submission, limits: Limits, waiting: int) -> None:
+    """Check that a run keeps within the limits of its submitter.
+
+    Args:
+        submission: The run.
+        limits: Of who submits it.
+        waiting: How many of theirs wait.
+
+    Raises:
+        RequestRefused: It does not.
+    """
+    size = sum(file.size for file in submission.manifest.files)
+    if limits.bundle is not None and size > limits.bundle * MEBIBYTE:
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"the scenario has {size / MEBIBYTE:.1f} MiB of files, more than the {limits.bundle} MiB that it may",
+        )
+    if limits.waiting is not None and waiting >= limits.waiting:
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"{waiting} of your runs wait already, which is as many as may: try again later",
+        )
 
 
 def read_policy(path: Path) -> Policy:

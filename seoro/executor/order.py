@@ -7,7 +7,7 @@ waits for what runs now and for one run of each, however many there are. Runs of
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
 
@@ -23,6 +23,9 @@ class Waiting:
 
     def __contains__(self, run: str) -> bool:
         return run in self._where
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._where)
 
     def __len__(self) -> int:
         return len(self._where)
@@ -44,9 +47,13 @@ class Waiting:
             del self._runs[priority]
         self._places = None
 
-    def take(self) -> str:
-        """The run that is next, which waits no more; there must be one."""
-        run = next(self._ordered())
+    def first(self, may: Callable[[str], bool]) -> str | None:
+        """The run that is next of those that may go on, if there is one."""
+        return next(filter(may, self._ordered()), None)
+
+    def take(self, run: str | None = None) -> str:
+        """A run waits no more, by default the one that is next; its submitter is served."""
+        run = next(self._ordered()) if run is None else run
         _, submitter = self._where[run]
         self.discard(run)
         self._turn += 1

@@ -6,7 +6,6 @@ import asyncio
 import logging
 import sqlite3
 import time
-from collections.abc import Collection
 from io import FileIO
 from pathlib import Path
 from typing import Final
@@ -14,11 +13,14 @@ from typing import Final
 import anyio
 from anyio.abc import TaskGroup
 
+from seoro.background import background
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.changes import Changes
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor.frames import Frame, Job
+from seoro.executor.limits import Limits, Policy
+from seoro.executor.memory import exceeds
 from seoro.executor.order import Waiting
 from seoro.executor.store import Store
 from seoro.executor.watching import Watches
@@ -41,6 +43,7 @@ class LiveRun:
     def __init__(self, info: RunInfo, submission: wire.Submission) -> None:
         self.info = info
         self.submission = submission
+        self.killed = ""  # why it was, if it was
         self.size = 0  # of its trace so far [bytes]
         self.changes = Changes()  # of all of that
         self.watches = Watches()  # of the same, at once
@@ -110,15 +113,15 @@ class Queue:
         pool: Of processes.
         tasks: In which runs are seen to.
         jobs: How many go on at a time.
-        allowed: What their scenarios may do.
+        policy: What their submitters may.
     """
 
-    def __init__(self, store: Store, pool: Pool, tasks: TaskGroup, jobs: int, allowed: Collection[str]) -> None:
+    def __init__(self, store: Store, pool: Pool, tasks: TaskGroup, jobs: int, policy: Policy) -> None:
         self._store = store
         self._pool = pool
         self._tasks = tasks
         self._jobs = self._free = jobs
-        self._allowed = tuple(sorted(allowed))
+        self._policy = policy
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
         self._changes = Changes()
@@ -137,6 +140,10 @@ class Queue:
     def waiting(self) -> int:
         """How many wait."""
         return len(self._waiting)
+
+    def waiting_of(self, submitter: str) -> int:
+        """How many of somebody's runs wait."""
+        return sum(self._live[run].info.by == submitter for run in self._waiting)
 
     def placed(self, info: RunInfo) -> RunInfo:
         """What is known of a run, with its place if it waits."""
@@ -157,10 +164,25 @@ class Queue:
     async def work(self) -> None:
         """Start runs as there is room for them; runs as long as the executor."""
         while True:
-            await self._changes.wait_for(lambda: self._free > 0 and self._waiting and not self._is_closing)
-            run = self._waiting.take()
+            run = self._waiting.take(await self._changes.wait_for(self._next))
             self._free -= 1
             self._tasks.start_soon(self._carry, self._live[run])
+
+    def _next(self) -> str | None:
+        """The run to start now, if there is one."""
+        return None if self._free <= 0 or self._is_closing else self._waiting.first(self._may_run)
+
+    def _may_run(self, run: str) -> bool:
+        """Whether its submitter may have one more that goes on."""
+        live = self._live[run]
+        most = self._limits(live).running
+        if most is None:
+            return True
+        going_on = [other for name, other in self._live.items() if name not in self._waiting]
+        return sum(other.info.by == live.info.by for other in going_on) < most
+
+    def _limits(self, live: LiveRun) -> Limits:
+        return self._policy.of(live.submission.role)
 
     async def stop(self, run: str, reason: str) -> None:
         """Stop a run; one that waits is over at once."""
@@ -223,12 +245,16 @@ class Queue:
         """Have a process carry a run out; whoever waits for its end need not wait for that of the process."""
         worker.begin(self._job(live))
         live.have(worker)
-        end = await self._follow(live, worker)
+        async with background() as duties:
+            duties.start_soon(_hold_to_time, live, self._limits(live).time)
+            duties.start_soon(_hold_to_memory, live, worker, self._limits(live).memory)
+            end = await self._follow(live, worker)
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
         _drop_empty(self._store.folder(live.info.run).log)
-        await self._finish(live, *_outcome(end, code, live.is_stopped), end)
+        state, reason = _outcome(end, code, live.is_stopped)
+        await self._finish(live, state, reason if end else live.killed or reason, end)
 
     def _job(self, live: LiveRun) -> Job:
         folder = self._store.folder(live.info.run)
@@ -238,7 +264,7 @@ class Queue:
             files=str(folder.files),
             output=str(folder.output),
             log=str(folder.log),
-            allowed=self._allowed,
+            allowed=self._limits(live).allowed,
         )
 
     async def _follow(self, live: LiveRun, worker: Worker) -> bytes:
@@ -278,6 +304,21 @@ class Queue:
         else:
             self._live.pop(live.info.run, None)
         live.set(state=state, reason=reason, ended=time.time())
+
+
+async def _hold_to_time(live: LiveRun, limit: float | None) -> None:
+    """Stop a run that takes longer than it may [s]."""
+    if limit is not None:
+        await asyncio.sleep(limit)
+        live.stop(f"it took longer than the {limit:g} s that it may")
+
+
+async def _hold_to_memory(live: LiveRun, worker: Worker, limit: int | None) -> None:
+    """Kill a run that takes more memory than it may [MiB]: it may have no more with which to stop in order."""
+    if limit is not None:
+        used = await exceeds(worker.process, limit)
+        live.killed = f"it was killed: it took {used} MiB of memory, more than the {limit} MiB that it may"
+        worker.kill()
 
 
 def _write(file: FileIO, data: bytes) -> None:

@@ -70,7 +70,8 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
         InvalidUse: The folder or the keys cannot be used, or another executor has the name.
         SessionError: The endpoint does not work.
     """
-    check_permissions(options.allowed)
+    policy = options.policy.also(options.allowed)
+    check_permissions(policy.allowed)
     keys = keys_for(options.listen or options.connect or "", SERVING_RUNS, options.keys)
     if keys is not None and keys.identity.name != options.name:
         raise InvalidUse(
@@ -85,11 +86,11 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             background() as tasks,
             AsyncExitStack() as stack,
         ):
-            queue = Queue(store, pool, tasks, options.jobs, options.allowed)
+            queue = Queue(store, pool, tasks, options.jobs, policy)
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
-            server = Server(store, queue, options.jobs, tuple(sorted(options.allowed)))
-            gate, reached = _opened(options, server, keys, stack)
+            server = Server(store, queue, options.jobs, policy)
+            gate, reached = _opened(options, server, policy, keys, stack)
             async with reached.answering(gate, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
@@ -103,7 +104,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
 
 
 def _opened(
-    options: ExecutorOptions, server: Server, keys: Keys | None, stack: AsyncExitStack
+    options: ExecutorOptions, server: Server, policy: Policy, keys: Keys | None, stack: AsyncExitStack
 ) -> tuple[Gate, Reached]:
     """Who is let in, and where; what has to be closed is on the stack."""
     revoked, lock = None, None
@@ -114,8 +115,7 @@ def _opened(
         revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
         stack.callback(audit.close)
         lock = Lock(keys, revoked, audit)
-    gate = Gate(server, options.policy.also(options.allowed), lock)
-    return gate, Reached(options.name, options.listen, options.connect, keys, revoked)
+    return Gate(server, policy, lock), Reached(options.name, options.listen, options.connect, keys, revoked)
 
 
 async def _forget(server: Server, keep: float) -> None:

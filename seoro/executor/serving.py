@@ -22,6 +22,7 @@ from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.executor.blobs import Blobs
+from seoro.executor.limits import Policy, check_submission
 from seoro.executor.queue import LiveRun, Queue
 from seoro.executor.store import Store
 from seoro.executor.watching import Watch
@@ -38,14 +39,15 @@ class Server:
         store: Of runs.
         queue: Of those that are not over.
         jobs: How many go on at a time.
-        allowed: What their scenarios may do.
+        policy: What submitters may.
     """
 
-    def __init__(self, store: Store, queue: Queue, jobs: int, allowed: tuple[str, ...]) -> None:
+    def __init__(self, store: Store, queue: Queue, jobs: int, policy: Policy) -> None:
         self._store = store
         self._queue = queue
         self._blobs = Blobs(store.blobs)
-        self._info = wire.ExecutorInfo(version=__version__, jobs=jobs, allowed=allowed)
+        self._info = wire.ExecutorInfo(version=__version__, jobs=jobs, allowed=tuple(sorted(policy.allowed)))
+        self._policy = policy
         self._submitting = anyio.Lock()
         handlers: Mapping[Verb[Any, Any], Handler] = {  # beside `_records`, which has more to say than one answer
             wire.DESCRIBE: self._describe,
@@ -108,6 +110,7 @@ class Server:
         async with self._submitting:
             with suppress(KeyError):
                 return await self._store.info(request.run)
+            check_submission(request, self._policy.of(request.role), self._queue.waiting_of(request.by))
             await anyio.to_thread.run_sync(self._unpack, request)
             info = await self._store.add(request)
         self._queue.add(info, request)

@@ -48,6 +48,11 @@ class Worker:
         self._control = control
         self._reader = reader
 
+    @property
+    def process(self) -> int:
+        """The number of its process."""
+        return self._process
+
     def begin(self, job: Job) -> None:
         """Give it its job."""
         with suppress(BrokenPipeError):  # it has died, which its other pipe tells

@@ -1,0 +1,171 @@
+"""Limits: what is too much is refused or ended, and said."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges.executor.messages import State
+from seoro.client.runs import RemoteRun
+from seoro.errors import BackendRefused, InvalidUse
+from seoro.executor.limits import Limits, Policy, read_policy
+from seoro.executor.memory import used_by
+from seoro.executor.order import Waiting
+from seoro.executor.rates import MOST, Rates
+from seoro.executor.running import ExecutorOptions, executing
+from tests.executors import HELLO, LONG
+
+HUNGRY = """from seoro import ActionContext, action
+
+@action("eat")
+async def eat(ctx: ActionContext) -> None:
+    food = b"x" * (400 << 20)
+    while food:
+        await ctx.sleep(0.1)
+"""
+EATING = "import osc.helpers\nimport osc.mine\nscenario main:\n    do serial:\n        eat()\n"
+DEADLINE = 30.0  # [s]
+
+
+def options(folder: Path, jobs: int = 1, **limits: object) -> ExecutorOptions:
+    policy = Policy(everybody=Limits.model_validate(limits))
+    return ExecutorOptions(
+        "lab-a", folder / "state", listen=f"unixsock-stream/{folder}/hub", jobs=jobs, policy=policy
+    )
+
+
+@pytest.fixture
+def long(tmp_path: Path) -> Path:
+    file = tmp_path / "long.osc"
+    file.write_text(LONG)
+    return file
+
+
+async def begun(run: RemoteRun) -> None:
+    with anyio.fail_after(DEADLINE):
+        async for record in run.records():
+            if record["kind"] == "log":
+                return
+
+
+async def test_a_run_that_takes_too_long_is_stopped(tmp_path: Path, long: Path) -> None:
+    made = options(tmp_path, time=0.5)
+    async with executing(made), seoro.Client(made.listen) as client:
+        run = await client.submit("lab-a", long)
+        with anyio.fail_after(DEADLINE):
+            verdict = await run.result()
+    assert verdict.status is seoro.RunStatus.CANCELLED
+    assert "longer than the 0.5 s" in verdict.reason
+
+
+async def test_a_run_that_takes_too_much_memory_is_killed(tmp_path: Path) -> None:
+    folder = tmp_path / "seoro.libraries"
+    folder.mkdir()
+    (folder / "mine.osc").write_text("action eat\n")
+    (folder / "mine.py").write_text(HUNGRY)
+    file = tmp_path / "eating.osc"
+    file.write_text(EATING)
+    made = options(tmp_path, memory=300, allow=["python"])
+    async with executing(made), seoro.Client(made.listen) as client:
+        run = await client.submit("lab-a", file)
+        with anyio.fail_after(DEADLINE), pytest.raises(seoro.BackendError, match="more than the 300 MiB"):
+            await run.result()
+        assert run.state is State.ERROR
+        other = tmp_path / "hello.osc"
+        other.write_text(HELLO)
+        assert (await (await client.submit("lab-a", other)).result()).passed
+
+
+async def test_one_has_so_many_runs_that_go_on_and_wait(tmp_path: Path, long: Path) -> None:
+    made = options(tmp_path, jobs=3, running=1, waiting=2)
+    async with executing(made), seoro.Client(made.listen) as client:
+        runs = [await client.submit("lab-a", long)]
+        await begun(runs[0])
+        runs += [await client.submit("lab-a", long) for _ in range(2)]
+        with pytest.raises(BackendRefused, match="2 of your runs wait already"):
+            await client.submit("lab-a", long)
+        states = [(await client.run(run.id)).state for run in runs]
+        assert states == [State.RUNNING, State.QUEUED, State.QUEUED]
+        await runs[0].stop()
+        await begun(runs[1])
+        for run in runs:
+            await run.stop()
+
+
+async def test_a_scenario_with_too_many_files_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "hello.osc"
+    file.write_text(f"import osc.mine\n{HELLO}")
+    (tmp_path / "seoro.libraries").mkdir()
+    (tmp_path / "seoro.libraries" / "mine.osc").write_text("action nothing\n")
+    (tmp_path / "seoro.libraries" / "mine.py").write_text(f"# {'x' * (2 << 20)}\n")
+    made = options(tmp_path, bundle=1)
+    async with executing(made), seoro.Client(made.listen) as client:
+        with pytest.raises(BackendRefused, match=r"2\.0 MiB of files, more than the 1 MiB"):
+            await client.submit("lab-a", file)
+
+
+def test_roles_have_limits_over_those_of_everybody(tmp_path: Path) -> None:
+    file = tmp_path / "policy.yaml"
+    file.write_text(
+        "everybody:\n  allow: [python]\n  time: 60\nroles:\n  admin:\n    allow: [run_process]\n    commands: 7\n"
+    )
+    policy = read_policy(file).also(frozenset({"ros_run"}))
+    admin, other = policy.of("admin"), policy.of("operator")
+    assert (admin.allowed, admin.time, admin.rate) == (("ros_run", "run_process"), 60.0, (7.0, 70.0))
+    assert (other.allowed, other.time, other.running) == (("python", "ros_run"), 60.0, None)
+    assert policy.allowed == {"python", "run_process", "ros_run"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("roles:\n  boss: {time: 3}\n", "policy.yaml:2: nobody submits as 'boss'"),
+        ("everybody:\n  time: -1\n", "policy.yaml:2: everybody.time: Input should be greater than 0"),
+        ("everybody:\n  speed: 1\n", "policy.yaml:2: everybody.speed: Extra inputs are not permitted"),
+        ("everybody: {bundle: 5000}\n", "less than or equal to 1024"),
+        ("a: [\n", "no valid YAML"),
+    ],
+)
+def test_what_is_wrong_with_a_policy_is_said_with_its_line(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "policy.yaml"
+    file.write_text(text)
+    with pytest.raises(InvalidUse, match=re.escape(message)):
+        read_policy(file)
+
+
+def test_commands_are_counted_for_each_caller() -> None:
+    now = [0.0]
+    rates = Rates(lambda: now[0])
+    assert [rates.take("a", 2.0, 3.0) for _ in range(4)] == [True, True, True, False]
+    assert rates.take("b", 2.0, 3.0)
+    now[0] = 0.5
+    assert [rates.take("a", 2.0, 3.0) for _ in range(2)] == [True, False]
+    for number in range(MOST):
+        rates.take(str(number), 2.0, 3.0)
+    assert rates.take("a", 2.0, 3.0)  # forgotten, as long as it has had time to fill
+
+
+def test_the_next_run_is_one_that_may_go_on() -> None:
+    waiting = Waiting()
+    for run, who in (("a0", "a"), ("a1", "a"), ("b0", "b")):
+        waiting.add(run, 0, who)
+    assert waiting.first(lambda run: run.startswith("b")) == "b0"
+    assert waiting.first(lambda run: False) is None
+    assert waiting.take("b0") == "b0"
+    assert list(waiting) == ["a0", "a1"]
+
+
+def test_memory_of_all_below_a_process_is_counted() -> None:
+    script = "import subprocess, sys; food = b'x' * (120 << 20); print('ready', flush=True); input()"
+    outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {script!r}])"
+    command = [sys.executable, "-c", outer]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline()
+        assert used_by(process.pid) >= 120
+        process.communicate(b"\n", 10)
+    assert used_by(process.pid) == 0
