@@ -117,7 +117,7 @@ def run_process() -> int:
     What is loaded and built here lasts nearly as long as the process, so that looking through it for garbage, as
     Python does often and once more at its end, finds none and takes a tenth of a short run.
     """
-    gc.set_threshold(50_000, 20, 100)
+    gc.set_threshold(200_000, 20, 100)
     status = main()
     gc.freeze()
     return status

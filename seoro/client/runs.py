@@ -35,6 +35,7 @@ class RemoteRun:
         self.executor = executor
         self.info = info
         self._stop_if_lost = stop_if_lost
+        self._end = b""  # what it ended with, if that came with its last records
 
     @property
     def id(self) -> str:
@@ -62,7 +63,8 @@ class RemoteRun:
                     new = found.lines[at - start :]
                     at += len(new)
                     if isinstance(found, wire.Records):
-                        self.info, is_complete = found.info, found.is_complete and at == found.at
+                        self.info, self._end = found.info, found.end
+                        is_complete = found.is_complete and at == found.at
                     yield self.info, _records(new)
 
     async def _news(self, at: int) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
@@ -123,12 +125,13 @@ class RemoteRun:
         if not self.state.is_final:
             async for _ in self.parts():
                 pass
-        found = await self.executor.ask(wire.GET_RUN, wire.OneRun(run=self.id))
-        self.info = found.info
-        if not found.end:
-            raise BackendLost(f"the run is {found.info.state.value}: {found.info.reason}")
+        if not self._end:
+            found = await self.executor.ask(wire.GET_RUN, wire.OneRun(run=self.id))
+            self.info, self._end = found.info, found.end
+        if not self._end:
+            raise BackendLost(f"the run is {self.state.value}: {self.info.reason}")
         try:
-            end = unpack_end(found.end)
+            end = unpack_end(self._end)
         except InvalidEnd as error:
             raise BackendError(str(error)) from error
         if isinstance(end, Ended):

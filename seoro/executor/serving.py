@@ -168,9 +168,9 @@ class Server:
                 live.note_watcher()
         info = self._queue.placed(live.info) if live is not None else await self._known(request.run)
         lines, is_last = _lines(self._store.folder(request.run).trace, at)
-        return wire.Records(
-            lines=lines, at=at + len(lines), is_complete=is_last and info.state.is_final, info=info
-        )
+        is_complete = is_last and info.state.is_final
+        end = await self._store.end(request.run) if is_complete and request.in_parts else b""
+        return wire.Records(lines=lines, at=at + len(lines), is_complete=is_complete, info=info, end=end)
 
     async def _list_files(self, request: wire.OneRun) -> wire.Outputs:
         await self._known(request.run)

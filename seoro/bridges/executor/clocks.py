@@ -10,7 +10,7 @@ from typing import Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
-from seoro.bridges.wire import Empty
+from seoro.bridges.wire.message import Empty
 
 EXCHANGES: Final = 4
 NOTABLE: Final = 0.1  # [s] by which clocks may differ

@@ -216,6 +216,7 @@ class Records(Said):
     at: int  # where to go on
     is_complete: bool  # whether nothing comes any more
     info: RunInfo
+    end: bytes = b""  # with the last lines: what it ended with, as in `Details`
 
 
 class NewRecords(Said):
