@@ -28,6 +28,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "explain": "say what the code of a message means, with examples",
     "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
     "serve": "be an executor, which runs scenarios that come over the network",
+    "doctor": "say what is installed and reachable, and what to do about what is not",
     "ps": "list the runs of executors",
     "attach": "follow a run on an executor, from its first record to its end",
     "logs": "show what has happened in a run on an executor so far",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import suppress
@@ -16,6 +17,7 @@ import anyio.to_thread
 from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
+from seoro.bridges.launch import is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.wire import Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
@@ -46,7 +48,12 @@ class Server:
         self._store = store
         self._queue = queue
         self._blobs = Blobs(store.blobs)
-        self._info = wire.ExecutorInfo(version=__version__, jobs=jobs, allowed=tuple(sorted(policy.allowed)))
+        self._info = wire.ExecutorInfo(
+            version=__version__,
+            jobs=jobs,
+            allowed=tuple(sorted(policy.allowed)),
+            simulators=tuple(name for name in known_simulators() if is_installed(name)),
+        )
         self._policy = policy
         self._submitting = anyio.Lock()
         handlers: Mapping[Verb[Any, Any], Handler] = {  # beside `_records`, which has more to say than one answer
@@ -95,7 +102,8 @@ class Server:
 
     async def _describe(self, _request: Empty) -> wire.ExecutorInfo:
         received = time.time()
-        now = {"running": self._queue.running, "waiting": self._queue.waiting}
+        free = shutil.disk_usage(self._store.blobs).free
+        now = {"running": self._queue.running, "waiting": self._queue.waiting, "free": free}
         return self._info.model_copy(update={**now, "received": received, "sent": time.time()})
 
     async def _missing_blobs(self, request: wire.Hashes) -> wire.Hashes:

@@ -262,6 +262,8 @@ class ExecutorInfo(Said):
     waiting: int = 0  # and how many wait
     received: float | None = None  # when the request arrived [s since 1970], by the executor's clock
     sent: float | None = None  # when this left, by the same
+    free: int | None = None  # [bytes] of disk, where it keeps runs
+    simulators: tuple[str, ...] | None = None  # that it can start
 
 
 class Challenge(Said):

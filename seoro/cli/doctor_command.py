@@ -1,0 +1,86 @@
+"""`seoro doctor`: say what is installed and reachable, and what to do about what is not."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterable
+
+import anyio
+
+from seoro.bridges.executor.addresses import ENDPOINT
+from seoro.cli.exits import Exit
+from seoro.cli.remote_arguments import add_executor_argument
+from seoro.doctor.findings import Finding, Health
+from seoro.doctor.installed import look_here
+from seoro.runtime.jsonl import to_json
+
+EXAMPLES = """examples:
+  seoro doctor
+  seoro doctor --on lab-a
+  seoro doctor --executor tls/lab.example.org:7470 --json
+
+exit status: 0 if nothing has failed, warnings or not; 1 if something has"""
+_VARIABLE = "SEORO_EXECUTOR"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("--on", metavar="EXECUTOR", help="check the way to this executor (default: to all)")
+    add_executor_argument(parser)
+    parser.add_argument(
+        "--json", action="store_true", help="print a JSON list instead, with an object for each line"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    found: list[Finding] = []
+
+    def tell(finding: Finding) -> None:
+        found.append(finding)
+        if not options.json:
+            print(f"{finding.health.value:8} {finding.what}: {finding.text}", flush=True)
+            if finding.help:
+                print(f"{'':8} = help: {finding.help}", flush=True)
+
+    for finding in look_here():
+        tell(finding)
+    anyio.run(_look_along, options, tell)
+    if options.json:
+        print(to_json([_plain(each) for each in found]))
+    else:
+        print(_summary(found))
+    return Exit.FAILED if any(each.health is Health.FAILED for each in found) else Exit.PASSED
+
+
+async def _look_along(options: argparse.Namespace, tell: Callable[[Finding], None]) -> None:
+    from seoro.doctor.path import look_along  # noqa: PLC0415 - Zenoh; what is installed is told even without
+
+    asked = options.executor or os.environ.get(_VARIABLE)
+    if asked is None and options.on is None and not await _listens(ENDPOINT):
+        tell(Finding("executor", Health.OK, f"none listens at {ENDPOINT}, and none was asked for"))
+        return
+    async for finding in look_along(asked or ENDPOINT, options.on, options.keys):
+        tell(finding)
+
+
+async def _listens(endpoint: str) -> bool:
+    from seoro.doctor.endpoint import look_at_endpoint  # noqa: PLC0415 - as above
+
+    return (await look_at_endpoint(endpoint)).health is Health.OK
+
+
+def _plain(finding: Finding) -> dict[str, str]:
+    return {
+        "what": finding.what,
+        "status": finding.health.value,
+        "message": finding.text,
+        "help": finding.help,
+    }
+
+
+def _summary(found: Iterable[Finding]) -> str:
+    health = [each.health for each in found]
+    wrong, doubtful = health.count(Health.FAILED), health.count(Health.WARNING)
+    return f"{wrong} failed, {doubtful} warning{'s' if doubtful != 1 else ''}, {health.count(Health.OK)} ok"

@@ -1,0 +1,82 @@
+"""What is installed here: seoro, what it always needs, and what some runs need."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Final
+
+from seoro import __version__
+from seoro.doctor.findings import Finding, failed, ok, warning
+from seoro.lang.frozen import Value
+
+_NEEDED: Final = ("eclipse-zenoh", "pydantic", "msgpack", "anyio", "cryptography")
+_BYTES: Final = ("B", "KiB", "MiB", "GiB", "TiB")
+
+
+class Extra(Value):
+    """An optional part of seoro.
+
+    Args:
+        name: As pip knows it.
+        packages: What it consists of, mainly.
+        purpose: What it is for.
+    """
+
+    name: str
+    packages: tuple[str, ...]
+    purpose: str
+
+
+EXTRAS: Final[Sequence[Extra]] = (
+    Extra("mujoco", ("mujoco",), "the simulator mujoco"),
+    Extra("pybullet", ("pybullet",), "the simulator pybullet"),
+    Extra("ros2", ("rosbags", "mcap"), "ROS 2"),
+    Extra("video", ("av",), "films of simulators"),
+    Extra("solver", ("z3-solver",), "constraints that do not decide themselves"),
+    Extra("lsp", ("pygls",), "editors"),
+)
+
+
+def look_here() -> Iterator[Finding]:
+    """What is installed."""
+    yield ok("seoro", f"{__version__}, Python {platform.python_version()} on {platform.platform(terse=True)}")
+    for name in _NEEDED:
+        found = _version(name)
+        if found is None:
+            yield failed(name, "is not installed", f"{_pip(name)}; seoro needs it")
+        else:
+            yield ok(name, found)
+    for extra in EXTRAS:
+        yield _look_for(extra)
+
+
+def _look_for(extra: Extra) -> Finding:
+    versions = {name: _version(name) for name in extra.packages}
+    missing = [name for name, found in versions.items() if found is None]
+    if missing:
+        return warning(
+            extra.name, f"{', '.join(missing)} is not installed: no {extra.purpose}", _pip(f"seoro[{extra.name}]")
+        )
+    return ok(extra.name, ", ".join(f"{name} {found}" for name, found in versions.items()))
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _pip(name: str) -> str:
+    return f"{sys.executable} -m pip install '{name}'"
+
+
+def in_bytes(size: int) -> str:
+    """A size for people."""
+    shown, unit = float(size), 0
+    while shown >= 1024.0 and unit < len(_BYTES) - 1:
+        shown, unit = shown / 1024.0, unit + 1
+    return f"{shown:.0f} {_BYTES[unit]}" if unit == 0 else f"{shown:.1f} {_BYTES[unit]}"

@@ -1,0 +1,35 @@
+"""What is installed, and what to do about what is not."""
+
+from importlib import metadata
+
+import pytest
+
+from seoro import __version__
+from seoro.doctor import installed
+from seoro.doctor.findings import Health
+
+
+def test_what_is_installed_is_told_with_its_version() -> None:
+    found = {finding.what: finding for finding in installed.look_here()}
+    assert __version__ in found["seoro"].text
+    assert found["eclipse-zenoh"].text == metadata.version("eclipse-zenoh")
+    assert found["eclipse-zenoh"].health is Health.OK
+
+
+def test_what_is_missing_is_told_with_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(name: str) -> str:
+        if name in ("mujoco", "msgpack"):
+            raise metadata.PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(installed, "version", version)
+    found = {finding.what: finding for finding in installed.look_here()}
+    assert (found["mujoco"].health, found["msgpack"].health) == (Health.WARNING, Health.FAILED)
+    assert "pip install 'seoro[mujoco]'" in found["mujoco"].help
+
+
+@pytest.mark.parametrize(
+    ("size", "text"), [(12, "12 B"), (2048, "2.0 KiB"), (5 << 30, "5.0 GiB"), (5 << 60, "5242880.0 TiB")]
+)
+def test_sizes_are_told_for_people(size: int, text: str) -> None:
+    assert installed.in_bytes(size) == text
