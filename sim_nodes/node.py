@@ -19,12 +19,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from types import FrameType
+from typing import assert_never
 
 from seoro.bridges.secured import SERVING_NODES, secured
-from seoro.bridges.session import Publisher, Request, Session, declare_publisher
-from seoro.bridges.wire import Refusal, Result, SimulationState, encode, node_command, node_stream, node_token
+from seoro.bridges.session import Publisher, Request, Session, declare_publisher, declare_subscriber
+from seoro.bridges.wire import (
+    HOLD_ROBOTS,
+    EmergencyStop,
+    Refusal,
+    Result,
+    SimulationState,
+    WireError,
+    decode,
+    emergency_key,
+    encode,
+    holder_tokens,
+    node_command,
+    node_stream,
+    node_token,
+    sender_of,
+)
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.leasing import Leasing
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 from sim_nodes.waiting import WaitingRequests
@@ -43,6 +60,25 @@ class NodeSettings:
     namespace: str = NAMESPACE
     listen: str | None = None
     connect: str | None = None
+
+
+@dataclass(frozen=True)
+class TokenChanged:
+    """A liveliness token of somebody who holds robots has appeared, or is gone."""
+
+    token: str
+    is_alive: bool
+
+
+@dataclass(frozen=True)
+class Urgent:
+    """An emergency stop was published."""
+
+    payload: bytes
+
+
+Arrived = Request | TokenChanged | Urgent
+"""What comes from Zenoh's threads to the main one."""
 
 
 def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable[[Simulator], None]) -> None:
@@ -68,34 +104,109 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
             code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later"
         )
         inbox = session.serve(node_command(settings.namespace, settings.node, "*"), encode(busy))
+        _listen(session, settings, simulator, inbox)
         simulator.streams.connect(partial(_declare_stream, session, settings))
         session.declare_token(node_token(settings.namespace, settings.node, secrets.token_hex(8)))
         ready(simulator)
-        waiting = WaitingRequests(simulator.log)
+        serving = Serving(simulator)
         while True:
-            _turn(simulator, inbox, waiting)
+            serving.turn(inbox)
     finally:
         session.close()
+
+
+def _listen(
+    session: Session, settings: NodeSettings, simulator: Simulator, inbox: queue.SimpleQueue[Arrived]
+) -> None:
+    """Hear of holders that die, and of emergency stops, also in the middle of a long grant."""
+
+    def changed(token: str, is_alive: bool) -> None:
+        inbox.put(TokenChanged(token, is_alive))
+
+    def stop(payload: bytes) -> None:
+        simulator.halt()
+        inbox.put(Urgent(payload))
+
+    session.watch_tokens(holder_tokens(settings.namespace), changed)
+    declare_subscriber(session, emergency_key(settings.namespace), stop)
 
 
 def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Publisher:
     return declare_publisher(session, node_stream(settings.namespace, settings.node, name))
 
 
-def _turn(simulator: Simulator, inbox: queue.SimpleQueue[Request], waiting: WaitingRequests) -> None:
-    """Keep pace while playing, and answer those who have waited and the next request."""
-    clock = time.monotonic()
-    delay = keep_pace(simulator, clock)
-    for request in waiting.due(clock):
-        answer(simulator, request)
-    limits = [limit for limit in (delay, waiting.within(clock)) if limit is not None]
-    timeout = min(limits, default=None)
-    try:
-        request = inbox.get(block=timeout != 0.0, timeout=timeout)
-    except queue.Empty:
-        return
-    if not waiting.put_aside(request, time.monotonic()):
-        answer(simulator, request)
+class Serving:
+    """Carries out what arrives, one after another.
+
+    Args:
+        simulator: The simulator.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._leasing = Leasing(simulator)
+        self._waiting = WaitingRequests(simulator.log)
+
+    def turn(self, inbox: queue.SimpleQueue[Arrived]) -> None:
+        """Keep pace while playing, and see to what has come, is due, or comes next."""
+        clock = time.monotonic()
+        delay = keep_pace(self._simulator, clock)
+        if inbox.empty():  # else a sign of life may have come that nobody has had the time to see
+            self._leasing.stop_overdue()
+        for request in self._waiting.due(clock):
+            self.answer(request)
+        times = (delay, self._waiting.within(clock), self._leasing.within())
+        timeout = min((each for each in times if each is not None), default=None)
+        try:
+            arrived = inbox.get(block=timeout != 0.0, timeout=timeout)
+        except queue.Empty:
+            return
+        match arrived:
+            case TokenChanged():
+                self._leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
+            case Urgent():
+                self._stop(arrived.payload)
+            case Request():
+                if arrived.key.endswith(f"/{HOLD_ROBOTS.name}"):
+                    self._leasing.note_life(arrived.payload)
+                if not self._waiting.put_aside(arrived, time.monotonic()):
+                    self.answer(arrived)
+            case _:
+                assert_never(arrived)
+
+    def _stop(self, payload: bytes) -> None:
+        try:
+            asked = decode(EmergencyStop, payload)
+        except WireError:
+            asked = EmergencyStop(by="somebody whose message cannot be read")
+        self._leasing.emergency_stop(asked)
+        for request in self._waiting.all():
+            self.answer(request)
+
+    def answer(self, request: Request) -> None:
+        """Carry out a request and answer it, whatever happens."""
+        verb = request.key.rsplit("/", 1)[-1]
+        try:
+            request.reply(self._carry_out(verb, request))
+        except RequestRefused as refused:
+            _refuse(request, refused.code, refused.message)
+        except Exception as error:
+            log.exception("fault in %s", verb)
+            why = f"fault in the simulator node: {type(error).__name__}: {error}"
+            _refuse(request, Result.OPERATION_FAILED, why)
+
+    def _carry_out(self, verb: str, request: Request) -> bytes:
+        own = self._leasing.verbs.get(verb)
+        if own is None:
+            permit = partial(self._leasing.permit, sender_of(request.attachment))
+            return handle(self._simulator, verb, request.payload, permit)
+        model, carry = own
+        try:
+            asked = decode(model, request.payload)
+        except WireError as error:
+            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+        self._simulator.stay()
+        return encode(carry(asked))
 
 
 def keep_pace(simulator: Simulator, clock: float) -> float | None:
@@ -106,18 +217,6 @@ def keep_pace(simulator: Simulator, clock: float) -> float | None:
         log.exception("fault while playing, paused")
         simulator.set_state(SimulationState.PAUSED)
         return None
-
-
-def answer(simulator: Simulator, request: Request) -> None:
-    """Carry out a request and answer it, whatever happens."""
-    verb = request.key.rsplit("/", 1)[-1]
-    try:
-        request.reply(handle(simulator, verb, request.payload))
-    except RequestRefused as refused:
-        _refuse(request, refused.code, refused.message)
-    except Exception as error:
-        log.exception("fault in %s", verb)
-        _refuse(request, Result.OPERATION_FAILED, f"fault in the simulator node: {type(error).__name__}: {error}")
 
 
 def _refuse(request: Request, code: int, message: str) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Mapping
+from dataclasses import replace
+from threading import Event
 from typing import Any
 
 from seoro.bridges.wire import (
@@ -69,7 +71,7 @@ class Simulation(Stateful):
         "_pending",
     )
 
-    DERIVED = ("streams", "log")  # the simulator's
+    DERIVED = ("streams", "log", "halted")  # the simulator's
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -80,6 +82,7 @@ class Simulation(Stateful):
         self.films = Films(engine, world, lambda: self.entities)
         self.streams = Streams()
         self.log = Log()
+        self.halted = Event()
         self._start_over()
 
     def _start_over(self) -> None:
@@ -155,8 +158,11 @@ class Simulation(Stateful):
         return bool(self._pending)
 
     def advance(self, until: float) -> None:
-        """Simulate to the first step at or after a time, or to the end of the step in which something happened."""
-        while not self.has_to_tell and self.time < until:
+        """Simulate to the first step at or after a time, or to the end of the step in which something happened.
+
+        An emergency stop, which another thread hears of, ends it, too.
+        """
+        while not self.has_to_tell and self.time < until and not self.halted.is_set():
             self._pass(until)
 
     def run(self, until: float) -> None:
@@ -223,9 +229,9 @@ class Simulation(Stateful):
         self.films.tick()
         self.streams.tick(self)
 
-    def tell(self, streams: Streams, log: Log) -> None:
-        """Tell by these, which another simulation may have told by."""
-        self.streams, self.log = streams, log
+    def tell(self, streams: Streams, log: Log, halted: Event) -> None:
+        """Tell by these, which another simulation may have told by, and stop when it is halted."""
+        self.streams, self.log, self.halted = streams, log, halted
         streams.use(self.robots)
 
     def _note_contacts(self) -> None:
@@ -297,9 +303,12 @@ class Simulation(Stateful):
         """Names of the robots that have a goal, or that something is watched of."""
         return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
-    def stop_robot(self, robot: str) -> None:
-        """Stop a robot; the goals that it had end as canceled."""
-        self._report(self.robot(robot), self.robot(robot).stop())
+    def stop_robot(self, robot: str, reason: str = "") -> None:
+        """Stop a robot; the goals that it had end as canceled, or as aborted for a reason."""
+        ended = self.robot(robot).stop()
+        if reason:
+            ended = (replace(end, outcome=Outcome.ABORTED, message=reason) for end in ended)
+        self._report(self.robot(robot), ended)
 
     def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
         """Inject a fault into a device; the end of its measurement, within a limit [s], is reported."""
@@ -350,6 +359,10 @@ class Simulation(Stateful):
     def cancel_watch(self, identifier: str) -> None:
         """Forget a watch."""
         self._watches.cancel(identifier)
+
+    def forget_watches(self, prefix: str) -> None:
+        """Forget all watches whose ids begin so."""
+        self._watches.forget(prefix)
 
     def watch(self, identifier: str, watch: Watch) -> None:
         """Report when a condition becomes true; at once if it is true already."""

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
+from threading import Event
 
 from seoro.bridges.models import ModelPath
 from seoro.bridges.wire import (
@@ -81,6 +82,7 @@ class Simulator:
         self._ahead: Ahead | None = None
         self.streams = Streams()
         self.log = Log()
+        self._halted = Event()
         self._origin: str | World  # of the world that is loaded where none is named
         self._source = ""  # of the one that is loaded
         self._simulation: Simulation | None = None
@@ -105,7 +107,7 @@ class Simulator:
 
     def _go_on(self, simulation: Simulation) -> None:
         """Go on with a simulation, and tell of it by the streams that there are."""
-        simulation.tell(self.streams, self.log)
+        simulation.tell(self.streams, self.log, self._halted)
         with self._telling_of_the_forgotten():
             self._simulation = simulation
 
@@ -262,6 +264,14 @@ class Simulator:
         return isinstance(self._engine, NEEDS.get(verb, object))
 
     # ------------------------------------------------------------ time
+
+    def halt(self) -> None:
+        """End the grant that is being carried out, if there is one; from any thread."""
+        self._halted.set()
+
+    def go_on(self) -> None:
+        """Carry out grants again."""
+        self._halted.clear()
 
     def advance(self, until: float, horizon: float | None) -> Advanced:
         """Carry out a grant of time.

@@ -1,4 +1,4 @@
-"""Requests for what happens (`await_happenings`), which are answered when something has happened.
+"""Requests for what happens (`await_happenings`, `hold_robots`), which are answered when something has happened.
 
 A node carries out one request at a time. Those that find nothing are put aside here, and the node goes on.
 """
@@ -8,10 +8,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seoro.bridges.session import Request
-from seoro.bridges.wire import AWAIT_HAPPENINGS, LONGEST_WAIT, AwaitHappenings, WireError, decode
+from seoro.bridges.wire import (
+    AWAIT_HAPPENINGS,
+    HOLD_ROBOTS,
+    LONGEST_WAIT,
+    AwaitHappenings,
+    WireError,
+    decode,
+)
 from sim_nodes.happenings import Log
 
 MAX_WAITING = 64  # requests; more are answered at once
+VERBS = frozenset({AWAIT_HAPPENINGS.name, HOLD_ROBOTS.name})
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,7 @@ class WaitingRequests:
             request: The request.
             clock: The machine's monotonic clock [s].
         """
-        if not request.key.endswith(f"/{AWAIT_HAPPENINGS.name}") or len(self._waiting) >= MAX_WAITING:
+        if request.key.rpartition("/")[2] not in VERBS or len(self._waiting) >= MAX_WAITING:
             return False
         try:
             asked = decode(AwaitHappenings, request.payload)
@@ -57,6 +65,11 @@ class WaitingRequests:
         if due:
             self._waiting = [each for each in self._waiting if each not in due]
         return [each.request for each in due]
+
+    def all(self) -> list[Request]:
+        """All of them, which are to be answered now."""
+        waiting, self._waiting = self._waiting, []
+        return [each.request for each in waiting]
 
     def within(self, clock: float) -> float | None:
         """How long there is nothing to do here if nothing happens [s]; None if nobody waits."""

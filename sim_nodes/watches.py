@@ -169,6 +169,10 @@ class Watches(Stateful):
             )
         del self._watches[identifier]
 
+    def forget(self, prefix: str) -> None:
+        """Forget all whose ids begin so."""
+        self._watches = {name: watch for name, watch in self._watches.items() if not name.startswith(prefix)}
+
     def take_true(self, world: Watched) -> list[Ended]:
         """Forget those that have become true, and say what is told of them."""
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]

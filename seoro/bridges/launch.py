@@ -13,7 +13,7 @@ import sys
 import tempfile
 from collections import deque
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -26,6 +26,7 @@ from anyio.streams.text import TextReceiveStream
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
+from seoro.bridges.robot.connecting import Claim, held
 from seoro.bridges.secured import ASKING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
@@ -88,34 +89,65 @@ async def start_simulator(name: str, options: SimulatorOptions) -> AsyncIterator
 
 @asynccontextmanager
 async def connect_simulator(
-    endpoint: str, options: SimulatorOptions, name: str | None = None
+    endpoint: str,
+    options: SimulatorOptions,
+    name: str | None = None,
+    purpose: str = "a run",
+    claim: Claim | None = None,
 ) -> AsyncIterator[SimulatorNode]:
-    """Use a simulator node that is running; it goes on when the block ends, without anything of the run.
+    """Have a simulator node that is running; it goes on when the block ends, without anything of the run.
 
     Args:
-        endpoint: Its Zenoh endpoint, or that of the router that it is connected to.
-        options: What is wanted of it.
+        endpoint: Zenoh endpoint of the node, or of the router that it is connected to.
+        options: What the run wants of it.
         name: Of the node; None for the only one there.
+        purpose: What it is held for, for others who want it.
+        claim: By what it is claimed.
 
     Raises:
+        RobotsTaken: Others have it.
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
     security = secured(endpoint, ASKING)
+    holder = (claim or Claim()).of(purpose, gives_signs=False)
     try:
         async with open_session(connect=endpoint, security=security) as session:
             node_name = await find_node(session, endpoint, name)
-            address = NodeAddress(session, wire.NAMESPACE, node_name)
-            node = await _open(address, options)
-            async with background() as group:
-                group.start_soon(_watch_token, address, node)
-                try:
-                    yield node
-                finally:
-                    with anyio.move_on_after(STOP_TIMEOUT, shield=True), suppress(BackendError):
-                        await node.clear()
+            address = NodeAddress(session, wire.NAMESPACE, node_name, sender=holder.holder)
+            async with _all_of(address, holder), _cleared(address, options) as node:
+                yield node
     except SessionError as error:
         check_reached(endpoint, security)
         raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
+
+
+@asynccontextmanager
+async def _all_of(address: NodeAddress, holder: wire.Holder) -> AsyncIterator[None]:
+    """Hold a simulator with all that it has; one that knows nothing of holders is had by whoever asks."""
+    async with held(address, holder) if await _has_holders(address) else nullcontext():
+        yield
+
+
+async def _has_holders(address: NodeAddress) -> bool:
+    try:
+        await ask(address, wire.GET_ROBOT_FEATURES, wire.Empty())
+    except BackendRefused as refused:
+        if refused.code == wire.Result.FEATURE_UNSUPPORTED:
+            return False
+        raise
+    return True
+
+
+@asynccontextmanager
+async def _cleared(address: NodeAddress, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
+    node = await _open(address, options)
+    async with background() as group:
+        group.start_soon(_watch_token, address, node)
+        try:
+            yield node
+        finally:
+            with anyio.move_on_after(STOP_TIMEOUT, shield=True), suppress(BackendError):
+                await node.clear()
 
 
 def folder_for_sockets() -> str | None:

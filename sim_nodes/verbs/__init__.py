@@ -5,6 +5,7 @@ A module has those of one part; `PARTS` lists them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import MappingProxyType
 
 from seoro.bridges import wire
@@ -54,14 +55,22 @@ VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyT
     {verb.name: (verb.request, handler) for part in PARTS for verb, handler in part.HANDLERS}
 )
 
+Permit = Callable[[str, wire.Message], wire.Message]
 
-def handle(simulator: Simulator, verb: str, payload: bytes) -> bytes:
+
+def _permit(_verb: str, request: wire.Message) -> wire.Message:
+    """Anything."""
+    return request
+
+
+def handle(simulator: Simulator, verb: str, payload: bytes, permit: Permit = _permit) -> bytes:
     """Carry out a request.
 
     Args:
         simulator: Who carries it out.
         verb: Name of the verb.
         payload: The encoded request.
+        permit: Refuses what may not be asked for, and gives the request as it is to be carried out.
 
     Returns:
         The encoded answer.
@@ -76,6 +85,7 @@ def handle(simulator: Simulator, verb: str, payload: bytes) -> bytes:
         request = wire.decode(model, payload)
     except wire.WireError as error:
         raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+    request = permit(verb, request)
     if verb != wire.REWIND.name:
         simulator.stay()
     try:

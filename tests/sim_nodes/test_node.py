@@ -27,7 +27,7 @@ from seoro.bridges.wire import (
     token_node,
 )
 from sim_nodes.__main__ import ENGINES, INVALID, main
-from sim_nodes.node import answer, keep_pace
+from sim_nodes.node import Serving, keep_pace
 from tests.sim_nodes.client import A, Client, Q, pose
 from tests.sim_nodes.engines import make_engine
 
@@ -136,6 +136,7 @@ class RecordedRequest:
 
     key = node_command("default", "sim", "get_simulator_features")
     payload = encode(Empty())
+    attachment = b""
     refusal: Refusal | None = None
 
     def reply(self, payload: bytes) -> None:
@@ -153,7 +154,7 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
 
     monkeypatch.setattr(maze.simulator, "features", fault)
     request = RecordedRequest()
-    answer(maze.simulator, cast(Request, request))
+    Serving(maze.simulator).answer(cast(Request, request))
     assert request.refusal is not None
     assert request.refusal.code == Result.OPERATION_FAILED
     assert request.refusal.message == "fault in the simulator node: ZeroDivisionError: a wheel came off"

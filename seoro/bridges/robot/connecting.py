@@ -1,10 +1,11 @@
-"""Getting at robots behind a bridge that is running."""
+"""Getting at robots behind a bridge, or in a simulator that plays by itself, and holding them."""
 
 from __future__ import annotations
 
 import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
 
 import anyio
 
@@ -21,23 +22,70 @@ RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
 
 
+class RobotsTaken(InvalidUse):
+    """Others have the robots; they may be had later."""
+
+
+def _any_name() -> str:
+    return f"run-{secrets.token_hex(8)}"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """By what robots are claimed.
+
+    Args:
+        holder: Name of the client, which no other has; it has one place in line everywhere.
+        lease: Id of a lease by hand under which it has them.
+        waits: Whether it comes back soon when it does not get them.
+        priority: Of its place in line.
+    """
+
+    holder: str = field(default_factory=_any_name)
+    lease: str = ""
+    waits: bool = False
+    priority: int = 0
+
+    def of(self, purpose: str, robots: tuple[str, ...] = (), *, gives_signs: bool = True) -> wire.Holder:
+        """The request for robots; for all that a node has if none are named."""
+        return wire.Holder(
+            holder=self.holder,
+            purpose=purpose,
+            robots=robots,
+            lease=self.lease,
+            waits=self.waits,
+            priority=self.priority,
+            gives_signs=gives_signs,
+        )
+
+
 @asynccontextmanager
-async def connect_robots(endpoint: str, purpose: str, name: str | None = None) -> AsyncIterator[RobotNode]:
-    """Hold the robots of a bridge for as long as the block lasts; they stand still when it ends.
+async def connect_robots(
+    endpoint: str,
+    purpose: str,
+    name: str | None = None,
+    robots: tuple[str, ...] = (),
+    claim: Claim | None = None,
+) -> AsyncIterator[RobotNode]:
+    """Hold robots for as long as the block lasts; they stand still when it ends.
 
     Args:
         endpoint: Zenoh endpoint of the bridge, or of the router that it is connected to.
         purpose: What they are held for, for others who want them.
         name: Of the bridge; None for the only one there.
+        robots: Which robots; all of the bridge if none are named.
+        claim: By what they are claimed.
 
     Raises:
-        InvalidUse: There is no bridge, or another holds its robots.
+        RobotsTaken: Others have them.
+        InvalidUse: There is no bridge, or they cannot be had.
     """
     security = secured(endpoint, ASKING)
+    holder = (claim or Claim()).of(purpose, robots)
     try:
         async with (
             open_session(connect=endpoint, security=security) as session,
-            _held(session, endpoint, purpose, name) as node,
+            _held(session, endpoint, holder, name) as node,
         ):
             yield node
     except SessionError as error:
@@ -46,18 +94,42 @@ async def connect_robots(endpoint: str, purpose: str, name: str | None = None) -
 
 
 @asynccontextmanager
-async def _held(session: AsyncSession, endpoint: str, purpose: str, name: str | None) -> AsyncIterator[RobotNode]:
-    holder = wire.Holder(holder=f"run-{secrets.token_hex(8)}", purpose=purpose)
-    address = NodeAddress(session, wire.NAMESPACE, await _find_node(session, endpoint, name), "bridge")
-    async with session.token(wire.holder_token(wire.NAMESPACE, holder.holder)):
-        node = RobotNode(address, holder, await _take(address, holder))
+async def _held(
+    session: AsyncSession, endpoint: str, holder: wire.Holder, name: str | None
+) -> AsyncIterator[RobotNode]:
+    found = await _find_node(session, endpoint, name)
+    address = NodeAddress(session, wire.NAMESPACE, found, "bridge", holder.holder)
+    async with held(address, holder) as features:
+        node = RobotNode(address, holder, features)
         async with background() as group:
             group.start_soon(node.hold)
-            try:
-                yield node
-            finally:
-                with anyio.move_on_after(RELEASE_TIMEOUT, shield=True), suppress(BackendError):
-                    await node.ask(wire.RELEASE_ROBOTS, holder, RELEASE_TIMEOUT)
+            yield node
+
+
+@asynccontextmanager
+async def held(address: NodeAddress, holder: wire.Holder) -> AsyncIterator[wire.RobotFeatures]:
+    """Hold robots of a node for as long as the block lasts, in which its client gives signs of life if it said so.
+
+    Raises:
+        RobotsTaken: Others have them.
+        InvalidUse: They cannot be had.
+    """
+    async with address.session.token(wire.holder_token(wire.NAMESPACE, holder.holder)):
+        features = await _take(address, holder)
+        try:
+            yield features
+        except RobotsTaken:
+            await _release(address, holder)
+            raise
+        except BaseException:
+            await _release(address, holder.model_copy(update={"waits": False}))
+            raise
+        await _release(address, holder.model_copy(update={"waits": False}))
+
+
+async def _release(address: NodeAddress, holder: wire.Holder) -> None:
+    with anyio.move_on_after(RELEASE_TIMEOUT, shield=True), suppress(BackendError):
+        await ask(address, wire.RELEASE_ROBOTS, holder, RELEASE_TIMEOUT)
 
 
 async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures:
@@ -66,7 +138,9 @@ async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures
     except BackendRefused as refused:
         if refused.code == wire.Result.FEATURE_UNSUPPORTED:
             raise InvalidUse(f"'{address.node}' is a simulator, not a bridge to robots", help=START) from refused
-        raise InvalidUse(f"the robots of the bridge '{address.node}' cannot be had: {refused}") from refused
+        kind = RobotsTaken if refused.code == wire.LabResult.HELD else InvalidUse
+        what = "the simulator" if not holder.gives_signs else "the robots of the bridge"
+        raise kind(f"{what} '{address.node}' cannot be had: {refused}") from refused
 
 
 async def _find_node(session: AsyncSession, endpoint: str, name: str | None) -> str:

@@ -42,7 +42,10 @@ class HoldingRequests(Requests):
             try:
                 told = await self._ask_once(request)
             except Refused as refused:
-                self.report_loss(f"{self.name} does not obey any more: {said_in(refused.payload).message}")
+                said = said_in(refused.payload)
+                stopped = said.code == wire.LabResult.STOPPED
+                why = said.message if stopped else f"{self.name} does not obey any more: {said.message}"
+                self.report_loss(why)
                 return
             except (NoServer, NoAnswer) as error:
                 broken_since = min(broken_since, time.monotonic())
@@ -60,7 +63,8 @@ class HoldingRequests(Requests):
     async def _ask_once(self, request: wire.HoldRobots) -> wire.Happenings:
         address = self._address
         key = wire.node_command(address.namespace, address.node, wire.HOLD_ROBOTS.name)
-        payload = await address.session.query(key, wire.encode(request), request.wait + ANSWER)
+        sender = wire.sender(self._holder.holder)
+        payload = await address.session.query(key, wire.encode(request), request.wait + ANSWER, sender)
         return wire.decode(wire.Happenings, payload)
 
     def _tell(self, told: wire.Happenings) -> None:

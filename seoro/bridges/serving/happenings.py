@@ -25,6 +25,7 @@ class HappeningLog:
     def __init__(self, kept: int = KEPT) -> None:
         self._kept: deque[wire.Happening] = deque(maxlen=kept)
         self._number = 0
+        self._woken = 0
         self._began = time.monotonic()
         self._changes = Changes()
 
@@ -35,12 +36,8 @@ class HappeningLog:
 
     @property
     def now(self) -> float:
-        """The time of the node [s]: since robots were taken, as that of a run is since it began."""
+        """The time of the node [s], since it was started."""
         return time.monotonic() - self._began
-
-    def begin(self) -> None:
-        """Robots were taken: this is time zero."""
-        self._began = time.monotonic()
 
     def tell(
         self,
@@ -56,6 +53,11 @@ class HappeningLog:
         )
         self._changes.tell()
 
+    def wake(self) -> None:
+        """Answer those who wait, though nothing has happened."""
+        self._woken += 1
+        self._changes.tell()
+
     async def after(self, request: wire.AwaitHappenings) -> wire.Happenings:
         """Everything after a number; waits for something, as long as the request says.
 
@@ -64,7 +66,8 @@ class HappeningLog:
         """
         self._check(request.since)
         with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
-            await self._changes.wait_for(lambda: self._number > request.since)
+            woken = self._woken
+            await self._changes.wait_for(lambda: self._number > request.since or self._woken > woken)
         missing = self._number - request.since
         return wire.Happenings(
             number=self._number, happenings=tuple(self._kept)[len(self._kept) - missing :] if missing else ()

@@ -1,123 +1,75 @@
-"""Who holds the robots of a node, and what happens when a holder gives no sign of life."""
+"""What happens when those who hold robots of a node give no sign of life."""
 
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 
 import anyio
+from anyio.abc import TaskGroup
 
 from seoro.bridges import wire
-from seoro.bridges.wire import HOLD_DEADLINE, Result
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.leasing.leases import Hold, Leases, called
+from seoro.bridges.wire import HOLD_DEADLINE
 from seoro.changes import Changes
 
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
 
 log = logging.getLogger(__name__)
 
-Stop = Callable[[str], Awaitable[None]]
-"""Stops all robots for a reason, and ends their goals as aborted."""
+Stop = Callable[[Hold, str], Awaitable[None]]
+"""Stops the robots of a client for a reason, and ends their goals as aborted."""
 
 
-class Hold:
-    """The hold on robots, by one client at a time.
+class Watchdog:
+    """Stops the robots of clients that are gone.
 
     Args:
-        stop: Called when the holder gives no sign of life any more.
+        leases: Who has which robots.
+        stop: Called when a client gives no sign of life any more.
+        tasks: Where that runs, so that no robot waits for another to be stopped.
     """
 
-    def __init__(self, stop: Stop) -> None:
+    def __init__(self, leases: Leases, stop: Stop, tasks: TaskGroup) -> None:
+        self._leases = leases
+        self._tasks = tasks
         self._stop = stop
-        self._holder: wire.Holder | None = None
-        self._alive = False
-        self._stopping = False
-        self._last = 0.0  # sign of life, by the machine's clock [s]
         self._changes = Changes()
 
-    @property
-    def holder(self) -> wire.Holder | None:
-        """The client that holds the robots and is alive."""
-        return self._holder if self._alive else None
-
-    def take(self, holder: wire.Holder) -> None:
-        """Let a client have the robots.
-
-        Raises:
-            RequestRefused: Another has them.
-        """
-        if self._alive and self._holder is not None and self._holder.holder != holder.holder:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"the robots are held by {_called(self._holder)}: wait for its end"
-            )
-        self._holder = holder
-        self._note_life()
-
-    def renew(self, holder: str) -> None:
-        """A sign of life.
-
-        Raises:
-            RequestRefused: The client does not hold the robots.
-        """
-        if not self.is_of(holder):
-            now = (
-                f"{_called(self._holder)} holds them" if self._holder is not None else "this node was started anew"
-            )
-            raise RequestRefused(Result.INCORRECT_STATE, f"the robots are not held by this run any more: {now}")
-        self._note_life()
-
-    def check(self) -> None:
-        """Refuse what moves robots when nobody holds them, or they are being stopped."""
-        if self._stopping or not self._alive:
-            raise RequestRefused(Result.INCORRECT_STATE, "nobody holds the robots: take them first")
-
-    def is_of(self, holder: str) -> bool:
-        """Whether a client holds the robots, alive or not."""
-        return self._holder is not None and self._holder.holder == holder
-
-    def release(self) -> None:
-        """The end of a hold."""
-        self._holder, self._alive = None, False
+    def note(self) -> None:
+        """Somebody has taken robots, or is back."""
         self._changes.tell()
 
-    def _note_life(self) -> None:
-        self._last, self._alive = time.monotonic(), True
-        self._changes.tell()
-
-    async def watch_deadline(self) -> None:
-        """Stop the robots when a sign of life is overdue; runs as long as the node."""
+    async def watch_deadlines(self) -> None:
+        """Stop robots when a sign of life is overdue; runs as long as the node."""
+        leases = self._leases
         while True:
-            await self._changes.wait_for(lambda: self._alive)
-            if self._left > 0.0:
-                await anyio.sleep(self._left)
-            else:
-                await anyio.sleep(ARRIVED)
-                if self._alive and self._left <= 0.0:
-                    await self._lapse(f"no sign of life for {HOLD_DEADLINE:g} s")
-
-    @property
-    def _left(self) -> float:
-        """How long there may be no sign of life [s]."""
-        return self._last + HOLD_DEADLINE - time.monotonic()
+            await self._changes.wait_for(lambda: leases.within() is not None)
+            if left := leases.within():
+                await anyio.sleep(left)
+                continue
+            await anyio.sleep(ARRIVED)
+            for hold in leases.overdue():
+                self._lapse(hold, f"no sign of life for {HOLD_DEADLINE:g} s")
 
     async def watch_tokens(self, tokens: AsyncIterator[tuple[str, bool]], namespace: str) -> None:
-        """Stop the robots when the holder's token is gone, which is as soon as its process has died."""
+        """Stop robots when the token of who holds them is gone, which is as soon as its process has died."""
         async for token, alive in tokens:
-            holder = self.holder
-            if not alive and holder is not None and token == wire.holder_token(namespace, holder.holder):
-                await self._lapse("its process has died, or the connection to it is lost")
+            holder = token.rpartition("/")[2]
+            hold = self._leases.hold_of(holder)
+            if alive:
+                self._leases.see(holder)
+            elif hold is not None and hold.is_alive and token == wire.holder_token(namespace, holder):
+                self._lapse(hold, "its process has died, or the connection to it is lost")
 
-    async def _lapse(self, why: str) -> None:
-        assert self._holder is not None
-        self._alive, self._stopping = False, True
-        reason = f"the robots were stopped, {_called(self._holder)}: {why}"
+    def _lapse(self, hold: Hold, why: str) -> None:
+        hold.is_alive, hold.is_stopping = False, True
+        reason = f"the robots were stopped, {called(hold.holder)}: {why}"
         log.warning("%s", reason)
+        self._tasks.start_soon(self._carry_out, hold, reason)
+
+    async def _carry_out(self, hold: Hold, reason: str) -> None:
         try:
-            await self._stop(reason)
+            await self._stop(hold, reason)
         finally:
-            self._stopping = False
-
-
-def _called(holder: wire.Holder) -> str:
-    return holder.purpose or f"the client '{holder.holder}'"
+            hold.is_stopping = False

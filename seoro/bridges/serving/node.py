@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import AsyncIterator, Callable, Sequence
+import time
+from collections.abc import AsyncIterator, Callable, Collection, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 
 import anyio
@@ -14,28 +17,33 @@ from anyio.abc import TaskGroup
 from seoro import __version__
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.leasing.leases import Hold, Leases, called
+from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.serving.answering import answer, decoded
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.hold import Hold
-from seoro.bridges.serving.robot import Handlers, ServedRobot
+from seoro.bridges.serving.hold import Watchdog
+from seoro.bridges.serving.robot import Handlers, ServedRobot, state_of
 from seoro.bridges.serving.work import Work
-from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
+from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, Sample, subscribing
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, listed
 
 WAITING = Bound(256, lose="newest")  # requests
+URGENT = Bound(64, lose="newest")  # emergency stops, of which one would do
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
-# What may be asked while nobody holds the robots.
-HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.CANCEL_GOAL.name, wire.CANCEL_WATCH.name})
+READING = "get_"  # begins what changes nothing
+CALLED = "bridge"
 
 
 @dataclass(frozen=True)
 class NodeAt:
-    """Where a node is: a session, its namespace and its name."""
+    """Where a node is: a session, its namespace and its name; and the file in which it keeps an emergency stop."""
 
     session: AsyncSession
     namespace: str
     name: str
+    state: Path | None = None
 
 
 @asynccontextmanager
@@ -50,28 +58,48 @@ async def serving(
     """
     busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
     session, happenings = at.session, HappeningLog()
+    urgent: Mailbox[Sample] = Mailbox(URGENT)
     async with background() as tasks:
         work = Work(tasks, happenings)
-        server = RobotServer(make(work, happenings), work, happenings)
+        server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(at.state))
         try:
             async with (
                 session.tokens(wire.holder_tokens(at.namespace)) as tokens,
+                subscribing(session, wire.emergency_key(at.namespace), _putting_into(urgent)),
                 session.answering(wire.node_command(at.namespace, at.name, "*"), WAITING, busy) as requests,
                 session.token(wire.node_token(at.namespace, at.name, secrets.token_hex(8))),
                 background() as duties,
             ):
-                duties.start_soon(server.hold.watch_deadline)
-                duties.start_soon(server.hold.watch_tokens, tokens, at.namespace)
+                duties.start_soon(server.watchdog.watch_deadlines)
+                duties.start_soon(server.watchdog.watch_tokens, tokens, at.namespace)
                 duties.start_soon(_answer, server, requests, tasks)
+                duties.start_soon(_obey, server, urgent)
                 yield server
         finally:
             with anyio.move_on_after(STOP_DEADLINE, shield=True):
                 await server.stop("the bridge ends")
 
 
+def _putting_into(urgent: Mailbox[Sample]) -> Callable[[Sample], None]:
+    def take(sample: Sample) -> None:
+        urgent.put(sample, 1)
+
+    return take
+
+
 async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
         tasks.start_soon(server.answer, request)
+
+
+async def _obey(server: RobotServer, urgent: Mailbox[Sample]) -> None:
+    """Stop when an emergency stop is published, whatever it says."""
+    async for sample in urgent:
+        try:
+            asked = wire.decode(wire.EmergencyStop, sample.payload)
+        except wire.WireError:
+            asked = wire.EmergencyStop(by="somebody whose message cannot be read")
+        await server.emergency_stop(asked)
 
 
 class RobotServer:
@@ -81,13 +109,25 @@ class RobotServer:
         robots: Who carries them out.
         work: Their goals and watches.
         happenings: What has happened to them.
+        tasks: Where robots are stopped whose clients are gone.
+        latch: Whether an emergency stop holds.
     """
 
-    def __init__(self, robots: Sequence[ServedRobot], work: Work, happenings: HappeningLog) -> None:
+    def __init__(
+        self,
+        robots: Sequence[ServedRobot],
+        work: Work,
+        happenings: HappeningLog,
+        tasks: TaskGroup,
+        latch: Latch,
+    ) -> None:
         self._robots = {robot.info.name: robot for robot in robots}
         self._work = work
         self._happenings = happenings
-        self.hold = Hold(self.stop)
+        self._latch = latch
+        self._tasks = tasks
+        self._leases = Leases(lambda: self._robots)
+        self.watchdog = Watchdog(self._leases, self._stop_held, tasks)
         own: Handlers = {
             wire.GET_ROBOT_FEATURES: self._features,
             wire.TAKE_ROBOTS: self._take,
@@ -96,6 +136,11 @@ class RobotServer:
             wire.STOP_ROBOT: self._stop_robot,
             wire.CANCEL_GOAL: self._cancel,
             wire.CANCEL_WATCH: self._cancel,
+            wire.GET_LAB_STATE: self._state,
+            wire.LEASE_ROBOTS: self._lease,
+            wire.RELEASE_LEASE: self._end_lease,
+            wire.EMERGENCY_STOP: self.emergency_stop,
+            wire.RELEASE_STOP: self._release_stop,
         }
         self._own = MappingProxyType({verb.name: (verb, carry) for verb, carry in own.items()})
         self._theirs = {
@@ -109,18 +154,22 @@ class RobotServer:
 
     async def stop(self, reason: str) -> None:
         """Stop all robots; their goals end as aborted for a reason."""
+        await self._stop_robots(tuple(self._robots), reason)
+
+    async def _stop_held(self, hold: Hold, reason: str) -> None:
+        await self._stop_robots(self._leases.robots_of(hold), reason)
+
+    async def _stop_robots(self, names: Collection[str], reason: str) -> None:
         async with anyio.create_task_group() as tasks:
-            for robot in self._robots.values():
-                tasks.start_soon(robot.stop)
-            tasks.start_soon(self._work.abort, reason)
+            for name in names:
+                tasks.start_soon(self._robots[name].stop)
+            tasks.start_soon(self._work.abort, reason, names)
 
     async def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
-        await answer(request, self._carry_out, "bridge")
+        await answer(request, partial(self._carry_out, wire.sender_of(request.attachment)), CALLED)
 
-    async def _carry_out(self, name: str, payload: bytes) -> wire.Message:
-        if name not in HARMLESS and name not in {verb.name for verb in wire.BRIDGE_VERBS}:
-            self.hold.check()
+    async def _carry_out(self, sender: str, name: str, payload: bytes) -> wire.Message:
         if name in self._own:
             verb, carry = self._own[name]
             return await carry(decoded(verb, payload))
@@ -131,18 +180,23 @@ class RobotServer:
                 f"robots behind this bridge cannot be asked for {name!r}: known are {listed(self._verbs)}",
             )
         request = decoded(next(iter(serving.values()))[0], payload)
-        robot = self._addressed(name, request)
+        robot = self._addressed(sender, name, request)
+        if not name.startswith(READING):
+            self._latch.check()
+            self._leases.check(sender, robot, has_to_hold=True)
         if robot not in serving:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"the robot '{robot}' cannot be asked for {name!r}")
         return await serving[robot][1](request)
 
-    def _addressed(self, verb: str, request: wire.Message) -> str:
-        """The robot that a request is about."""
+    def _addressed(self, sender: str, verb: str, request: wire.Message) -> str:
+        """The robot that a request is about; without a name, the first that the client has and that can do it."""
         if isinstance(request, wire.WatchProximity) and not request.robot:
             return self._owner(request.frame)
         name: str = getattr(request, "robot", "")
         if not name and verb == wire.CMD_VEL.name:
-            return next(robot for robot, verbs in self._theirs.items() if verb in verbs)
+            hold = self._leases.hold_of(sender)
+            able = [robot for robot, verbs in self._theirs.items() if verb in verbs]
+            return next((robot for robot in able if hold is not None and hold.has(robot)), able[0])
         self._check(name)
         return name
 
@@ -163,39 +217,84 @@ class RobotServer:
     # -------------------------------------------------------- verbs of all robots
 
     async def _features(self, _request: wire.Empty) -> wire.RobotFeatures:
-        holder = self.hold.holder
+        return self._features_of(tuple(self._robots))
+
+    def _features_of(self, names: Sequence[str]) -> wire.RobotFeatures:
+        holders = {called(hold.holder): None for name in names if (hold := self._leases.holder_of(name))}
         return wire.RobotFeatures(
             version=__version__,
             features=tuple(sorted(self._verbs)),
-            robots=tuple(robot.info for robot in self._robots.values()),
+            robots=tuple(self._robots[name].info for name in names),
             number=self._happenings.number,
-            holder="" if holder is None else holder.purpose or holder.holder,
+            holder=" and ".join(holders),
         )
 
     async def _take(self, holder: wire.Holder) -> wire.RobotFeatures:
-        self.hold.take(holder)
-        await self._work.forget()  # of a holder that is gone
-        self.hold.renew(holder.holder)
-        self._happenings.begin()
-        return await self._features(wire.Empty())
+        self._latch.check()
+        for gone in self._leases.take(holder, self._happenings.now):
+            await self._work.forget(own_id(gone.holder.holder, ""))
+        hold = self._leases.renew(holder.holder)
+        self.watchdog.note()
+        return self._features_of(self._leases.robots_of(hold))
 
     async def _hold(self, request: wire.HoldRobots) -> wire.Happenings:
-        self.hold.renew(request.holder)
-        return await self._happenings.after(request)
+        hold = self._leases.renew(request.holder)
+        self.watchdog.note()
+        self._latch.check()
+        happened = await self._happenings.after(request)
+        self._latch.check()
+        return share_of(hold, happened)
 
     async def _release(self, holder: wire.Holder) -> wire.Empty:
-        if self.hold.is_of(holder.holder):
-            await self.stop("the run has ended")
-            await self._work.forget()
-            self.hold.release()
+        hold = self._leases.hold_of(holder.holder)
+        if hold is not None:
+            await self._stop_robots(self._leases.robots_of(hold), "the run has ended")
+            await self._work.forget(own_id(holder.holder, ""))
+        self._leases.release(holder.holder, waits=holder.waits)
         return wire.Empty()
 
     async def _stop_robot(self, request: wire.StopRobot) -> wire.Empty:
         self._check(request.robot)
         await self._robots[request.robot].stop()
-        await self._work.abort("the robot was stopped", request.robot)
+        await self._work.abort("the robot was stopped", {request.robot})
         return wire.Empty()
 
     async def _cancel(self, request: wire.CancelGoal | wire.CancelWatch) -> wire.Empty:
         await self._work.cancel(request.id)
+        return wire.Empty()
+
+    # -------------------------------------------------------- the lab
+
+    async def _state(self, _request: wire.Empty) -> wire.LabState:
+        everything = self._leases.holder_of_all
+        return wire.LabState(
+            kind=CALLED,
+            version=__version__,
+            robots=tuple(state_of(robot.info, robot.health, self._leases) for robot in self._robots.values()),
+            stopped=self._latch.stopped,
+            holder="" if everything is None else called(everything.holder),
+        )
+
+    async def _lease(self, request: wire.LeaseRobots) -> wire.Empty:
+        self._leases.lease(request)
+        return wire.Empty()
+
+    async def _end_lease(self, request: wire.ReleaseLease) -> wire.Empty:
+        self._leases.end_lease(request)
+        return wire.Empty()
+
+    async def emergency_stop(self, request: wire.EmergencyStop) -> wire.EmergencyStopped:
+        """Stop everything, and let nothing move until that is released."""
+        began = time.monotonic()
+        self._latch.stop(request)
+        async with anyio.create_task_group() as tasks:
+            for robot in self._robots.values():
+                tasks.start_soon(robot.stop)
+        took = time.monotonic() - began
+        self._happenings.wake()
+        self._tasks.start_soon(self._work.abort, self._latch.reason, tuple(self._robots))
+        return wire.EmergencyStopped(stopped=tuple(self._robots), took=took)
+
+    async def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
+        self._latch.release(request)
         return wire.Empty()

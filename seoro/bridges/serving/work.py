@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Container
 from dataclasses import dataclass, field
 
 import anyio
@@ -89,20 +89,21 @@ class Work:
         item.scope.cancel()
         await item.over.wait()
 
-    async def abort(self, reason: str, robot: str | None = None) -> None:
-        """End all goals of a robot, or of all, as aborted for a reason; waits until they are in order."""
-        ended = [item for item in self._items.values() if item.robot is not None and robot in (None, item.robot)]
+    async def abort(self, reason: str, robots: Container[str]) -> None:
+        """End all goals of robots as aborted for a reason; waits until they are in order."""
+        ended = [item for item in self._items.values() if item.robot is not None and item.robot in robots]
         for item in ended:
             item.reason = reason
             item.scope.cancel()
         for item in ended:
             await item.over.wait()
 
-    async def forget(self) -> None:
-        """End everything, and wait until it is in order."""
-        for item in list(self._items.values()):
-            item.scope.cancel()
-            await item.over.wait()
+    async def forget(self, prefix: str) -> None:
+        """End everything whose id begins so, which is that of one client, and wait until it is in order."""
+        for identifier, item in list(self._items.items()):
+            if identifier.startswith(prefix):
+                item.scope.cancel()
+                await item.over.wait()
 
     async def _carry(self, identifier: str, item: _Item, work: Callable[[], Awaitable[str]]) -> None:
         outcome, message = Outcome.CANCELED, ""

@@ -21,7 +21,14 @@ from seoro.bridges.session.core import (
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.mailbox import Bound, Mailbox
 from seoro.bridges.session.parts import asking_for_parts
-from seoro.bridges.session.publications import Publisher, Sample, declare_publisher, publishing, subscribing
+from seoro.bridges.session.publications import (
+    Publisher,
+    Sample,
+    declare_publisher,
+    declare_subscriber,
+    publishing,
+    subscribing,
+)
 from seoro.bridges.session.security import Security
 
 __all__ = [
@@ -41,6 +48,7 @@ __all__ = [
     "SessionError",
     "asking_for_parts",
     "declare_publisher",
+    "declare_subscriber",
     "is_endpoint",
     "is_local",
     "is_secured",

@@ -129,6 +129,7 @@ class Session:
             raise InvalidEndpoint(f"'{endpoint}' is no endpoint; endpoints look like tcp/127.0.0.1:7447")
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
+        self._kept: list[Any] = []
         try:
             settings = _settings(listen, connect, patient)
             if security is not None:
@@ -139,19 +140,26 @@ class Session:
                 f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
             ) from error
 
+    def keep(self, declared: Any) -> None:
+        """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
+        self._kept.append(declared)
+
     @property
     def handle(self) -> zenoh.Session:
         """Zenoh's own session, for the modules of this package."""
         return self._zenoh
 
-    def serve(self, key: str, busy: bytes) -> queue.SimpleQueue[Request]:
+    def serve(self, key: str, busy: bytes) -> queue.SimpleQueue[Any]:
         """Serve a key expression: requests arrive in the queue in the order they were sent.
 
         Args:
             key: A key expression, wildcards included.
             busy: The error answer to requests that find the queue full.
+
+        Returns:
+            The queue of each `Request`, into which the caller may put other things as well.
         """
-        inbox: queue.SimpleQueue[Request] = queue.SimpleQueue()  # it costs a round trip 0.1 ms less than a `Queue`
+        inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()  # it costs a round trip 0.1 ms less than a `Queue`
 
         def take(request: Request) -> None:
             if inbox.qsize() < INBOX_SIZE:

@@ -60,7 +60,7 @@ class ArmRequests(Requests):
         self, robot: str, joint: str, position: float, tolerance: float, report: Reporter
     ) -> str:
         """See `Arms`."""
-        watch = f"watch-{next(self._ids)}"
+        watch = self.new_id("watch")
         self._reporters[watch] = report
         request = wire.WatchJoint(id=watch, robot=robot, joint=joint, position=position, tolerance=tolerance)
         return await self.ask_reported(wire.WATCH_JOINT, request, watch)
@@ -72,7 +72,7 @@ class ArmRequests(Requests):
 
     def _expect(self, report: Reporter) -> str:
         """The id of a new goal, whose end goes to a reporter."""
-        goal = f"goal-{next(self._ids)}"
+        goal = self.new_id("goal")
         self._reporters[goal] = report
         return goal
 

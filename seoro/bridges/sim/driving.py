@@ -16,7 +16,7 @@ class DrivingRequests(Requests):
 
     async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
         """See `DrivenRobots`."""
-        goal = f"goal-{next(self._ids)}"
+        goal = self.new_id("goal")
         self._reporters[goal] = report
         request = wire.Drive(id=goal, robot=robot, linear=linear, angular=angular, duration=duration)
         return await self.ask_reported(wire.DRIVE, request, goal)

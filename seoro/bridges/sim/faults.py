@@ -52,7 +52,7 @@ class FaultRequests(Requests):
 
     async def inject_fault(self, robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
         """See `Faults`."""
-        number = f"fault-{next(self._ids)}"
+        number = self.new_id("fault")
         request = wire.InjectFault(id=number, robot=robot, device=device, fault=fault_message(fault), limit=limit)
         self._reporters[number] = report
         return await self.ask_reported(wire.INJECT_FAULT, request, number)

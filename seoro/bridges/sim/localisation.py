@@ -16,7 +16,7 @@ class LocalisationRequests(Requests):
 
     async def watch_localization(self, robot: str, report: Reporter) -> str:
         """See `LocalisedRobots`."""
-        watch = f"watch-{next(self._ids)}"
+        watch = self.new_id("watch")
         self._reporters[watch] = report
         return await self.ask_reported(
             wire.WATCH_LOCALIZATION, wire.WatchLocalization(id=watch, robot=robot), watch

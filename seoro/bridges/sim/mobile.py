@@ -21,7 +21,7 @@ class MobileRequests(Requests):
 
     async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
         """See `MobileRobots`."""
-        goal = f"goal-{next(self._ids)}"
+        goal = self.new_id("goal")
         request = wire.NavigateThroughPoses(
             id=goal,
             robot=robot,
@@ -40,7 +40,7 @@ class MobileRequests(Requests):
         self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
     ) -> str:
         """See `MobileRobots`."""
-        watch = f"watch-{next(self._ids)}"
+        watch = self.new_id("watch")
         request = wire.WatchProximity(
             id=watch,
             frame=frame,
@@ -54,7 +54,7 @@ class MobileRequests(Requests):
 
     async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
         """See `MobileRobots`."""
-        watch = f"watch-{next(self._ids)}"
+        watch = self.new_id("watch")
         self._reporters[watch] = report
         request = wire.WatchDistance(id=watch, robot=robot, distance=distance)
         return await self.ask_reported(wire.WATCH_DISTANCE, request, watch)

@@ -8,6 +8,7 @@ from itertools import count
 import anyio
 
 from seoro.bridges import wire
+from seoro.bridges.leasing.share import own_id
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
@@ -21,13 +22,14 @@ LOSS_NOTICE = 0.5  # [s] after a request has failed
 class NodeAddress:
     """How a node is reached: a session that is connected to it, its namespace and its name.
 
-    `called` is what messages call such a node.
+    `called` is what messages call such a node, `sender` who holds robots there and asks.
     """
 
     session: AsyncSession
     namespace: str
     node: str
     called: str = "simulator"
+    sender: str = ""
 
 
 class Requests:
@@ -49,6 +51,11 @@ class Requests:
     def name(self) -> str:
         """How messages call it."""
         return f"{self._address.called} '{self._address.node}'"
+
+    def new_id(self, kind: str) -> str:
+        """An id for a goal or a watch, which nobody else gives there."""
+        identifier = f"{kind}-{next(self._ids)}"
+        return own_id(self._address.sender, identifier) if self._address.sender else identifier
 
     def report_loss(self, reason: str) -> None:
         """Say that the node is gone; for whoever watches it."""
@@ -103,7 +110,9 @@ async def ask(
     key = wire.node_command(address.namespace, address.node, verb.name)
     called = f"the {address.called} node '{address.node}'"
     try:
-        return wire.decode(verb.answer, await address.session.query(key, wire.encode(request), timeout))
+        attachment = wire.sender(address.sender) if address.sender else None
+        answer = await address.session.query(key, wire.encode(request), timeout, attachment)
+        return wire.decode(verb.answer, answer)
     except Refused as refused:
         said = said_in(refused.payload)
         raise BackendRefused(said.message, said.code) from None

@@ -46,6 +46,6 @@ class SensorRequests(Requests):
 
     def _expect(self, report: Reporter) -> str:
         """The id of a new watch, whose end is told to a reporter."""
-        number = f"watch-{next(self._ids)}"
+        number = self.new_id("watch")
         self._reporters[number] = report
         return number

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from seoro.bridges.wire.everything import *
     from seoro.bridges.wire.everything import VERBS as VERBS
     from seoro.bridges.wire.holding import BRIDGE_VERBS as BRIDGE_VERBS
+    from seoro.bridges.wire.lab import LAB_VERBS as LAB_VERBS
     from seoro.bridges.wire.message import Verb as Verb
 
 

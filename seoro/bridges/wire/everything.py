@@ -16,6 +16,8 @@ from seoro.bridges.wire.happened import *
 from seoro.bridges.wire.holding import *
 from seoro.bridges.wire.holding import BRIDGE_VERBS
 from seoro.bridges.wire.keys import *
+from seoro.bridges.wire.lab import *
+from seoro.bridges.wire.lab import LAB_VERBS
 from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.localisation import *
 from seoro.bridges.wire.maps import *
@@ -33,7 +35,8 @@ from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.spawnables import *
 from seoro.bridges.wire.streams import *
 
-# What simulators serve; bridges to robots serve what robots can, and `BRIDGE_VERBS` besides.
+# What simulators serve; bridges to robots serve what robots can. Both have `BRIDGE_VERBS` and `LAB_VERBS` besides.
+_OF_NODES = {*BRIDGE_VERBS, *LAB_VERBS}
 VERBS: tuple[Verb[Any, Any], ...] = tuple(
-    value for value in tuple(globals().values()) if isinstance(value, Verb) and value not in BRIDGE_VERBS
+    value for value in tuple(globals().values()) if isinstance(value, Verb) and value not in _OF_NODES
 )

@@ -93,3 +93,8 @@ def any_executor_tokens(namespace: str) -> str:
 def token_major(key: str) -> str:
     """Major version of the protocol of whoever has declared a liveliness token."""
     return key.split("/")[1]
+
+
+def emergency_key(namespace: str) -> str:
+    """Key on which an emergency stop is published, to all at once who have something that moves."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/estop"

@@ -53,3 +53,10 @@ class Refusal(Message):
 
     code: int
     message: str
+
+
+class LabResult(IntEnum):
+    """Result codes about who has robots, beyond the common ones."""
+
+    HELD = 201  # another has them, or comes first
+    STOPPED = 202  # by an emergency stop

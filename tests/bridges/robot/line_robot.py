@@ -17,13 +17,14 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import NodeAt, serving
-from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.robot import Handlers, Health
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.session import open_session
 from seoro.bridges.wire.refusal import RequestRefused
 
 SPEED = 0.5  # [m/s]
 TICK = 0.01  # [s]
+BATTERY = 0.5
 
 
 class LineRobot:
@@ -44,6 +45,10 @@ class LineRobot:
             kinds=("differential_drive_robot", "robot"),
             frames=("map", "base_link", f"{self._name}/base_link"),
         )
+
+    @property
+    def health(self) -> Health:
+        return Health(battery=BATTERY, localised=True, deviation=0.0, position=(self._x, 0.0), seen=0.0)
 
     @property
     def handlers(self) -> Handlers:
@@ -126,7 +131,7 @@ async def main(log: str, how: str, endpoint: str, *names: str) -> None:
 
     listens = how == "--listen"
     opened = open_session(listen=endpoint) if listens else open_session(connect=endpoint)
-    async with opened as session, serving(NodeAt(session, "default", "rails"), make):
+    async with opened as session, serving(NodeAt(session, "default", "rails", Path(f"{log}.stop")), make):
         sys.stdout.write("ready\n")
         sys.stdout.flush()
         await anyio.sleep_forever()

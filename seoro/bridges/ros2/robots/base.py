@@ -65,6 +65,11 @@ class DrivingBase:
             wire.WATCH_DISTANCE: self._watch_distance,
         }
 
+    @property
+    def localisation(self) -> Localisation:
+        """Where it believes to be."""
+        return self._localisation
+
     async def open(self) -> None:
         """Listen to the robot, and be ready to command it."""
         await self._link.listen(self._base.odometry, "nav_msgs/msg/Odometry", self._take_odometry)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
@@ -62,6 +63,11 @@ class Link:
             return f"it is of type {' and '.join(types)}, not {heard.type}"
         return heard.unreadable or "no message has come"
 
+    def heard_ago(self) -> float | None:
+        """How long ago the robot was last heard of on any topic [s]; None when it never was."""
+        moments = [heard.moment for heard in self._heard.values() if heard.moment is not None]
+        return time.monotonic() - max(moments) if moments else None
+
     async def publishing(self, topic: str, type_name: str) -> Publication:
         """A publisher, for as long as the bridge runs."""
         return await self.stack.enter_async_context(self.node.publishing(topic, type_name))
@@ -86,15 +92,17 @@ class Link:
 
 @dataclass
 class _Heard:
-    """What is heard on a topic: the type of its messages, and why they cannot be read, if they cannot."""
+    """What is heard on a topic: the type of its messages, when, and why they cannot be read, if they cannot."""
 
     type: str
     unreadable: str = ""
+    moment: float | None = None  # of the last one, by the machine's clock [s]
 
 
 async def _take_all(subscription: Subscription, take: Callable[[Message], None], heard: _Heard) -> None:
     """Pass messages on; what cannot be read is said once, and does not end the bridge."""
     async for received in subscription:
+        heard.moment = time.monotonic()
         try:
             take(subscription.decode(received))
         except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:

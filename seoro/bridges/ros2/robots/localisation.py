@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -58,6 +59,22 @@ class Localisation:
             wire.WATCH_LOCALIZATION: self._watch,
             wire.GET_LOCALIZATION: self._get,
         }
+
+    @property
+    def position(self) -> tuple[float, float] | None:
+        """Where it last said the robot to be [m]; None while it has not."""
+        if self._latest is None:
+            return None
+        place = self._latest.pose.pose.position
+        return place.x, place.y
+
+    @property
+    def deviation(self) -> float | None:
+        """Standard deviation of the position that it states [m]; None while it has stated none."""
+        if self._latest is None:
+            return None
+        covariance = self._latest.pose.covariance
+        return math.sqrt(max(0.0, float(covariance[0]) + float(covariance[7])) / 2.0)
 
     async def open(self) -> None:
         """Listen to what it says."""

@@ -121,6 +121,7 @@ class Profile(_Part):
         kinds: Types of actors that it can stand for, most specific first.
         tf: Topic of transforms that change.
         tf_static: Topic of transforms that do not.
+        battery: Topic of `sensor_msgs/BatteryState`.
         base: Its base, if it drives.
         arm: Its arm, if it has one.
     """
@@ -129,6 +130,7 @@ class Profile(_Part):
     kinds: Annotated[tuple[str, ...], Field(min_length=1)]
     tf: Name = "tf"
     tf_static: Name = "tf_static"
+    battery: Name = "battery_state"
     base: Base | None = None
     arm: Arm | None = None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges import wire
+from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.arm import MovingArm
 from seoro.bridges.ros2.robots.base import DrivingBase
 from seoro.bridges.ros2.robots.frames import Frames
@@ -10,10 +11,11 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.robot import Handlers, Health
 from seoro.bridges.serving.work import Work
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+BATTERY = "sensor_msgs/msg/BatteryState"
 CHANGING = Qos(depth=100)
 FIXED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=100)
 
@@ -34,6 +36,7 @@ class RosRobot:
         self._profile = profile
         self._link = link
         self._frames = Frames()
+        self._battery: float | None = None
         self._base: DrivingBase | None = None
         if profile.base is not None:
             self._base = DrivingBase(link, profile.base, self._frames, name, work, happenings)
@@ -50,8 +53,26 @@ class RosRobot:
         parts = [part.handlers for part in (self._base, self._arm) if part is not None]
         return {verb: carry for handlers in parts for verb, carry in handlers.items()}
 
+    @property
+    def health(self) -> Health:
+        """How it is: the charge of its battery, if it tells that, and where it believes to be."""
+        localisation = None if self._base is None else self._base.localisation
+        position = None if localisation is None else localisation.position
+        return Health(
+            battery=self._battery,
+            localised=None if localisation is None else position is not None,
+            deviation=None if localisation is None else localisation.deviation,
+            position=position,
+            seen=self._link.heard_ago(),
+        )
+
+    def _take_battery(self, message: Message) -> None:
+        charge = float(message.percentage)
+        self._battery = charge if 0.0 <= charge <= 1.0 else None  # NaN where it is not known
+
     async def open(self) -> None:
         """Listen to it, and be ready to command it."""
+        await self._link.listen(self._profile.battery, BATTERY, self._take_battery)
         await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.take, CHANGING)
         await self._link.listen(self._profile.tf_static, TRANSFORMS, self._frames.take_static, FIXED)
         self._link.tasks.start_soon(self._notice_end)

@@ -1,0 +1,245 @@
+"""Who has which robots of a simulator node, and the emergency stop: the verbs, and what they keep others from.
+
+Where time passes by itself, runs hold single robots, as behind a bridge, and robots of those that give no sign of
+life are stopped. Where a run grants time, it has the whole node, since there is one clock. What nobody has may be
+used by anybody.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterable
+from types import MappingProxyType
+from typing import Any
+
+from seoro.bridges import wire
+from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.leasing.leases import Hold, Leases, called
+from seoro.bridges.leasing.share import own_id, share_of
+from seoro.bridges.wire import Result, SimulationState
+from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.robots.robot import Robot
+from sim_nodes.simulator import Simulator
+
+READING = "get_"  # begins what changes nothing
+# What is about the world and its clock, and so about all robots.
+OF_ALL = frozenset(
+    verb.name
+    for verb in (
+        wire.LOAD_WORLD,
+        wire.CHANGE_WORLD,
+        wire.UNLOAD_WORLD,
+        wire.SET_SIMULATION_STATE,
+        wire.STEP_SIMULATION,
+        wire.RESET_SIMULATION,
+        wire.RESTORE_STATE,
+        wire.ADVANCE,
+        wire.REWIND,
+    )
+)
+HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.GET_NAVIGATION_FEEDBACK.name})
+STILL = frozenset({wire.INJECT_FAULT.name, wire.CLEAR_FAULTS.name})  # move nothing by themselves
+
+log = logging.getLogger(__name__)
+
+Carry = Callable[[Any], wire.Message]
+
+
+class Leasing:
+    """Who has what of a simulator.
+
+    Args:
+        simulator: The simulator.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._latch = Latch()
+        self._leases = Leases(lambda: self._robots)
+        verbs: dict[wire.Verb[Any, Any], Carry] = {
+            wire.GET_ROBOT_FEATURES: self._features,
+            wire.TAKE_ROBOTS: self._take,
+            wire.HOLD_ROBOTS: self._hold,
+            wire.RELEASE_ROBOTS: self._release,
+            wire.GET_LAB_STATE: self._state,
+            wire.LEASE_ROBOTS: self._lease,
+            wire.RELEASE_LEASE: self._end_lease,
+            wire.EMERGENCY_STOP: self.emergency_stop,
+            wire.RELEASE_STOP: self._release_stop,
+        }
+        self.verbs = MappingProxyType({verb.name: (verb.request, carry) for verb, carry in verbs.items()})
+
+    @property
+    def _robots(self) -> dict[str, Robot]:
+        has_world = self._simulator.state is not SimulationState.NO_WORLD
+        return self._simulator.simulation.robots if has_world else {}
+
+    # ------------------------------------------------------------ what is asked of the simulator
+
+    def permit(self, sender: str, verb: str, request: wire.Message) -> wire.Message:
+        """Refuse what a client may not ask for; gives the request, with its robot if it does not say which.
+
+        Args:
+            sender: Who asks; empty if it does not say.
+            verb: Name of the verb.
+            request: The request.
+
+        Raises:
+            RequestRefused: Another has what it is about, or an emergency stop holds.
+        """
+        if verb in OF_ALL:
+            self._latch.check()
+            self._leases.check_all(sender)
+            return request
+        if verb.startswith(READING) or verb in HARMLESS:
+            return request
+        robot = getattr(request, "robot", None)
+        if verb == wire.CMD_VEL.name and not robot:
+            robot = self._first_driven_by(sender)
+            request = request.model_copy(update={"robot": robot})
+        if verb in (wire.SET_ENTITY_STATE.name, wire.DELETE_ENTITY.name):
+            robot = getattr(request, "name", "")
+        if robot and robot in self._robots:
+            if verb not in STILL:
+                self._latch.check()
+            self._leases.check(sender, robot, has_to_hold=False)
+        return request
+
+    def _first_driven_by(self, sender: str) -> str:
+        hold = self._leases.hold_of(sender)
+        able = [name for name, robot in self._robots.items() if robot.drives]
+        return next((name for name in able if hold is not None and hold.has(name)), next(iter(able), ""))
+
+    # ------------------------------------------------------------ signs of life
+
+    def within(self) -> float | None:
+        """How long there is nothing to do here [s]; None if nobody has to give signs of life."""
+        return self._leases.within()
+
+    def note_life(self, request: bytes) -> None:
+        """Note a sign of life when it arrives, which may be a while before it is answered."""
+        try:
+            self._leases.renew(wire.decode(wire.HoldRobots, request).holder)
+        except (wire.WireError, RequestRefused):
+            return  # which the answer says
+
+    def stop_overdue(self) -> None:
+        """Stop robots whose holders should have given a sign of life."""
+        for hold in self._leases.overdue():
+            self._lapse(hold, f"no sign of life for {wire.HOLD_DEADLINE:g} s")
+
+    def token_changed(self, token: str, *, is_alive: bool) -> None:
+        """A holder has appeared, or its process has died."""
+        holder = token.rpartition("/")[2]
+        hold = self._leases.hold_of(holder)
+        if is_alive:
+            self._leases.see(holder)
+        elif hold is not None and hold.is_alive:
+            self._lapse(hold, "its process has died, or the connection to it is lost")
+
+    def _lapse(self, hold: Hold, why: str) -> None:
+        hold.is_alive = False
+        reason = f"the robots were stopped, {called(hold.holder)}: {why}"
+        log.warning("%s", reason)
+        self._stop(self._leases.robots_of(hold), reason)
+
+    def _stop(self, robots: Iterable[str], reason: str) -> None:
+        for robot in robots:
+            self._simulator.simulation.stop_robot(robot, reason)
+
+    # ------------------------------------------------------------ verbs
+
+    def _features(self, _request: wire.Empty) -> wire.RobotFeatures:
+        return self._features_of(tuple(self._robots))
+
+    def _features_of(self, names: tuple[str, ...]) -> wire.RobotFeatures:
+        features = self._simulator.features()
+        holders = {called(hold.holder): None for name in names if (hold := self._leases.holder_of(name))}
+        return wire.RobotFeatures(
+            version=features.version,
+            features=features.features,
+            robots=tuple(robot for robot in features.robots if robot.name in names),
+            number=self._simulator.log.number,
+            holder=" and ".join(holders),
+        )
+
+    def _take(self, holder: wire.Holder) -> wire.RobotFeatures:
+        self._latch.check()
+        if holder.gives_signs and self._simulator.state is not SimulationState.PLAYING:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                "time passes here only while one run grants it: name it as a simulator of the lab, or start it "
+                "with `--rate 1`, so that its robots move by themselves",
+            )
+        for gone in self._leases.take(holder, self._simulator.time):
+            self._forget(gone)
+        hold = self._leases.renew(holder.holder)
+        return self._features_of(self._leases.robots_of(hold))
+
+    def _hold(self, request: wire.HoldRobots) -> wire.Happenings:
+        hold = self._leases.hold_of(request.holder) or self._leases.renew(request.holder)
+        self._latch.check()
+        return share_of(hold, self._simulator.log.since(request.since))
+
+    def _release(self, holder: wire.Holder) -> wire.Empty:
+        hold = self._leases.hold_of(holder.holder)
+        if hold is not None:
+            self._stop(self._leases.robots_of(hold), "the run has ended")
+            self._forget(hold)
+        self._leases.release(holder.holder, waits=holder.waits)
+        return wire.Empty()
+
+    def _forget(self, hold: Hold) -> None:
+        """Forget what a client had watched."""
+        if self._simulator.state is not SimulationState.NO_WORLD:
+            self._simulator.simulation.forget_watches(own_id(hold.holder.holder, ""))
+
+    def _state(self, _request: wire.Empty) -> wire.LabState:
+        features = self._simulator.features()
+        everything = self._leases.holder_of_all
+        return wire.LabState(
+            kind=features.engine,
+            version=features.version,
+            robots=tuple(self._state_of(robot) for robot in features.robots),
+            stopped=self._latch.stopped,
+            clock="real" if features.state is SimulationState.PLAYING else "granted",
+            holder="" if everything is None else called(everything.holder),
+        )
+
+    def _state_of(self, info: wire.RobotInfo) -> wire.RobotState:
+        robot = self._robots[info.name]
+        hold = self._leases.holder_of(info.name)
+        pose = robot.mobile.localised_pose() if robot.drives else None
+        return wire.RobotState(
+            name=info.name,
+            kinds=info.kinds,
+            localised=pose is not None if robot.drives else None,
+            deviation=robot.mobile.deviation() if robot.drives else None,
+            position=None if pose is None else (pose.x, pose.y),
+            seen=0.0,
+            holder="" if hold is None else called(hold.holder),
+            lease=self._leases.lease_of(info.name),
+            waiting=self._leases.waiting_for(info.name),
+        )
+
+    def _lease(self, request: wire.LeaseRobots) -> wire.Empty:
+        self._leases.lease(request)
+        return wire.Empty()
+
+    def _end_lease(self, request: wire.ReleaseLease) -> wire.Empty:
+        self._leases.end_lease(request)
+        return wire.Empty()
+
+    def emergency_stop(self, request: wire.EmergencyStop) -> wire.EmergencyStopped:
+        """Stop everything, and let nothing move until that is released."""
+        began = time.monotonic()
+        self._latch.stop(request)
+        self._simulator.go_on()
+        robots = tuple(self._robots)
+        self._stop(robots, self._latch.reason)
+        return wire.EmergencyStopped(stopped=robots, took=time.monotonic() - began)
+
+    def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
+        self._latch.release(request)
+        return wire.Empty()
