@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from seoro.client import Client
     from seoro.embed import Scenario, load, run, start
-    from seoro.embed.options import Lab, Ros, Simulator
+    from seoro.embed.options import Lab, Leasing, Ros, Simulator
     from seoro.embed.runs import Run
     from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
     from seoro.lang.plan.types import EnumValue
@@ -39,6 +39,7 @@ __all__ = [
     "InvalidScenario",
     "InvalidUse",
     "Lab",
+    "Leasing",
     "MethodContext",
     "ModifierContext",
     "Orientation3D",
@@ -68,7 +69,7 @@ __all__ = [
 _MODULES = {
     "seoro.client": ("Client",),
     "seoro.embed": ("Scenario", "load", "run", "start"),
-    "seoro.embed.options": ("Lab", "Ros", "Simulator"),
+    "seoro.embed.options": ("Lab", "Leasing", "Ros", "Simulator"),
     "seoro.embed.runs": ("Run",),
     "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
     "seoro.lang.plan.types": ("EnumValue",),

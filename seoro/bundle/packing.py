@@ -184,6 +184,9 @@ def _bundled(options: Options, packer: _Packer, timeout: float | None) -> wire.B
         simulator=None if options.simulator is None else _simulator(options.simulator, packer),
         ros=None if options.ros is None else _ros(options.ros, packer),
         lab=None if options.lab is None else _lab(options.lab, packer),
+        leasing=wire.BundledLeasing(
+            wait=options.leasing.wait, priority=options.leasing.priority, lease=options.leasing.lease
+        ),
         grace=options.grace,
         timeout=timeout,
     )

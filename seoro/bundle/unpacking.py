@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from seoro.bridges.executor import messages as wire
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed.checking import check_options
-from seoro.embed.options import ClockName, Lab, Options, Ros, Simulator
+from seoro.embed.options import ClockName, Lab, Leasing, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 from seoro.lab.reading import read_lab
 
@@ -93,6 +93,7 @@ def options_of(manifest: wire.Manifest, folder: Path) -> Options:
         simulator=None if given.simulator is None else _simulator(given.simulator, folder),
         ros=None if given.ros is None else _ros(given.ros, folder),
         lab=None if given.lab is None else _lab(given.lab, folder),
+        leasing=Leasing(wait=given.leasing.wait, priority=given.leasing.priority, lease=given.leasing.lease),
         grace=given.grace,
     )
     check_options(options)

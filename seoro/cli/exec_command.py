@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from seoro.cli.film_arguments import add_film_arguments
+from seoro.cli.lease_arguments import add_lease_arguments
 from seoro.cli.remote_arguments import add_on_arguments, check_on
 from seoro.cli.results import add_result_arguments
 from seoro.cli.run_arguments import add_run_arguments
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="check and print the chosen values; do not run, and write no files",
     )
+    add_lease_arguments(parser)
     add_on_arguments(parser)
 
 

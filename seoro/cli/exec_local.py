@@ -23,6 +23,7 @@ from seoro.cli.concluding import Conclusion, conclude, progress_of
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
 from seoro.cli.film_arguments import film_of
+from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import STDOUT, ResultFiles, unproved
 from seoro.cli.run_arguments import settings_of
@@ -144,6 +145,7 @@ class _Exec:
         options = self._options
         settings = replace(
             settings_of(options),
+            leasing=leasing_of(options, self._progress.say),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
         )

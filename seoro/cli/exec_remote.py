@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 import anyio
 
 from seoro.bundle.packing import Bundle, pack
 from seoro.cli.following import Follower
+from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import ResultFiles
 from seoro.cli.run_arguments import settings_of
@@ -31,7 +33,7 @@ def run_remote(options: argparse.Namespace) -> int:
 
 def _bundle(options: argparse.Namespace) -> Bundle:
     """What is sent; what is wrong with it is said here, as far as that can be known without its Python."""
-    settings = settings_of(options)
+    settings = replace(settings_of(options), leasing=leasing_of(options))
     check_options(settings)
     scenario = check_file(options.file, import_python=False)
     if scenario.checked.errors:

@@ -37,6 +37,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "rm": "have executors forget a run, with all that it has left",
     "router": "be a Zenoh router, where executors, simulators and bridges meet",
     "keys": "make the keys of a lab, which say who may take part over the network, and take them back",
+    "lab": "robots of a lab: how they are, who has them; lease, release and stop them",
     "sim": "start a simulator node, for runs that connect to it",
     "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
     "ros": "look at a ROS 2 system, and talk to it",

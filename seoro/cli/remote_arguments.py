@@ -32,11 +32,11 @@ def add_on_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         help="have the run stopped when the connection to this command is lost for so long (default: it goes on)",
     )
-    group.add_argument(
+    parser.add_argument(
         "--priority",
         type=int,
         metavar="N",
-        help="have it run before those that wait with a lower priority (default: 0)",
+        help="come before those that wait with a lower priority, for robots or at the executor (default: 0)",
     )
 
 
@@ -47,11 +47,7 @@ def check_on(options: argparse.Namespace) -> None:
         InvalidUse: They do not.
     """
     if options.on is None:
-        remote = {
-            "--executor": options.executor,
-            "--stop-if-lost": options.stop_if_lost,
-            "--priority": options.priority,
-        }
+        remote = {"--executor": options.executor, "--stop-if-lost": options.stop_if_lost}
         for name, value in remote.items():
             if value is not None:
                 raise InvalidUse(f"`{name}` is about an executor, and the run is here", help="add `--on NAME`")
@@ -73,9 +69,10 @@ def add_executor_argument(parser: Container) -> None:
     add_keys_argument(parser)
 
 
-def add_run_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare which run is meant, and where it is looked for."""
-    parser.add_argument("run_id", metavar="RUN", help="id of the run, or how it begins; `seoro ps` lists runs")
+def add_run_argument(parser: argparse.ArgumentParser, *, may_be_none: bool = False) -> None:
+    """Declare which run is meant, which may be left out if that is said to be so, and where it is looked for."""
+    what = "id of the run, or how it begins; `seoro ps` lists runs"
+    parser.add_argument("run_id", metavar="RUN", nargs="?" if may_be_none else None, help=what)
     parser.add_argument("--on", metavar="EXECUTOR", help="name of its executor (default: all are asked)")
     add_executor_argument(parser)
 

@@ -13,10 +13,8 @@ from the first record on, stop it, or fetch what it has left.
 
 from __future__ import annotations
 
-import getpass
 import os
 import secrets
-import socket
 from collections.abc import Iterable
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
@@ -40,6 +38,7 @@ from seoro.embed.options import OptionFields, Options
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostics import near
+from seoro.people import whoami
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
@@ -180,7 +179,7 @@ class Client:
         submission = wire.Submission(
             run=secrets.token_hex(16),
             manifest=bundle.manifest,
-            by=_submitter(),
+            by=whoami(),
             stop_if_lost=stop_if_lost,
             priority=priority,
         )
@@ -237,11 +236,3 @@ class Client:
             for info in (await executor.ask(wire.LIST_RUNS, request)).runs
         ]
         return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
-
-
-def _submitter() -> str:
-    """Who submits, for people."""
-    try:
-        return f"{getpass.getuser()}@{socket.gethostname()}"
-    except (KeyError, OSError):  # a container without names
-        return socket.gethostname()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 from seoro.bridges.ros2.addresses import ROUTER
@@ -17,30 +18,41 @@ from seoro.runtime.reading import ReadClock, Readers
 if TYPE_CHECKING:
     from seoro.bridges.ros2.backend import RosBackend
     from seoro.bridges.sim.node import SimulatorNode
+    from seoro.lab.wishes import Wish
 
 
 @asynccontextmanager
 async def open_backends(
-    options: Options, seed: int, purpose: str
+    options: Options, seed: int, purpose: str, actors: frozenset[str], wishes: Mapping[str, Wish]
 ) -> AsyncIterator[tuple[SimulatorNode | None, tuple[Backend, ...], Mapping[str, Placement]]]:
-    """The simulator of a run, all its backends, and where actors live for whom that is said."""
+    """The simulator of a run, all its backends, and where actors live for whom that is said.
+
+    Args:
+        options: How it is run.
+        seed: Of everything that is drawn.
+        purpose: What robots are held for, for others who want them.
+        actors: Names of the scenario's actors.
+        wishes: What actors are to be, for whom that is said.
+    """
     if options.lab is not None:
         from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
-        from seoro.lab.opening import open_lab  # noqa: PLC0415 - the same
+        from seoro.lab.opening import Wanted, open_lab  # noqa: PLC0415 - the same
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+        from seoro.lab.waiting import when_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        async with open_lab(lab, seed, ModelPath(options.lab.model_path), f"the scenario {purpose}") as opened:
+        wanted = Wanted(seed, ModelPath(options.lab.model_path), purpose, actors, wishes)
+        async with when_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
             yield opened.simulator, opened.backends, opened.placements
     elif options.simulator is not None:
-        async with _open(options.simulator, seed, options.ros) as node:
+        async with _open(options.simulator, seed, options, purpose) as node:
             yield node, (node,), {}
     else:
         yield None, (), {}
 
 
 @asynccontextmanager
-async def _open(simulator: Simulator, seed: int, ros: Ros | None) -> AsyncIterator[SimulatorNode]:
+async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str) -> AsyncIterator[SimulatorNode]:
     # Zenoh and the message models are loaded for runs that have a simulator only.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
@@ -49,13 +61,16 @@ async def _open(simulator: Simulator, seed: int, ros: Ros | None) -> AsyncIterat
     snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
     options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path), snapshot)
     if simulator.endpoint is not None:
-        async with connect_simulator(simulator.endpoint, options) as node:
+        from seoro.lab.waiting import when_free  # noqa: PLC0415 - Zenoh
+
+        opening = partial(connect_simulator, simulator.endpoint, options, None, purpose)
+        async with when_free(settings.leasing, opening) as node:
             yield node
         return
     name = simulator.name or (snapshot.engine if snapshot is not None else None)
     assert name is not None, "checked before"
     if name == OF_ROS:
-        system = ros or Ros(ROUTER)
+        system = settings.ros or Ros(ROUTER)
         with _asking_for_ros():
             from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
             from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - the same

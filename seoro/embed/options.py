@@ -74,6 +74,23 @@ class Lab:
 
 
 @dataclass(frozen=True)
+class Leasing:
+    """How a run claims robots that others may have.
+
+    Args:
+        wait: For how long it waits for them [s], which may be infinite; None to fail at once.
+        priority: Of its place in line; higher ones come first.
+        lease: Id of a lease by hand under which it has them.
+        say: Called with who has them, while it waits.
+    """
+
+    wait: float | None = None
+    priority: int = 0
+    lease: str = ""
+    say: Callable[[str], object] | None = None
+
+
+@dataclass(frozen=True)
 class Options:
     """How to run a scenario.
 
@@ -86,6 +103,7 @@ class Options:
         simulator: To start or to connect to.
         ros: To reach.
         lab: The simulator and the robots of the run, in the place of `simulator`.
+        leasing: How it claims robots that others may have.
         observers: Called with every record of the trace.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
@@ -101,6 +119,7 @@ class Options:
     simulator: Simulator | None = None
     ros: Ros | None = None
     lab: Lab | None = None
+    leasing: Leasing = Leasing()
     observers: Sequence[Observer] = ()
     output_directory: Path | None = None
     keep_trace: bool = False
@@ -119,6 +138,7 @@ class OptionFields(TypedDict, total=False):
     simulator: Simulator | None
     ros: Ros | None
     lab: Lab | None
+    leasing: Leasing
     observers: Sequence[Observer]
     output_directory: Path | None
     keep_trace: bool

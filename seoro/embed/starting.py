@@ -15,9 +15,12 @@ from seoro.embed.options import OptionFields, Options
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
+from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
+from seoro.lang.plan import ActorType, Plan
 from seoro.parameters import read_parameters
+from seoro.people import whoami
 from seoro.runtime.reading import Readers
 from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
@@ -79,14 +82,17 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
         InvalidScenario, InvalidUse, BackendError: As `start`.
     """
     clock, rate = check_options(options)
-    overrides = _overrides(scenario, options)
+    overrides, wishes = split_wishes(_overrides(scenario, options))
+    if wishes and options.lab is None:
+        wish = next(iter(wishes))
+        raise InvalidUse(f"`{wish}` is to be a robot of a lab, and there is none", help="add `--lab FILE.yaml`")
     plan = lower(scenario.checked, options.name, overrides)
     if options.vet is not None:
         options.vet(plan)
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
     async with (
-        open_backends(options, seed, plan.entry) as (node, backends, placements),
+        open_backends(options, seed, _purpose(plan), _actors(plan), wishes) as (node, backends, placements),
         open_ros(options) as systems,
     ):
         settings = Settings(
@@ -132,6 +138,17 @@ def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptan
         raise InvalidUse("the trace does not say what was run: `run.start` needs `scenario` and `overrides`")
     plan = lower(scenario.checked, name, {str(path): str(value) for path, value in overrides.items()})
     return check_trace(plan, records)
+
+
+def _purpose(plan: Plan) -> str:
+    """What robots are held for, in words for others who want them."""
+    return f"the scenario {plan.entry} of {whoami()}"
+
+
+def _actors(plan: Plan) -> frozenset[str]:
+    """Names of the actors of the scenario that is run."""
+    fields = plan.scenarios[plan.entry].structure.fields
+    return frozenset(name for name, each in fields.items() if isinstance(each.type, ActorType))
 
 
 def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:

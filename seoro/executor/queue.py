@@ -126,6 +126,7 @@ class Queue:
         self._waiting = Waiting()
         self._changes = Changes()
         self._is_closing = False
+        self._held_back = ""
 
     def get(self, run: str) -> LiveRun | None:
         """A run, if it is not over, or its end could not be kept."""
@@ -170,7 +171,9 @@ class Queue:
 
     def _next(self) -> str | None:
         """The run to start now, if there is one."""
-        return None if self._free <= 0 or self._is_closing else self._waiting.first(self._may_run)
+        if self._free <= 0 or self._is_closing or self._held_back:
+            return None
+        return self._waiting.first(self._may_run)
 
     def _may_run(self, run: str) -> bool:
         """Whether its submitter may have one more that goes on."""
@@ -192,6 +195,18 @@ class Queue:
             await self._finish(live, State.CANCELLED, reason, b"")
         else:
             live.stop(reason)
+
+    def hold_back(self, reason: str) -> None:
+        """Let no run begin for a reason, or let them begin again if there is none."""
+        self._held_back = reason
+        self._changes.tell()
+
+    def stop_running(self, reason: str) -> tuple[str, ...]:
+        """Stop all runs that go on, and return which; it is not waited for their ends."""
+        running = tuple(run for run in self._live if run not in self._waiting)
+        for run in running:
+            self._live[run].stop(reason)
+        return running
 
     async def stop_lonely(self) -> None:
         """Stop runs whose watchers are gone, where that is asked for; runs as long as the executor."""

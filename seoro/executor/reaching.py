@@ -21,8 +21,10 @@ from seoro.bridges import wire
 from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.secured import security_of
 from seoro.bridges.serving.answering import answer
+from seoro.bridges.serving.emergency import emergencies
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, SessionError, open_session
 from seoro.bridges.wire.keys import executor_command
+from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
 from seoro.executor.naming import announced, await_name
 
@@ -63,20 +65,27 @@ class Reached:
         self._revoked = revoked
 
     @asynccontextmanager
-    async def answering(self, gate: Gate, tasks: TaskGroup) -> AsyncIterator[None]:
+    async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
         """Answer requests for as long as the block lasts, and in its end those that came before it.
+
+        Args:
+            gate: Carries them out.
+            emergency: Is told of emergency stops that are published.
+            tasks: Where requests are carried out.
 
         Raises:
             InvalidUse: Another executor has the name.
             SessionError: The endpoint does not work.
         """
         async with background() as duties:
-            await duties.start(self._work, gate, tasks)
+            await duties.start(self._work, gate, emergency, tasks)
             if self._revoked is not None:
                 duties.start_soon(self._revoked.follow)
             yield
 
-    async def _work(self, gate: Gate, tasks: TaskGroup, *, task_status: TaskStatus[None]) -> None:
+    async def _work(
+        self, gate: Gate, emergency: Emergency, tasks: TaskGroup, *, task_status: TaskStatus[None]
+    ) -> None:
         is_open = False
         while True:
             known: frozenset[Seat] = frozenset() if self._revoked is None else self._revoked.current().seats
@@ -84,7 +93,7 @@ class Reached:
                 async with self._session(known) as session:
                     if not is_open:
                         await await_name(session, self._name)
-                    async with self._served(session, gate, tasks):
+                    async with self._served(session, gate, emergency, tasks):
                         if not is_open:
                             task_status.started()
                         is_open = True
@@ -108,14 +117,18 @@ class Reached:
             await self._revoked.wait_for_change(known)
 
     @asynccontextmanager
-    async def _served(self, session: AsyncSession, gate: Gate, tasks: TaskGroup) -> AsyncIterator[None]:
+    async def _served(
+        self, session: AsyncSession, gate: Gate, emergency: Emergency, tasks: TaskGroup
+    ) -> AsyncIterator[None]:
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
         async with (
+            emergencies(session, wire.NAMESPACE) as heard,
             session.answering(executor_command(wire.NAMESPACE, self._name, "*"), WAITING, busy) as requests,
             announced(session, self._name),
             background() as duties,
         ):
             duties.start_soon(_answer, gate, requests, tasks)
+            duties.start_soon(emergency.obey, heard)
             yield
 
 

@@ -16,6 +16,7 @@ from seoro.background import background
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.errors import InvalidUse
+from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
 from seoro.executor.limits import Policy
 from seoro.executor.policy import check_permissions
@@ -89,9 +90,10 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             queue = Queue(store, pool, tasks, options.jobs, policy)
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
-            server = Server(store, queue, options.jobs, policy)
+            emergency = Emergency(queue, options.folder)
+            server = Server(store, queue, options.jobs, policy, emergency)
             gate, reached = _opened(options, server, policy, keys, stack)
-            async with reached.answering(gate, tasks), background() as duties:
+            async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(_forget, server, options.keep)

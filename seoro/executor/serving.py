@@ -19,11 +19,12 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.launch import is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
-from seoro.bridges.wire import Empty, Message, Result, Verb, encode
+from seoro.bridges.wire import EMERGENCY_STOP, RELEASE_STOP, Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.executor.blobs import Blobs
+from seoro.executor.emergency import Emergency
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.queue import LiveRun, Queue
 from seoro.executor.store import Store
@@ -42,9 +43,10 @@ class Server:
         queue: Of those that are not over.
         jobs: How many go on at a time.
         policy: What submitters may.
+        emergency: Stops them all.
     """
 
-    def __init__(self, store: Store, queue: Queue, jobs: int, policy: Policy) -> None:
+    def __init__(self, store: Store, queue: Queue, jobs: int, policy: Policy, emergency: Emergency) -> None:
         self._store = store
         self._queue = queue
         self._blobs = Blobs(store.blobs)
@@ -67,6 +69,8 @@ class Server:
             wire.LIST_FILES: self._list_files,
             wire.READ_FILE: self._read_file,
             wire.REMOVE_RUN: self._remove_run,
+            EMERGENCY_STOP: emergency.stop,
+            RELEASE_STOP: emergency.release,
         }
         self._handlers = MappingProxyType({verb.name: (verb, handler) for verb, handler in handlers.items()})
 

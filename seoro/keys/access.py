@@ -81,7 +81,13 @@ def _rules(role: Role) -> tuple[Rule, ...]:
         case Role.OPERATOR | Role.ADMIN:
             return (*_looking(role), *_moving())
         case Role.EXECUTOR:
-            return (*_moving(), *_seeing(), *_serving(f"{_EXECUTORS}/*", f"{_ROOT}/alive/exec/*/*"))
+            return (
+                *_moving(),
+                *_seeing(),
+                *_serving(f"{_EXECUTORS}/*", f"{_ROOT}/alive/exec/*/*"),
+                (_SENDS, _SUBSCRIBES, (_STOPS,)),
+                (_GETS, _PUBLISHES, (_STOPS,)),
+            )
         case Role.NODE:
             return (
                 *_serving(f"{_NODES}/*", f"{_ROOT}/alive/node/*/*"),

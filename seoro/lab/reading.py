@@ -45,11 +45,30 @@ class Lab:
 
     @property
     def robots(self) -> Mapping[str, RobotFile]:
-        """Where actors live, by their names."""
+        """The robots, by their names, which are those of actors unless actors are bound otherwise."""
         return self._file.robots
 
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Where everything of it is reached that runs already."""
+        named = [each.connect for each in self._file.bridges.values()]
+        named += [each.connect for each in self._file.simulators.values() if each.connect is not None]
+        return tuple(dict.fromkeys(named))
+
+    def address(self, where: str) -> tuple[str | None, str | None]:
+        """Endpoint of a simulator or bridge, None if it is started for runs, and its name there if it has one."""
+        if where in self._file.bridges:
+            bridge = self._file.bridges[where]
+            return bridge.connect, bridge.name
+        simulator = self._file.simulators[where]
+        return simulator.connect, simulator.name
+
+    def called(self, robot: str) -> str:
+        """What a robot is called where it lives."""
+        return self._file.robots[robot].called or robot
+
     def place(self, actor: str) -> str:
-        """The file and line where it says where an actor lives."""
+        """The file and line where it has a robot."""
         return self._lines.at(("robots", actor))
 
     def check(self) -> None:
@@ -81,7 +100,7 @@ class Lab:
                     f"{at(('robots', actor, 'in'))}: robots.{actor}: there is no simulator and no bridge "
                     f"'{robot.where}' in this lab: there are {', '.join(sorted(known))}"
                 )
-            home = (robot.where, robot.called)
+            home = (robot.where, robot.called or actor)
             if home in taken:
                 yield f"{self.place(actor)}: robots.{actor}: {taken[home]} lives in that robot already"
             taken[home] = actor

@@ -287,7 +287,14 @@ class Execution:
             overrides=dict(self._settings.overrides),
             clock=self._settings.clock.name,
             version=self._settings.version,
+            **self._robots(),
         )
+
+    def _robots(self) -> dict[str, Any]:
+        """Which robots the actors are for whom that was chosen from outside."""
+        homes = {name: each.home for name, each in self._settings.placements.items()}
+        robots = {name: f"{home.name} of {home.backend.name}" for name, home in sorted(homes.items())}
+        return {"robots": robots} if robots else {}
 
     def _conclude(self, wall_duration: float) -> Verdict:
         services = self._services

@@ -79,7 +79,7 @@ def test_a_robot_that_dies_with_its_bridge_ends_the_run_as_an_error(
 @pytest.mark.parametrize(
     ("robots", "words"),
     [
-        (("leader=train",), r"lab\.yaml:4: robots\.leader: there is no robot 'train' in floor"),
+        (("leader=train",), r"lab\.yaml:4: robots\.leader: there is no robot 'train': there are line in floor"),
         (("leader=line", "driver=other"), r"lab\.yaml:5: robots\.driver: there is no robot 'other'"),
     ],
 )
@@ -99,7 +99,7 @@ def test_actors_and_robots_have_to_fit(start_rails: Callable[..., Rails], tmp_pa
         seoro.InvalidUse, match=r"lab\.yaml:4: `leader` is of the type osc_actor, for which 'line' .* cannot stand"
     ):
         run(tmp_path, actor, lab_of(tmp_path, floor(rails, "leader=line")))
-    with pytest.raises(seoro.InvalidUse, match="lives nowhere"):
+    with pytest.raises(seoro.InvalidUse, match="there is neither a simulator nor a robot"):
         run(tmp_path, ALONE, lab_of(tmp_path, f"bridges:\n  floor: {{connect: {rails.endpoint}}}\n"))
 
 

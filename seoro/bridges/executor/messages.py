@@ -99,6 +99,14 @@ class BundledLab(Said):
     model_path: tuple[Place, ...] = ()
 
 
+class BundledLeasing(Said):
+    """As `seoro.embed.options.Leasing`."""
+
+    wait: float | None = None
+    priority: int = 0
+    lease: Text = ""
+
+
 class BundledOptions(Said):
     """How the scenario is to be run: as the options of `seoro.start`, with files of the bundle."""
 
@@ -110,6 +118,7 @@ class BundledOptions(Said):
     simulator: BundledSimulator | None = None
     ros: BundledRos | None = None
     lab: BundledLab | None = None
+    leasing: BundledLeasing = BundledLeasing()
     grace: float
     timeout: float | None = None  # [s] of the machine's clock
 

@@ -1,9 +1,9 @@
 """Who has which robots of a node: runs that hold them, people who have leased them, and those who wait.
 
 A client takes all that it wants of a node at once, or nothing. One that wants robots of several nodes gives back
-what it has got when it does not get the rest, so nobody ever waits with something in hand, and no circle of those
-who wait can come about. They have a place in line, by priority and then by when they came, which they keep by asking
-again; nobody gets a robot that somebody before them in line wants, so that no one starves.
+what it has got when it does not get the rest: nobody waits with something in hand, so nobody waits in a circle.
+Those who wait have a place in line, by priority and then by when they came, which they keep by asking again. No
+one gets a robot that somebody before them in line wants, so that nobody starves.
 """
 
 from __future__ import annotations

@@ -22,6 +22,10 @@ RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
 
 
+class NoSuchRobot(InvalidUse):
+    """There is no robot of a name; the message says which, and which there are."""
+
+
 class RobotsTaken(InvalidUse):
     """Others have the robots; they may be had later."""
 
@@ -78,6 +82,7 @@ async def connect_robots(
 
     Raises:
         RobotsTaken: Others have them.
+        NoSuchRobot: There is none of a name.
         InvalidUse: There is no bridge, or they cannot be had.
     """
     security = secured(endpoint, ASKING)
@@ -138,6 +143,8 @@ async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures
     except BackendRefused as refused:
         if refused.code == wire.Result.FEATURE_UNSUPPORTED:
             raise InvalidUse(f"'{address.node}' is a simulator, not a bridge to robots", help=START) from refused
+        if refused.code == wire.Result.NOT_FOUND:
+            raise NoSuchRobot(str(refused)) from refused
         kind = RobotsTaken if refused.code == wire.LabResult.HELD else InvalidUse
         what = "the simulator" if not holder.gives_signs else "the robots of the bridge"
         raise kind(f"{what} '{address.node}' cannot be had: {refused}") from refused

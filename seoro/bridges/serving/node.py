@@ -21,16 +21,16 @@ from seoro.bridges.leasing.latch import Latch
 from seoro.bridges.leasing.leases import Hold, Leases, called
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.serving.answering import answer, decoded
+from seoro.bridges.serving.emergency import emergencies
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.hold import Watchdog
 from seoro.bridges.serving.robot import Handlers, ServedRobot, state_of
 from seoro.bridges.serving.work import Work
-from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, Sample, subscribing
+from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, listed
 
 WAITING = Bound(256, lose="newest")  # requests
-URGENT = Bound(64, lose="newest")  # emergency stops, of which one would do
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
 READING = "get_"  # begins what changes nothing
 CALLED = "bridge"
@@ -58,14 +58,13 @@ async def serving(
     """
     busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
     session, happenings = at.session, HappeningLog()
-    urgent: Mailbox[Sample] = Mailbox(URGENT)
     async with background() as tasks:
         work = Work(tasks, happenings)
         server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(at.state))
         try:
             async with (
                 session.tokens(wire.holder_tokens(at.namespace)) as tokens,
-                subscribing(session, wire.emergency_key(at.namespace), _putting_into(urgent)),
+                emergencies(session, at.namespace) as urgent,
                 session.answering(wire.node_command(at.namespace, at.name, "*"), WAITING, busy) as requests,
                 session.token(wire.node_token(at.namespace, at.name, secrets.token_hex(8))),
                 background() as duties,
@@ -80,25 +79,13 @@ async def serving(
                 await server.stop("the bridge ends")
 
 
-def _putting_into(urgent: Mailbox[Sample]) -> Callable[[Sample], None]:
-    def take(sample: Sample) -> None:
-        urgent.put(sample, 1)
-
-    return take
-
-
 async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
         tasks.start_soon(server.answer, request)
 
 
-async def _obey(server: RobotServer, urgent: Mailbox[Sample]) -> None:
-    """Stop when an emergency stop is published, whatever it says."""
-    async for sample in urgent:
-        try:
-            asked = wire.decode(wire.EmergencyStop, sample.payload)
-        except wire.WireError:
-            asked = wire.EmergencyStop(by="somebody whose message cannot be read")
+async def _obey(server: RobotServer, urgent: AsyncIterator[wire.EmergencyStop]) -> None:
+    async for asked in urgent:
         await server.emergency_stop(asked)
 
 

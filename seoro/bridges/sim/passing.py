@@ -65,6 +65,11 @@ class PassingRequests(RecordingRequests):
         self._happened: Happened = _ignore
         self._foresight = Foresight()
 
+    @property
+    def time(self) -> float:
+        """The time of the run [s]."""
+        return self._time
+
     def set_clock(self, features: wire.SimulatorFeatures) -> None:
         """Take the time of the run from what the node says of itself."""
         self._steps_per_second = round(1.0 / features.step)

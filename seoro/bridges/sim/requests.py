@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 
@@ -46,6 +47,7 @@ class Requests:
         self._lost: Lost = _ignore_loss
         self._lost_reason: str | None = None
         self._gone = anyio.Event()
+        self.vet: Callable[[wire.Message], None] = _ignore_request  # refuses requests before they are sent
 
     @property
     def name(self) -> str:
@@ -69,6 +71,7 @@ class Requests:
         self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
     ) -> wire.A:
         """Ask the node to carry out a verb; see `ask` for what this raises."""
+        self.vet(request)
         if self._lost_reason is not None:
             raise BackendLost(self._lost_reason)
         try:
@@ -124,6 +127,10 @@ async def ask(
         raise BackendLost(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
+
+
+def _ignore_request(request: wire.Message) -> None:
+    """Nobody has said what may not be asked for."""
 
 
 def _ignore_loss(reason: str) -> None:

@@ -1,0 +1,231 @@
+"""`seoro lab`: the robots of a lab: how they are, who has them, and stopping them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import secrets
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import anyio
+
+from seoro.cli.arguments import Container
+from seoro.cli.exits import Exit
+from seoro.cli.lab_table import plain, table
+from seoro.cli.output import printable
+from seoro.errors import InvalidUse
+from seoro.people import whoami
+from seoro.runtime.jsonl import to_json
+
+if TYPE_CHECKING:
+    from seoro.lab.commanding import Outcome
+
+EXAMPLES = """examples:
+  seoro lab status --lab hall.yaml
+  seoro lab status --connect tcp/192.168.0.5:7447 --watch
+  seoro lab lease tb1 --for 30min --purpose "new wheels"
+  seoro lab release tb1
+  seoro lab stop tb1
+  seoro lab stop --all --reason "smoke"
+  seoro lab release --all --reason "it was toast"
+
+A lab is its lab file (`--lab`, else that of SEORO_LAB), and all that is alive at endpoints (`--connect`); without
+either, what runs on this machine.
+
+exit status: 0 done, 2 it cannot be done, 3 somebody has not done it, or could not be asked"""
+VARIABLE: Final = "SEORO_LAB"  # of the environment, with the lab file
+LOCAL: Final = ("tcp/127.0.0.1:7450", "tcp/127.0.0.1:7460", "tcp/127.0.0.1:7470")
+PERIOD: Final = 1.0  # [s] between two looks
+CLEAR: Final = "\x1b[H\x1b[2J"
+_UNITS: Final = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+_DURATION: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<unit>s|min|h|d)")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    commands = parser.add_subparsers(title="what to do", dest="what", metavar="WHAT", required=True)
+    status = commands.add_parser("status", help="how the robots are, and who has them")
+    status.add_argument("--json", action="store_true", help="print a JSON object, with all that is known")
+    status.add_argument("--watch", action="store_true", help="look again every second, until Ctrl-C")
+    lease = commands.add_parser("lease", help="keep robots for yourself for a while")
+    lease.add_argument(
+        "robots", nargs="+", metavar="ROBOT", help="names of robots, in the lab file or at their nodes"
+    )
+    lease.add_argument(
+        "--for",
+        dest="duration",
+        type=duration,
+        default=600.0,
+        metavar="TIME",
+        help="such as 30min (default: 10min)",
+    )
+    lease.add_argument("--purpose", default="", metavar="TEXT", help="what for, for others who want them")
+    release = commands.add_parser("release", help="end leases by hand, or an emergency stop")
+    release.add_argument("robots", nargs="*", metavar="ROBOT", help="robots, or the id of a lease")
+    release.add_argument("--all", action="store_true", help="end the emergency stop of everything")
+    release.add_argument("--reason", default="", metavar="TEXT", help="with --all: why that is safe")
+    stop = commands.add_parser("stop", help="stop robots")
+    stop.add_argument("robots", nargs="*", metavar="ROBOT", help="robots, which may go on afterwards")
+    add_stop_arguments(stop)
+    for each in (status, lease, release, stop):
+        add_lab_arguments(each)
+
+
+def add_stop_arguments(parser: Container) -> None:
+    """Declare those of an emergency stop."""
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        help="emergency stop: stop everything that moves, until `seoro lab release --all`",
+    )
+    parser.add_argument("--reason", default="", metavar="TEXT", help="with --all: why, for others")
+
+
+def add_lab_arguments(parser: Container) -> None:
+    """Declare where the lab is."""
+    parser.add_argument(
+        "--lab", type=Path, metavar="FILE.yaml", help=f"the lab file (default: that of {VARIABLE}, if it is set)"
+    )
+    parser.add_argument(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="Zenoh endpoint of a node, an executor or a router, beside those of the lab file (repeatable)",
+    )
+
+
+def duration(text: str) -> float:
+    """A time of the command line [s].
+
+    Raises:
+        ArgumentTypeError: It is none.
+    """
+    parts = _DURATION.fullmatch(text)
+    if parts is None:
+        raise argparse.ArgumentTypeError(f"expected a time such as 90s, 30min, 2h or 1d, not {text!r}")
+    return float(parts["number"]) * _UNITS[parts["unit"]]
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    return anyio.run(
+        {"status": _status, "lease": _lease, "release": _release, "stop": _stop}[options.what], options
+    )
+
+
+def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
+    """Where the lab is reached that the options name; what runs on this machine if they name none."""
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+    path = options.lab or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
+    named = () if path is None else read_lab(path).endpoints
+    return tuple(dict.fromkeys((*named, *options.connect, *more, *guessed(options))))
+
+
+def guessed(options: argparse.Namespace) -> tuple[str, ...]:
+    """Where the lab may be if nobody has said where it is; nothing has to be there."""
+    is_named = options.lab is not None or options.connect or os.environ.get(VARIABLE)
+    return () if is_named else LOCAL
+
+
+async def _status(options: argparse.Namespace) -> int:
+    from seoro.lab.seeing import asking, look, reaching  # noqa: PLC0415 - Zenoh, for this command only
+
+    endpoints = endpoints_of(options)
+    while options.watch:
+        async with reaching(endpoints) as reached:
+            while True:
+                members = await asking(reached)
+                print(f"{CLEAR}{time.strftime('%X')}\n{table(members, quiet=guessed(options))}", flush=True)
+                await anyio.sleep(PERIOD)
+                if any(not each.node or each.why for each in members):
+                    break  # whoever was not there may be by now
+    members = await look(endpoints)
+    print(to_json(plain(members)) if options.json else table(members, quiet=guessed(options)))
+    quiet = guessed(options)
+    return Exit.ERROR if any(each.why and each.called not in quiet for each in members) else Exit.PASSED
+
+
+async def _lease(options: argparse.Namespace) -> int:
+    from seoro.lab.commanding import lease  # noqa: PLC0415 - Zenoh, for this command only
+
+    name = f"hand-{secrets.token_hex(4)}"
+    purpose = f"{options.purpose} - {whoami()}" if options.purpose else whoami()
+    until = time.time() + options.duration
+    outcomes = await lease(_places(options), endpoints_of(options), name, purpose, options.duration)
+    if any(each.error for each in outcomes):
+        return _told(outcomes)
+    print(f"leased until {time.strftime('%d %b %H:%M:%S', time.localtime(until))}: {', '.join(options.robots)}")
+    print(f"runs get them with `seoro exec --lease {name}`; `seoro lab release {name}` ends it")
+    return Exit.PASSED
+
+
+async def _release(options: argparse.Namespace) -> int:
+    from seoro.lab.commanding import end_lease, release_all  # noqa: PLC0415 - Zenoh, for this command only
+
+    if options.all:
+        if options.robots or not options.reason.strip():
+            raise InvalidUse(
+                "an emergency stop is released for everything, with a reason",
+                help='such as `seoro lab release --all --reason "nobody is inside"`',
+            )
+        return _told(await release_all(endpoints_of(options), whoami(), options.reason), quiet=guessed(options))
+    if not options.robots:
+        raise InvalidUse("it is not said what to release", help="name robots or a lease, or say `--all`")
+    return _told([await end_lease(endpoints_of(options), place) for place in _places(options)])
+
+
+async def _stop(options: argparse.Namespace) -> int:
+    from seoro.lab.commanding import stop_robots  # noqa: PLC0415 - Zenoh, for this command only
+
+    if options.all == bool(options.robots):
+        raise InvalidUse("it is not said what to stop", help="name robots, or say `--all`")
+    if options.all:
+        return await stop_everything(options)
+    return _told(await stop_robots(_places(options), endpoints_of(options)))
+
+
+async def stop_everything(options: argparse.Namespace, *more: str) -> int:
+    """Emergency stop; see `seoro stop --all`, too.
+
+    Args:
+        options: Of the command line.
+        more: Endpoints beside those of the lab.
+    """
+    from seoro.lab.commanding import stop_all  # noqa: PLC0415 - Zenoh, for this command only
+
+    outcomes = await stop_all(endpoints_of(options, *more), whoami(), options.reason)
+    return _told(outcomes, quiet=guessed(options))
+
+
+def _places(options: argparse.Namespace) -> list[tuple[str, str | None]]:
+    """Names of robots at their nodes, by those in the lab file, each with its endpoint if that is known."""
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+    path = options.lab or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
+    lab = None if path is None else read_lab(path)
+    places: list[tuple[str, str | None]] = []
+    for robot in options.robots:
+        if lab is not None and robot in lab.robots:
+            places.append((lab.called(robot), lab.address(lab.robots[robot].where)[0]))
+        else:
+            places.append((robot, None))
+    return places
+
+
+def _told(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:
+    """Print what came of it; `quiet` about endpoints at which nobody has to live."""
+    shown = [each for each in outcomes if each.called not in quiet]
+    for each in shown:
+        took = f" ({each.took * 1000:.0f} ms)" if math.isfinite(each.took) else ""
+        print(f"{'FAILED ' if each.error else 'ok     '}{each.called}: {printable(each.error or each.done)}{took}")
+    if not any(each.is_somebody for each in outcomes):
+        print("FAILED nobody was reached: `--lab` or `--connect` says where the lab is")
+        return Exit.ERROR
+    return Exit.ERROR if any(each.error for each in shown) else Exit.PASSED

@@ -1,0 +1,195 @@
+"""Telling a lab what to do by hand: leases, stops, and the emergency stop.
+
+An emergency stop goes two ways at once: published on one key, which reaches whoever is connected, also in the
+middle of something long, and as a request to each node and executor that is alive, which acknowledges it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.executor.asking import Executor
+from seoro.bridges.session import Publisher, SessionError, publishing
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.errors import BackendError, InvalidUse
+from seoro.lab.seeing import Member, Reached, asking, reaching
+
+STOP_WITHIN = 2.0  # [s] that a node may take to acknowledge that all stands still
+Place = tuple[str, str | None]
+"""A robot or a lease, and the endpoint of its node, if that is known."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of asking somebody.
+
+    Attributes:
+        called: Who was asked.
+        done: What they have done, in words.
+        error: Why they have not; empty if they have.
+        took: From sending the message to the answer [s]; infinite if it does not matter.
+        is_somebody: Whether there is somebody at all.
+    """
+
+    called: str
+    done: str = ""
+    error: str = ""
+    took: float = math.inf
+    is_somebody: bool = True
+
+
+async def stop_all(endpoints: Sequence[str], by: str, reason: str) -> list[Outcome]:
+    """Emergency stop: nothing moves from now on until it is released.
+
+    Args:
+        endpoints: Where nodes, executors or routers are.
+        by: Who stops it, and `reason` why, for others.
+    """
+    asked = wire.EmergencyStop(by=by, reason=reason)
+    async with AsyncExitStack() as stack:
+        reached = await stack.enter_async_context(reaching(endpoints))
+        sessions = dict.fromkeys(each.session for each in reached if each.session is not None)
+        publishers: list[Publisher] = []
+        for session in sessions:
+            publisher = publishing(session, wire.emergency_key(wire.NAMESPACE))
+            publishers.append(await stack.enter_async_context(publisher))
+        sent = time.monotonic()
+        for each in publishers:
+            each.put(wire.encode(asked))
+        return await _ask_all(reached, wire.EMERGENCY_STOP, asked, sent)
+
+
+async def release_all(endpoints: Sequence[str], by: str, reason: str) -> list[Outcome]:
+    """Let things move again."""
+    async with reaching(endpoints) as reached:
+        asked = wire.ReleaseStop(by=by, reason=reason)
+        return await _ask_all(reached, wire.RELEASE_STOP, asked, math.inf)
+
+
+async def _ask_all(
+    reached: Sequence[Reached], verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, sent: float
+) -> list[Outcome]:
+    outcomes: dict[int, Outcome] = {}
+
+    async def ask_one(index: int, each: Reached) -> None:
+        outcomes[index] = await _ask(each, verb, asked, sent)
+
+    async with anyio.create_task_group() as tasks:
+        for index, each in enumerate(reached):
+            tasks.start_soon(ask_one, index, each)
+    return [outcomes[index] for index in sorted(outcomes)]
+
+
+async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, sent: float = math.inf) -> Outcome:
+    member = each.member
+    if each.session is None or not member.node:
+        return Outcome(member.called, error=member.why, is_somebody=False)
+    try:
+        if member.is_executor:
+            with anyio.fail_after(STOP_WITHIN):
+                answer = await Executor(each.session, member.node).ask(verb, asked)
+        else:
+            address = NodeAddress(each.session, wire.NAMESPACE, member.node, "node")
+            answer = await ask(address, verb, asked, STOP_WITHIN)
+    except TimeoutError:
+        return Outcome(member.called, error=f"no answer within {STOP_WITHIN:g} s")
+    except (BackendError, SessionError) as error:
+        return Outcome(member.called, error=str(error))
+    what = "runs" if member.is_executor else "robots"
+    return Outcome(member.called, done=_in_words(verb.name, answer, what), took=time.monotonic() - sent)
+
+
+def _in_words(verb: str, answer: wire.Message, what: str) -> str:
+    """What was done; `what` is what there may be to stop."""
+    if isinstance(answer, wire.EmergencyStopped):
+        return f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; there are no {what}"
+    return {wire.LEASE_ROBOTS.name: "leased", wire.STOP_ROBOT.name: "stopped"}.get(verb, "released")
+
+
+# ---------------------------------------------------------------- robots by name
+
+
+async def lease(
+    places: Sequence[Place], endpoints: Sequence[str], name: str, purpose: str, duration: float
+) -> list[Outcome]:
+    """Keep robots for somebody: all of them, or none.
+
+    Args:
+        places: The robots.
+        endpoints: Where nodes are looked for.
+        name: Id of the lease, which no other has.
+        purpose: What for, for others.
+        duration: For how long [s].
+    """
+    async with reaching(endpoints) as reached:
+        homes: dict[Reached, list[str]] = {}
+        members = await asking(reached)
+        for place in places:
+            homes.setdefault(_home(place, reached, members), []).append(place[0])
+        outcomes: list[Outcome] = []
+        for home, robots in homes.items():
+            asked = wire.LeaseRobots(lease=name, robots=tuple(robots), purpose=purpose, duration=duration)
+            outcomes.append(await _ask(home, wire.LEASE_ROBOTS, asked))
+        if any(each.error for each in outcomes):
+            for home, outcome in zip(homes, outcomes, strict=True):
+                if not outcome.error:
+                    await _ask(home, wire.RELEASE_LEASE, wire.ReleaseLease(lease=name))
+            return [each for each in outcomes if each.error]
+        return outcomes
+
+
+async def end_lease(endpoints: Sequence[str], place: Place) -> Outcome:
+    """End a lease by its id, or those of a robot.
+
+    Raises:
+        InvalidUse: There is none.
+    """
+    name, _ = place
+    async with reaching(endpoints) as reached:
+        members = await asking(reached)
+        for each, member in zip(reached, members, strict=True):
+            for robot in () if member.state is None else member.state.robots:
+                if robot.lease is not None and name in (robot.name, robot.lease.lease):
+                    asked = wire.ReleaseLease(lease=robot.lease.lease)
+                    for other in reached:  # a lease may be of robots of several nodes
+                        if other.session is not None and not other.member.is_executor and other is not each:
+                            await _ask(other, wire.RELEASE_LEASE, asked)
+                    return await _ask(each, wire.RELEASE_LEASE, asked)
+    raise InvalidUse(f"nothing is leased by the name '{name}'", help="`seoro lab status` shows what is")
+
+
+async def stop_robots(places: Sequence[Place], endpoints: Sequence[str]) -> list[Outcome]:
+    """Stop robots, which may go on afterwards."""
+    async with reaching(endpoints) as reached:
+        members = await asking(reached)
+        homes = [(_home(place, reached, members), place[0]) for place in places]
+        return [await _ask(home, wire.STOP_ROBOT, wire.StopRobot(robot=robot)) for home, robot in homes]
+
+
+def _home(place: Place, reached: Sequence[Reached], members: Sequence[Member]) -> Reached:
+    """Where a robot lives.
+
+    Raises:
+        InvalidUse: Nowhere, or it is not clear which of several is meant.
+    """
+    name, endpoint = place
+    found: list[Reached] = []
+    known: list[str] = []
+    for each, member in zip(reached, members, strict=True):
+        names = [] if member.state is None else [robot.name for robot in member.state.robots]
+        known += names
+        if name in names and endpoint in (None, member.endpoint):
+            found.append(each)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        where = ", ".join(each.member.called for each in found)
+        raise InvalidUse(f"several robots are called '{name}': at {where}", help="name it as the lab file does")
+    raise InvalidUse(f"there is no robot '{name}'", help=f"robots: {', '.join(sorted(known)) or 'none'}")

@@ -1,0 +1,117 @@
+"""Seeing what there is in a lab: which nodes and executors are alive, and how their robots are."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+
+import anyio
+from anyio.abc import TaskStatus
+
+from seoro.bridges import wire
+from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.errors import BackendError
+
+SEEN_WITHIN = 1.0  # [s] that a hub may take to say who is alive
+ANSWER_WITHIN = 2.0  # [s]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A node or an executor of a lab, or an endpoint at which there is none.
+
+    Attributes:
+        endpoint: Where it was found.
+        node: Its name; empty if there is none.
+        is_executor: Whether it is an executor.
+        state: How it is, of a node that has been asked.
+        why: What is wrong with it, in words; empty if nothing is.
+    """
+
+    endpoint: str
+    node: str = ""
+    is_executor: bool = False
+    state: wire.LabState | None = None
+    why: str = ""
+
+    @property
+    def called(self) -> str:
+        """What messages call it."""
+        if not self.node:
+            return self.endpoint
+        return f"{'the executor' if self.is_executor else 'the node'} '{self.node}'"
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A member, and the session by which it is asked; None where nothing answers."""
+
+    member: Member
+    session: AsyncSession | None
+
+
+@asynccontextmanager
+async def reaching(endpoints: Iterable[str]) -> AsyncIterator[list[Reached]]:
+    """Be connected to all who are alive at endpoints, for as long as the block lasts.
+
+    Args:
+        endpoints: Zenoh endpoints of nodes, of executors, or of routers that these are connected to.
+    """
+    async with anyio.create_task_group() as tasks:
+        found: dict[str, list[Reached]] = {}
+        over = anyio.Event()
+        for endpoint in dict.fromkeys(endpoints):
+            found[endpoint] = await tasks.start(_reach, endpoint, over)
+        try:
+            yield [each for members in found.values() for each in members]
+        finally:
+            over.set()
+
+
+async def _reach(endpoint: str, over: anyio.Event, *, task_status: TaskStatus[list[Reached]]) -> None:
+    try:
+        async with open_session(connect=endpoint) as session:
+            task_status.started(await _members(session, endpoint))
+            await over.wait()
+    except SessionError as error:
+        task_status.started([Reached(Member(endpoint, why=str(error)), None)])
+
+
+async def _members(session: AsyncSession, endpoint: str) -> list[Reached]:
+    nodes = await session.list_tokens(wire.node_tokens(wire.NAMESPACE), SEEN_WITHIN)
+    executors = await session.list_tokens(wire.executor_tokens(wire.NAMESPACE), SEEN_WITHIN)
+    members = [Member(endpoint, name) for name in sorted({wire.token_node(token)[0] for token in nodes})]
+    names = sorted({wire.token_node(token)[0] for token in executors})
+    members += [Member(endpoint, name, is_executor=True) for name in names]
+    if not members:
+        members = [Member(endpoint, why=f"nobody lives at {endpoint}")]
+    return [Reached(member, session) for member in members]
+
+
+async def look(endpoints: Iterable[str]) -> list[Member]:
+    """All who are alive at endpoints, nodes with how their robots are."""
+    async with reaching(endpoints) as reached:
+        return await asking(reached)
+
+
+async def asking(reached: list[Reached]) -> list[Member]:
+    """The same who have been reached already, as they are now."""
+    seen: list[Member] = [each.member for each in reached]
+
+    async def ask_one(index: int, each: Reached) -> None:
+        assert each.session is not None
+        address = NodeAddress(each.session, wire.NAMESPACE, each.member.node, "node")
+        try:
+            state = await ask(address, wire.GET_LAB_STATE, wire.Empty(), ANSWER_WITHIN)
+            seen[index] = replace(each.member, state=state)
+        except BackendError as error:
+            seen[index] = replace(each.member, why=str(error))
+
+    async with anyio.create_task_group() as tasks:
+        for index, each in enumerate(reached):
+            if each.session is not None and each.member.node and not each.member.is_executor:
+                tasks.start_soon(partial(ask_one, index, each))
+    return seen
