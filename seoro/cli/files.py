@@ -1,4 +1,4 @@
-"""The files that a command line names: scenario files and folders with such files, traces, stdin."""
+"""The files that a command line names, scenario files and folders with such files, traces, stdin; where state is."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ from seoro.lang.loader import MAX_FILE_SIZE
 STDIN = "-"
 STDIN_NAME = "<stdin>"  # in messages
 SUFFIX = ".osc"
+
+
+def state_folder() -> Path:
+    """Where what goes on is kept for this user, beyond the end of a process."""
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seoro"
 
 
 def find_files(arguments: Sequence[str]) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import signal
 from importlib.util import find_spec
@@ -15,6 +14,7 @@ import anyio
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import number, whole
 from seoro.cli.exits import Exit
+from seoro.cli.files import state_folder
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidUse(f"'{name}' cannot name an executor: use lower-case letters, digits, '_' and '-'")
     settings = ExecutorOptions(
         name,
-        options.folder or _state_folder() / name,
+        options.folder or state_folder() / name,
         listen,
         options.connect,
         options.jobs,
@@ -116,10 +116,6 @@ def _name_in_keys(endpoint: str) -> str | None:
 
     keys = keys_for(endpoint, SERVING_RUNS)
     return None if keys is None else keys.identity.name
-
-
-def _state_folder() -> Path:
-    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seoro"
 
 
 def _days(text: str) -> float:

@@ -53,6 +53,7 @@ class BridgeOptions:
         node: Name of the bridge, for runs.
         listen: Zenoh endpoint to listen on for runs; or `connect`.
         connect: Zenoh endpoint of a router to be reached over.
+        state: File in which an emergency stop outlasts the bridge; None for nowhere.
     """
 
     robots: Sequence[BridgedRobot]
@@ -62,6 +63,7 @@ class BridgeOptions:
     node: str = "ros2"
     listen: str | None = None
     connect: str | None = None
+    state: Path | None = None
 
 
 @asynccontextmanager
@@ -100,7 +102,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
                 robot.forget()
 
         async with (
-            serving(NodeAt(session, NAMESPACE, options.node), make),
+            serving(NodeAt(session, NAMESPACE, options.node, options.state), make),
             system.node(NODE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):

@@ -1,0 +1,156 @@
+"""Which robot is which actor: by name, by type, by capability; the first that is free and ready."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import seoro
+from seoro.bridges import wire
+from seoro.bridges.robot.connecting import RobotsTaken
+from seoro.errors import InvalidUse
+from seoro.lab.binding import bind
+from seoro.lab.reading import Lab, read_lab
+from seoro.lab.wishes import Wish, split_wishes
+from seoro.runtime.verdict import RunStatus
+from tests.bridges.robot.conftest import Rails
+from tests.lab.test_runs import ALONE, lab_of
+from tests.lab.test_runs import run as run_scenario
+
+LAB = """bridges:
+  floor: {connect: tcp/127.0.0.1:7460}
+robots:
+  tb1: {in: floor, type: turtlebot4, before: {battery: 0.3}}
+  tb2: {in: floor, type: turtlebot4, can: [carry]}
+  arm: {in: floor, type: ur5e}
+"""
+ANY = Wish("turtlebot4", is_name=False)
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    (tmp_path / "lab.yaml").write_text(LAB)
+    return read_lab(tmp_path / "lab.yaml")
+
+
+def state(name: str, **how: Any) -> wire.RobotState:
+    return wire.RobotState(name=name, kinds=("differential_drive_robot",), **{"battery": 0.9, **how})
+
+
+def states(**robots: wire.RobotState | str) -> dict[str, wire.RobotState | str]:
+    return {**{name: state(name) for name in ("tb1", "tb2", "arm")}, **robots}
+
+
+def test_wishes_are_told_from_values() -> None:
+    plain, wishes = split_wishes({"speed": "3mps", "robot": "any:turtlebot4", "other": "robot:tb1"})
+    assert plain == {"speed": "3mps"}
+    assert wishes == {"robot": ANY, "other": Wish("tb1", is_name=True)}
+
+
+def test_the_first_that_is_free_and_ready_gets_the_part(lab: Lab) -> None:
+    def chosen(**how: wire.RobotState | str) -> str:
+        return bind(lab, {"robot"}, {"robot": ANY}, states(**how), "", may_wait=False)["robot"]
+
+    assert chosen() == "tb1"
+    assert chosen(tb1=state("tb1", holder="a run")) == "tb2"
+    assert chosen(tb1=state("tb1", battery=0.12)) == "tb2"
+    assert chosen(tb1="nothing answers") == "tb2"
+
+
+def test_two_actors_are_two_robots_and_names_come_first(lab: Lab) -> None:
+    wishes = {"first": ANY, "second": Wish("tb1", is_name=True)}
+    bound = bind(lab, {"first", "second"}, wishes, states(), "", may_wait=False)
+    assert bound == {"second": "tb1", "first": "tb2"}
+
+
+def test_capabilities_are_words_of_the_file(lab: Lab) -> None:
+    bound = bind(lab, {"robot"}, {"robot": Wish("carry", is_name=False)}, states(), "", may_wait=False)
+    assert bound == {"robot": "tb2"}
+
+
+def test_it_is_said_why_each_does_not_fit(lab: Lab) -> None:
+    busy = states(tb1=state("tb1", battery=0.12), tb2=state("tb2", holder="the scenario go of ana@lab"))
+    words = "tb1: its battery is at 12%, below 30% - tb2: held by the scenario go of ana@lab"
+    with pytest.raises(RobotsTaken, match=words):
+        bind(lab, {"robot"}, {"robot": ANY}, busy, "", may_wait=False)
+    assert bind(lab, {"robot"}, {"robot": ANY}, busy, "", may_wait=True) == {"robot": "tb2"}
+
+
+@pytest.mark.parametrize(
+    ("actor", "wish", "words"),
+    [
+        ("robot", Wish("drone", is_name=False), "the lab has none.*"),
+        ("robot", Wish("tb9", is_name=True), "the robot 'tb9', which the lab does not have"),
+        ("driver", ANY, "the scenario has no actor 'driver'"),
+    ],
+)
+def test_what_cannot_be_is_named(lab: Lab, actor: str, wish: Wish, words: str) -> None:
+    with pytest.raises(InvalidUse, match=words):
+        bind(lab, {"robot"}, {actor: wish}, states(), "", may_wait=False)
+
+
+def test_a_leased_robot_is_for_who_has_the_lease(lab: Lab) -> None:
+    lease = wire.Lease(lease="hand-1", purpose="wheels", until=0.0)
+    leased = states(tb1=state("tb1", lease=lease), tb2=state("tb2", lease=lease))
+    assert bind(lab, {"robot"}, {"robot": ANY}, leased, "hand-1", may_wait=False) == {"robot": "tb1"}
+    with pytest.raises(RobotsTaken, match=r"tb1: leased \(wheels\)"):
+        bind(lab, {"robot"}, {"robot": ANY}, leased, "", may_wait=False)
+
+
+# ---------------------------------------------------------------- in runs
+
+
+def floor(rails: Rails, robots: str) -> str:
+    return f"bridges:\n  floor: {{connect: {rails.endpoint}}}\nrobots:\n{robots}"
+
+
+@pytest.fixture
+def two(start_rails: Callable[..., Rails], tmp_path: Path) -> Rails:
+    return start_rails("--listen", f"unixsock-stream/{tmp_path}/rails", "line", "second")
+
+
+def test_a_run_tells_which_robot_it_has(two: Rails, tmp_path: Path) -> None:
+    robots = "  one: {in: floor, as: second, type: cart}\n  other: {in: floor, as: line, type: cart}\n"
+    lab = lab_of(tmp_path, floor(two, robots))
+    records: list[dict[str, Any]] = []
+
+    class Keep:
+        def record(self, record: dict[str, Any]) -> None:
+            records.append(record)
+
+    verdict = run_scenario(tmp_path, ALONE, lab, overrides={"leader": "any:cart"}, observers=(Keep(),))
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert records[0]["robots"] == {"leader": "second of bridge 'rails'"}
+    assert {name for _, name, velocity in two.commands() if velocity} == {"second"}
+
+
+def test_wishes_are_for_runs_with_a_lab(tmp_path: Path) -> None:
+    (tmp_path / "go.osc").write_text(ALONE)
+    with pytest.raises(InvalidUse, match="`leader` is to be a robot of a lab, and there is none"):
+        seoro.run(seoro.load(tmp_path / "go.osc"), overrides={"leader": "any:cart"})
+
+
+def test_a_robot_that_is_not_ready_is_refused(two: Rails, tmp_path: Path) -> None:
+    robots = "  leader: {in: floor, as: line, before: {battery: 0.8, area: {x: [5, 6], y: [0, 1]}}}\n"
+    words = r"lab\.yaml:4: robots\.leader is not ready: its battery is at 50%, below 80%; it is at x 0\.00 m"
+    with pytest.raises(InvalidUse, match=words):
+        run_scenario(tmp_path, ALONE, lab_of(tmp_path, floor(two, robots)))
+
+
+def test_what_is_beyond_the_limits_of_the_lab_fails_the_run(two: Rails, tmp_path: Path) -> None:
+    robots = "  leader: {in: floor, as: line, limits: {area: {x: [0, 0.1], y: [-1, 1]}}}\n"
+    verdict = run_scenario(tmp_path, ALONE, lab_of(tmp_path, floor(two, robots)))
+    assert verdict.status is RunStatus.FAILED
+    assert "outside of the area of the robot 'line' in this lab" in verdict.reason
+
+
+def test_a_robot_drives_home_after_the_run(two: Rails, tmp_path: Path) -> None:
+    robots = "  leader: {in: floor, as: line, after: {home: {x: 0.5, y: 0}}}\n"
+    before = len(two.commands())
+    assert run_scenario(tmp_path, ALONE, lab_of(tmp_path, floor(two, robots))).status is RunStatus.PASSED
+    velocities = [velocity for _, name, velocity in two.commands()[before:] if name == "line"]
+    assert [velocity for velocity in velocities if velocity] == [0.5, 0.5]  # to its goal, then home
+    assert velocities[-1] == 0.0

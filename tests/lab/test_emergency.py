@@ -1,0 +1,189 @@
+"""The emergency stop: all stands still within 300 ms of the message, and nothing moves until it is released."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
+from seoro.bridges.robot.connecting import connect_robots
+from seoro.client import Client
+from seoro.errors import BackendRefused, InvalidUse
+from seoro.lab.commanding import Outcome, release_all, stop_all
+from tests.bridges.robot.conftest import Rails
+from tests.executors import LONG, NAME, executor
+from tests.lab.nodes import Hall, hall_at
+from tests.lab.test_holding import speed
+
+pytestmark = pytest.mark.anyio
+
+WITHIN = 0.3  # [s]
+ATTEMPTS = 3
+STILL = 0.01  # [m/s]
+
+
+@pytest.fixture(scope="module")
+def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hall]:
+    with hall_at(tmp_path_factory.mktemp("hall")) as running:
+        yield running
+
+
+def seoro(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "seoro.cli.main", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+
+
+@asynccontextmanager
+async def released(*endpoints: str) -> AsyncIterator[None]:
+    """Whatever the test does, things may move again after it."""
+    try:
+        yield
+    finally:
+        await release_all(endpoints, "a test", "it is over")
+
+
+async def stop(*endpoints: str) -> list[Outcome]:
+    return await stop_all(endpoints, "ana@lab", "smoke")
+
+
+async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
+    times: list[float] = []
+    while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
+        async with released(hall.endpoint), connect_robots(hall.endpoint, "a run", robots=("second",)) as node:
+            lost: list[str] = []
+            await node.start_run(lambda name, arguments: None, lost.append)
+            await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
+            await anyio.sleep(0.5)
+            assert await speed(hall.endpoint, "second") > 0.1
+            (outcome,) = await stop(hall.endpoint)
+            answered = time.monotonic()
+            assert outcome.error == ""
+            while await speed(hall.endpoint, "second") > STILL:
+                assert time.monotonic() < answered + 2.0
+            times.append(time.monotonic() - answered + outcome.took)
+            with anyio.fail_after(2.0):
+                while not lost:
+                    await anyio.sleep(0.01)
+            assert "nothing moves since the emergency stop by ana@lab" in lost[0]
+    assert min(times) < WITHIN
+
+
+async def test_a_robot_behind_a_bridge_is_told_to_stand_still_in_time(rails: Rails) -> None:
+    times: list[float] = []
+    while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
+        async with released(rails.endpoint), connect_robots(rails.endpoint, "a run") as node:
+            await node.drive("line", 0.2, 0.0, 60.0, lambda report: None)
+            while rails.commands()[-1][2] == 0.0:
+                await anyio.sleep(0.01)
+            (outcome,) = await stop(rails.endpoint)
+            sent = time.monotonic() - outcome.took
+            stopped = rails.stopped_after(sent)
+            assert stopped is not None
+            times.append(stopped)
+    assert min(times) < WITHIN
+
+
+async def test_nothing_moves_until_it_is_released(rails: Rails, hall: Hall) -> None:
+    endpoints = (rails.endpoint, hall.endpoint)
+    async with released(*endpoints):
+        assert [outcome.error for outcome in await stop(*endpoints)] == ["", ""]
+        for endpoint in endpoints:
+            with pytest.raises(InvalidUse, match=r"emergency stop by ana@lab at .* \(smoke\)"):
+                async with connect_robots(endpoint, "a run", robots=()):
+                    pass
+        outcomes = await release_all(endpoints, "bob", " ")
+        assert all("say why" in outcome.error for outcome in outcomes)
+    for endpoint, robot in zip(endpoints, ("line", "second"), strict=True):
+        async with connect_robots(endpoint, "a run", robots=(robot,)) as node:
+            await node.drive(robot, 0.1, 0.0, 0.1, lambda report: None)
+
+
+async def test_a_long_grant_of_time_is_cut_short(tmp_path: Path) -> None:
+    options = SimulatorOptions("hall", 1, ModelPath())
+    with hall_at(tmp_path, rate=None) as running:
+        async with connect_simulator(running.endpoint, options, "a run") as node:
+            lost: list[str] = []
+            await node.start_run(lambda name, arguments: None, lost.append)
+            await node.drive("second", 0.05, 0.1, 80_000.0, lambda report: None)
+            reached: list[float] = []
+
+            async def grant() -> None:
+                reached.append(await node.advance(80_000.0))
+
+            async with anyio.create_task_group() as tasks:
+                tasks.start_soon(grant)
+                await anyio.sleep(0.3)
+                (outcome,) = await stop(running.endpoint)
+            assert outcome.error == ""
+            assert outcome.took < WITHIN
+            assert reached[0] < 80_000.0
+            with pytest.raises(BackendRefused, match="emergency stop"):
+                await node.drive("second", 0.05, 0.1, 1.0, lambda report: None)
+
+
+async def test_it_outlasts_a_restart_of_the_bridge(start_rails: Callable[..., Rails], tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/rails"
+    rails = start_rails("--listen", endpoint)
+    await stop(endpoint)
+    rails.process.kill()
+    rails.process.wait()
+    (tmp_path / "rails").unlink()
+    start_rails("--listen", endpoint)
+    async with released(endpoint):
+        with pytest.raises(InvalidUse, match="emergency stop by ana@lab"):
+            async with connect_robots(endpoint, "a run"):
+                pass
+
+
+async def test_the_command_says_who_has_not_stopped(
+    start_rails: Callable[..., Rails], hall: Hall, tmp_path: Path
+) -> None:
+    rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
+    rails.process.send_signal(signal.SIGSTOP)
+    try:
+        async with released(hall.endpoint):
+            at = ("--connect", hall.endpoint, "--connect", rails.endpoint)
+            found = seoro("stop", "--all", "--reason", "smoke", *at)
+            assert found.returncode == 3
+            assert "ok     the node 'hall': stopped turtlebot4, second" in found.stdout
+            assert "FAILED" in found.stdout
+    finally:
+        rails.process.send_signal(signal.SIGCONT)
+
+
+def test_nobody_to_stop_is_no_success(tmp_path: Path) -> None:
+    found = seoro("stop", "--all", "--connect", f"unixsock-stream/{tmp_path}/nobody")
+    assert found.returncode == 3
+    assert "nobody was reached" in found.stdout
+
+
+async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> None:
+    scenario = tmp_path / "long.osc"
+    scenario.write_text(LONG)
+    with executor(tmp_path) as running:
+        async with Client(running.endpoint) as client, released(running.endpoint):
+            run = await client.submit(NAME, scenario)
+            waiting = await client.submit(NAME, scenario)
+            async for record in run.records():
+                if record.get("message") == "begun":
+                    break
+            (outcome,) = await stop(running.endpoint)
+            assert outcome.done == f"stopped {run.id[:8]}"
+            verdict = await run.result()
+            assert verdict.status.value == "cancelled"
+            assert "emergency stop by ana@lab" in verdict.reason
+            assert (await client.run(waiting.id, NAME)).state.value == "queued"
+            await release_all([running.endpoint], "bob", "toast")
+            async for record in waiting.records():
+                if record.get("message") == "begun":
+                    break
+            await waiting.stop("the test is over")

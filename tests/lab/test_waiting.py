@@ -1,0 +1,86 @@
+"""Runs that wait until others do not need their robots any more."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
+from seoro.runtime.verdict import RunStatus
+from tests.bridges.robot.conftest import Rails
+from tests.lab.test_runs import ALONE, floor, lab_of
+
+pytestmark = pytest.mark.anyio
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> seoro.Scenario:
+    (tmp_path / "go.osc").write_text(ALONE)
+    return seoro.load(tmp_path / "go.osc")
+
+
+async def verdict_of(scenario: seoro.Scenario, lab: seoro.Lab, leasing: seoro.Leasing) -> seoro.Verdict:
+    async with seoro.start(scenario, lab=lab, leasing=leasing) as run:
+        return await run.result()
+
+
+async def test_a_run_fails_at_once_that_does_not_wait(
+    rails: Rails, scenario: seoro.Scenario, tmp_path: Path
+) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    async with connect_robots(rails.endpoint, "the first run"):
+        with pytest.raises(RobotsTaken, match="held by the first run"):
+            await verdict_of(scenario, lab, seoro.Leasing())
+
+
+async def test_a_run_that_waits_says_for_whom_and_begins_when_it_can(
+    rails: Rails, scenario: seoro.Scenario, tmp_path: Path
+) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    said: list[str] = []
+    async with anyio.create_task_group() as tasks:
+
+        async def hold() -> None:
+            async with connect_robots(rails.endpoint, "the first run"):
+                while not said:
+                    await anyio.sleep(0.05)
+
+        tasks.start_soon(hold)
+        await anyio.sleep(0.3)
+        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, say=said.append))
+    assert verdict.status is RunStatus.PASSED
+    (waiting,) = said
+    assert waiting.startswith("waiting: the robots of the bridge 'rails' cannot be had: the robots are held by")
+
+
+async def test_a_run_waits_for_as_long_as_it_says(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:
+    lab = lab_of(tmp_path, floor(rails, "leader=line"))
+    async with connect_robots(rails.endpoint, "the first run"):
+        with pytest.raises(RobotsTaken):
+            await verdict_of(scenario, lab, seoro.Leasing(wait=0.5))
+
+
+async def test_those_who_wait_all_come_and_the_more_urgent_first(
+    start_rails: Callable[..., Rails], scenario: seoro.Scenario, tmp_path: Path
+) -> None:
+    first = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
+    lab = lab_of(tmp_path, floor(first, "leader=line"))
+    order: list[str] = []
+
+    async def one(name: str, priority: int) -> None:
+        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=60.0, priority=priority))
+        assert verdict.status is RunStatus.PASSED
+        order.append(name)
+
+    async with connect_robots(first.endpoint, "the first run"):
+        waiting = []
+        for name, priority in (("usual", 0), ("also usual", 0), ("urgent", 5)):
+            waiting.append(asyncio.create_task(one(name, priority)))
+            await anyio.sleep(0.5)
+    await asyncio.gather(*waiting)
+    assert order == ["urgent", "usual", "also usual"]
