@@ -38,6 +38,7 @@ ENGINES = "seoro.engines"  # the group of entry points by which packages bring e
 PYBULLET_SOURCE = (3, 12)  # the first version of Python for which PyBullet has to be compiled
 START_TIMEOUT = 30.0  # [s]
 FIND_TIMEOUT = 3.0  # [s]
+LOOK_AGAIN = 0.05  # [s] between two looks for nodes
 MAX_FOLDER = 60  # [characters]; of 107 that the name of a socket has at most
 STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
 LAST_WORDS = 0.2  # [s] that the last lines of a process that has ended may take to arrive
@@ -314,15 +315,14 @@ async def find_node(session: AsyncSession, endpoint: str, name: str | None = Non
     """
     key, found = wire.node_tokens(wire.NAMESPACE), set[str]()
     with anyio.move_on_after(FIND_TIMEOUT):
-        async with session.tokens(key) as tokens:
-            async for token, alive in tokens:
-                if alive:
-                    found.add(wire.token_node(token)[0])
-                if name is None and found:
-                    found |= {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
-                    break
-                if name in found:
-                    return str(name)
+        # A session that follows tokens is told not all of them, or none, when it asks for a list of the same.
+        while True:
+            found = {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
+            if name in found:
+                return str(name)
+            if name is None and found:
+                break
+            await anyio.sleep(LOOK_AGAIN)
     known = ", ".join(sorted(found))
     if name is not None:
         raise InvalidUse(

@@ -1,4 +1,4 @@
-"""The files that a command line names, scenario files and folders with such files, traces, stdin; where state is."""
+"""The files that a command line names: scenario files and folders with such files, traces, stdin; and state."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:
     from seoro.lab.commanding import Outcome
+    from seoro.lab.reading import Lab
 
 EXAMPLES = """examples:
   seoro lab status --lab hall.yaml
@@ -119,12 +120,18 @@ def run(options: argparse.Namespace) -> int:
     )
 
 
-def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
-    """Where the lab is reached that the options name; what runs on this machine if they name none."""
+def _lab_of(options: argparse.Namespace) -> Lab | None:
+    """The lab file that the options name, or the environment does."""
     from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
 
     path = options.lab or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
-    named = () if path is None else read_lab(path).endpoints
+    return None if path is None else read_lab(path)
+
+
+def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
+    """Where the lab is reached that the options name; what runs on this machine if they name none."""
+    lab = _lab_of(options)
+    named = () if lab is None else lab.endpoints
     return tuple(dict.fromkeys((*named, *options.connect, *more, *guessed(options))))
 
 
@@ -135,19 +142,20 @@ def guessed(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 async def _status(options: argparse.Namespace) -> int:
-    from seoro.lab.seeing import asking, look, reaching  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.lab.seeing import asking, known_of, look, reaching  # noqa: PLC0415 - Zenoh, for this command only
 
-    endpoints = endpoints_of(options)
+    endpoints, lab = endpoints_of(options), _lab_of(options)
+    known = [] if lab is None else known_of(lab)
     while options.watch:
         async with reaching(endpoints) as reached:
             while True:
                 members = await asking(reached)
-                print(f"{CLEAR}{time.strftime('%X')}\n{table(members, quiet=guessed(options))}", flush=True)
+                print(f"{CLEAR}{time.strftime('%X')}\n{table(members, known, quiet=guessed(options))}", flush=True)
                 await anyio.sleep(PERIOD)
                 if any(not each.node or each.why for each in members):
                     break  # whoever was not there may be by now
     members = await look(endpoints)
-    print(to_json(plain(members)) if options.json else table(members, quiet=guessed(options)))
+    print(to_json(plain(members)) if options.json else table(members, known, quiet=guessed(options)))
     quiet = guessed(options)
     return Exit.ERROR if any(each.why and each.called not in quiet for each in members) else Exit.PASSED
 
@@ -206,10 +214,7 @@ async def stop_everything(options: argparse.Namespace, *more: str) -> int:
 
 def _places(options: argparse.Namespace) -> list[tuple[str, str | None]]:
     """Names of robots at their nodes, by those in the lab file, each with its endpoint if that is known."""
-    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
-
-    path = options.lab or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
-    lab = None if path is None else read_lab(path)
+    lab = _lab_of(options)
     places: list[tuple[str, str | None]] = []
     for robot in options.robots:
         if lab is not None and robot in lab.robots:

@@ -10,10 +10,11 @@ from seoro.cli.output import printable
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import LabState, RobotState
-    from seoro.lab.seeing import Member
+    from seoro.lab.seeing import Known, Member
 
-_TITLES: Final = ("ROBOT", "TYPE", "NODE", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
+_TITLES: Final = ("ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
 NOTHING: Final = "-"
+NOW: Final = 0.5  # [s] ago, and less
 
 
 def plain(members: Sequence[Member]) -> dict[str, Any]:
@@ -32,11 +33,16 @@ def plain(members: Sequence[Member]) -> dict[str, Any]:
     }
 
 
-def table(members: Sequence[Member], *, quiet: Sequence[str]) -> str:
-    """The robots, and what is wrong with nodes; `quiet` about endpoints at which nobody has to live."""
+def table(members: Sequence[Member], known: Sequence[Known], *, quiet: Sequence[str]) -> str:
+    """The robots, and what is wrong with nodes.
+
+    Args:
+        members: Who is there.
+        known: The robots of the lab file, which come first.
+        quiet: Endpoints at which nobody has to live.
+    """
     lines = list(_headlines(members))
-    known = [(member.node, member.state) for member in members if member.state is not None]
-    rows = [_row(node, state, robot) for node, state in known for robot in state.robots]
+    rows = list(_rows(members, known))
     if rows:
         lines += _aligned([_TITLES, *rows])
     elif not any(member.node for member in members):
@@ -50,6 +56,23 @@ def table(members: Sequence[Member], *, quiet: Sequence[str]) -> str:
     return "\n".join(printable(line) for line in lines)
 
 
+def _rows(members: Sequence[Member], known: Sequence[Known]) -> Iterator[tuple[str, ...]]:
+    """The robots of the lab file, in its order, then all others."""
+    there = [(member, state) for member in members if member.state for state in member.state.robots]
+    shown: list[tuple[Member, RobotState]] = []
+    for each in known:
+        found = [one for one in there if each.is_at(one[0]) and one[1].name == each.called]
+        shown += found
+        for member, state in found:
+            yield _row(each.name, each.type, member, state)
+        if not found:
+            rest = (NOTHING,) * (len(_TITLES) - 4)
+            yield each.name, each.type or NOTHING, each.called, "not there", *rest
+    for member, state in there:
+        if (member, state) not in shown:
+            yield _row(state.name, "", member, state)
+
+
 def _headlines(members: Sequence[Member]) -> Iterator[str]:
     for member in members:
         stopped = None if member.state is None else member.state.stopped
@@ -59,22 +82,30 @@ def _headlines(members: Sequence[Member]) -> Iterator[str]:
             yield f"EMERGENCY STOP of {member.node} by {stopped.by} at {when}{why}"
 
 
-def _row(node: str, lab: LabState, robot: RobotState) -> tuple[str, ...]:
+def _row(name: str, kind: str, member: Member, robot: RobotState) -> tuple[str, ...]:
+    lab = member.state
+    assert lab is not None
     by = robot.holder
     if not by and robot.lease is not None:
         until = time.strftime("%H:%M", time.localtime(robot.lease.until))
         by = f"{robot.lease.purpose} until {until} ({robot.lease.lease})"
     return (
-        robot.name,
-        next(iter(robot.kinds), NOTHING),
-        f"{node} ({lab.kind})",
+        name,
+        kind or next(iter(robot.kinds), NOTHING),
+        f"{robot.name} of {member.node} ({lab.kind})",
         _state(lab, robot),
         NOTHING if robot.battery is None else f"{robot.battery:.0%}",
         _localised(robot),
-        NOTHING if robot.seen is None else f"{robot.seen:.1f} s ago" if robot.seen >= 0.1 else "now",
+        _seen(robot),
         by or NOTHING,
         ", ".join(robot.waiting) or NOTHING,
     )
+
+
+def _seen(robot: RobotState) -> str:
+    if robot.seen is None:
+        return NOTHING
+    return f"{robot.seen:.1f} s ago" if robot.seen >= NOW else "now"
 
 
 def _state(lab: LabState, robot: RobotState) -> str:

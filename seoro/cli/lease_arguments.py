@@ -29,8 +29,10 @@ def leasing_of(options: argparse.Namespace, say: Callable[[str], object] | None 
         options: Of the command line.
         say: Told who has them, while the run waits.
     """
-    named = {"--when-free": options.when_free, "--wait": options.wait, "--lease": options.lease}
-    given = [name for name, value in named.items() if value]
+    named: dict[str, object] = {"--when-free": options.when_free, "--wait": options.wait, "--lease": options.lease}
+    if options.on is None:  # else it is about a place at the executor, too
+        named["--priority"] = options.priority
+    given = [name for name, value in named.items() if value is not None and value is not False]
     if given and options.lab is None and options.connect is None:
         raise InvalidUse(
             f"`{given[0]}` is about what others may have, too, and the run has nothing of that",

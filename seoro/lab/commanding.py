@@ -94,7 +94,7 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
     try:
         if member.is_executor:
             with anyio.fail_after(STOP_WITHIN):
-                answer = await Executor(each.session, member.node).ask(verb, asked)
+                answer = await Executor(each.session, member.node, minor=0).ask(verb, asked)
         else:
             address = NodeAddress(each.session, wire.NAMESPACE, member.node, "node")
             answer = await ask(address, verb, asked, STOP_WITHIN)

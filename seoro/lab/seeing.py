@@ -14,6 +14,7 @@ from seoro.bridges import wire
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError
+from seoro.lab.reading import Lab
 
 SEEN_WITHIN = 1.0  # [s] that a hub may take to say who is alive
 ANSWER_WITHIN = 2.0  # [s]
@@ -43,6 +44,36 @@ class Member:
         if not self.node:
             return self.endpoint
         return f"{'the executor' if self.is_executor else 'the node'} '{self.node}'"
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a lab file says of a robot: what it calls it, what it is, and where it should be.
+
+    Attributes:
+        called: Its name at its node.
+        node: That of its node; None for the only one at the endpoint.
+    """
+
+    name: str
+    type: str
+    endpoint: str
+    called: str
+    node: str | None
+
+    def is_at(self, member: Member) -> bool:
+        """Whether it lives at a node."""
+        return member.endpoint == self.endpoint and self.node in (None, member.node)
+
+
+def known_of(lab: Lab) -> list[Known]:
+    """The robots of a lab file that live somewhere without a run."""
+    found = []
+    for name, robot in lab.robots.items():
+        endpoint, node = lab.address(robot.where)
+        if endpoint is not None:
+            found.append(Known(name, robot.type or "", endpoint, lab.called(name), node))
+    return found
 
 
 @dataclass(frozen=True)

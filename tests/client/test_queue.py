@@ -26,7 +26,7 @@ async def test_those_who_submit_have_turns_and_priorities_go_first(
     tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def submitting(name: str) -> None:
-        monkeypatch.setattr("seoro.client._submitter", lambda: name)
+        monkeypatch.setattr("seoro.client.whoami", lambda: name)
 
     long = tmp_path / "long.osc"
     long.write_text(LONG)

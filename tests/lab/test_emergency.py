@@ -110,7 +110,7 @@ async def test_nothing_moves_until_it_is_released(rails: Rails, hall: Hall) -> N
 async def test_a_long_grant_of_time_is_cut_short(tmp_path: Path) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     with hall_at(tmp_path, rate=None) as running:
-        async with connect_simulator(running.endpoint, options, "a run") as node:
+        async with connect_simulator(running.endpoint, options, purpose="a run") as node:
             lost: list[str] = []
             await node.start_run(lambda name, arguments: None, lost.append)
             await node.drive("second", 0.05, 0.1, 80_000.0, lambda report: None)

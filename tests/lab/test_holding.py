@@ -116,7 +116,7 @@ async def test_a_simulator_that_plays_is_not_started_over_under_those_who_use_it
     options = SimulatorOptions("hall", 1, ModelPath())
     async with connect_robots(hall.endpoint, "one run", robots=("turtlebot4",)) as node:
         with pytest.raises(RobotsTaken, match="simulator 'hall' cannot be had: 'turtlebot4' is held by one run"):
-            async with connect_simulator(hall.endpoint, options, "another run"):
+            async with connect_simulator(hall.endpoint, options, purpose="another run"):
                 pass
         assert (await drive(node, "turtlebot4")).status is GoalStatus.SUCCEEDED
 
@@ -127,10 +127,10 @@ async def test_a_simulator_whose_time_is_granted_is_had_by_one_run(tmp_path: Pat
         with pytest.raises(InvalidUse, match="time passes here only while one run grants it"):
             async with connect_robots(running.endpoint, "a run", robots=("second",)):
                 pass
-        async with connect_simulator(running.endpoint, options, "one run") as node:
+        async with connect_simulator(running.endpoint, options, purpose="one run") as node:
             with pytest.raises(RobotsTaken, match="the robots are held by one run"):
-                async with connect_simulator(running.endpoint, options, "another run"):
+                async with connect_simulator(running.endpoint, options, purpose="another run"):
                     pass
             assert await node.advance(0.5) == 0.5
-        async with connect_simulator(running.endpoint, options, "another run") as node:
+        async with connect_simulator(running.endpoint, options, purpose="another run") as node:
             assert await node.advance(0.5) == 0.5

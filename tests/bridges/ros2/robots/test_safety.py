@@ -9,12 +9,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import anyio
 import pytest
 
+from seoro.lab.commanding import release_all, stop_all
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
 
 DEADLINE = 0.5  # [s]
+EMERGENCY_DEADLINE = 0.3  # [s]
 ATTEMPTS = 3
 DRIVER = str(Path(__file__).with_name("driver.py"))
 CANCELED = -5.0
@@ -95,3 +98,19 @@ def test_robots_stop_when_the_router_to_the_run_dies(tmp_path: Path) -> None:
         moment = time.monotonic()
         router.kill()
         assert wait_for(moment, bridged.stopped) < DEADLINE
+
+
+def test_an_emergency_stop_is_zero_on_the_wire_in_time(bridged: Bridged) -> None:
+    def measured() -> float:
+        began = bridged.begun()
+        with process(DRIVER, began.endpoint, began.name, "velocity"):
+            wait_for(time.monotonic(), lambda: drives(began))
+            moment = time.monotonic()
+            (outcome,) = anyio.run(stop_all, [began.endpoint], "a test", "smoke")
+            assert outcome.error == ""
+            answered = time.monotonic()
+            stopped = wait_for(moment, began.stopped) + moment
+            anyio.run(release_all, [began.endpoint], "a test", "it is over")
+            return stopped - (answered - outcome.took)
+
+    assert shortest(measured) < EMERGENCY_DEADLINE
