@@ -31,6 +31,7 @@ class Outcome:
     """What came of asking somebody.
 
     Attributes:
+        endpoint: Where it was looked for.
         called: Who was asked.
         done: What they have done, in words.
         error: Why they have not; empty if they have.
@@ -38,6 +39,7 @@ class Outcome:
         is_somebody: Whether there is somebody at all.
     """
 
+    endpoint: str
     called: str
     done: str = ""
     error: str = ""
@@ -53,6 +55,14 @@ async def stop_all(endpoints: Sequence[str], by: str, reason: str) -> list[Outco
         by: Who stops it, and `reason` why, for others.
     """
     asked = wire.EmergencyStop(by=by, reason=reason)
+    found = await _stop_at(endpoints, asked)
+    again = {each.endpoint for each in found if each.error}
+    if again:  # a connection may not come about on a machine that is busy
+        found = [each for each in found if each.endpoint not in again] + await _stop_at(sorted(again), asked)
+    return found
+
+
+async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop) -> list[Outcome]:
     async with AsyncExitStack() as stack:
         reached = await stack.enter_async_context(reaching(endpoints))
         sessions = dict.fromkeys(each.session for each in reached if each.session is not None)
@@ -90,7 +100,7 @@ async def _ask_all(
 async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, sent: float = math.inf) -> Outcome:
     member = each.member
     if each.session is None or not member.node:
-        return Outcome(member.called, error=member.why, is_somebody=False)
+        return Outcome(member.endpoint, member.called, error=member.why, is_somebody=False)
     try:
         if member.is_executor:
             with anyio.fail_after(STOP_WITHIN):
@@ -99,11 +109,12 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
             address = NodeAddress(each.session, wire.NAMESPACE, member.node, "node")
             answer = await ask(address, verb, asked, STOP_WITHIN)
     except TimeoutError:
-        return Outcome(member.called, error=f"no answer within {STOP_WITHIN:g} s")
+        return Outcome(member.endpoint, member.called, error=f"no answer within {STOP_WITHIN:g} s")
     except (BackendError, SessionError) as error:
-        return Outcome(member.called, error=str(error))
+        return Outcome(member.endpoint, member.called, error=str(error))
     what = "runs" if member.is_executor else "robots"
-    return Outcome(member.called, done=_in_words(verb.name, answer, what), took=time.monotonic() - sent)
+    done = _in_words(verb.name, answer, what)
+    return Outcome(member.endpoint, member.called, done, took=time.monotonic() - sent)
 
 
 def _in_words(verb: str, answer: wire.Message, what: str) -> str:

@@ -18,6 +18,7 @@ from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
 
 FIND_TIMEOUT = 3.0  # [s]
+LOOK_AGAIN = 0.05  # [s] between two looks for nodes
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
 
@@ -151,11 +152,21 @@ async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures
 
 
 async def _find_node(session: AsyncSession, endpoint: str, name: str | None) -> str:
+    key, found = wire.node_tokens(wire.NAMESPACE), set[str]()
     with anyio.move_on_after(FIND_TIMEOUT):
-        async with session.tokens(wire.node_tokens(wire.NAMESPACE)) as tokens:
-            async for token, alive in tokens:
-                node = wire.token_node(token)[0]
-                if alive and name in (None, node):
-                    return node
+        while True:
+            found = {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
+            if name in found:
+                return str(name)
+            if name is None and found:
+                break
+            await anyio.sleep(LOOK_AGAIN)
+    known = ", ".join(sorted(found))
+    if name is None and len(found) == 1:
+        return found.pop()
+    if name is None and found:
+        raise InvalidUse(
+            f"there are several nodes at {endpoint}: {known}", help="a lab file says by `name` which is meant"
+        )
     which = "no bridge to robots" if name is None else f"no bridge '{name}'"
-    raise InvalidUse(f"there is {which} at {endpoint}", help=START)
+    raise InvalidUse(f"there is {which} at {endpoint}", help=f"there are {known}" if known else START)
