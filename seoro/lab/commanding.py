@@ -16,7 +16,7 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
-from seoro.bridges.session import Publisher, SessionError, publishing
+from seoro.bridges.session import AsyncSession, Publisher, SessionError, is_secured, publishing
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, InvalidUse
 from seoro.lab.seeing import Member, Reached, asking, reaching
@@ -104,7 +104,7 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
     try:
         if member.is_executor:
             with anyio.fail_after(STOP_WITHIN):
-                answer = await Executor(each.session, member.node, minor=0).ask(verb, asked)
+                answer = await _executor(each, each.session).ask(verb, asked)
         else:
             address = NodeAddress(each.session, wire.NAMESPACE, member.node, "node")
             answer = await ask(address, verb, asked, STOP_WITHIN)
@@ -115,6 +115,11 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
     what = "runs" if member.is_executor else "robots"
     done = _in_words(verb.name, answer, what)
     return Outcome(member.endpoint, member.called, done, took=time.monotonic() - sent)
+
+
+def _executor(each: Reached, session: AsyncSession) -> Executor:
+    secured = is_secured(each.member.endpoint)
+    return Executor(session, each.member.node, minor=0, keys=each.keys, is_secured=secured)
 
 
 def _in_words(verb: str, answer: wire.Message, what: str) -> str:

@@ -6,15 +6,20 @@ from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import anyio
 from anyio.abc import TaskStatus
 
 from seoro.bridges import wire
+from seoro.bridges.secured import ASKING, keys_for, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.errors import BackendError
+from seoro.errors import BackendError, InvalidUse
 from seoro.lab.reading import Lab
+
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
 
 SEEN_WITHIN = 1.0  # [s] that a hub may take to say who is alive
 ANSWER_WITHIN = 2.0  # [s]
@@ -78,10 +83,11 @@ def known_of(lab: Lab) -> list[Known]:
 
 @dataclass(frozen=True)
 class Reached:
-    """A member, and the session by which it is asked; None where nothing answers."""
+    """A member, the session by which it is asked, None where nothing answers, and the keys that are used there."""
 
     member: Member
     session: AsyncSession | None
+    keys: Keys | None = None
 
 
 @asynccontextmanager
@@ -104,10 +110,12 @@ async def reaching(endpoints: Iterable[str]) -> AsyncIterator[list[Reached]]:
 
 async def _reach(endpoint: str, over: anyio.Event, *, task_status: TaskStatus[list[Reached]]) -> None:
     try:
-        async with open_session(connect=endpoint) as session:
-            task_status.started(await _members(session, endpoint))
+        keys = keys_for(endpoint, ASKING)
+        async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
+            members = [replace(each, keys=keys) for each in await _members(session, endpoint)]
+            task_status.started(members)
             await over.wait()
-    except SessionError as error:
+    except (SessionError, InvalidUse) as error:
         task_status.started([Reached(Member(endpoint, why=str(error)), None)])
 
 
