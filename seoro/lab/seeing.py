@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import anyio
 from anyio.abc import TaskStatus
 
+from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.secured import ASKING, keys_for, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
@@ -97,7 +98,7 @@ async def reaching(endpoints: Iterable[str]) -> AsyncIterator[list[Reached]]:
     Args:
         endpoints: Zenoh endpoints of nodes, of executors, or of routers that these are connected to.
     """
-    async with anyio.create_task_group() as tasks:
+    async with background() as tasks:
         found: dict[str, list[Reached]] = {}
         over = anyio.Event()
         for endpoint in dict.fromkeys(endpoints):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
 TIMEOUT: Final = 2.0  # [s]
+LOOK_AGAIN: Final = 0.05  # [s] between two looks for executors
 
 
 async def find_executors(
@@ -27,11 +28,14 @@ async def find_executors(
     Raises:
         InvalidUse: There are some, of other versions only.
     """
-    found: set[str] = set()
+    found: frozenset[str] = frozenset()
     with anyio.move_on_after(TIMEOUT):
-        async with session.tokens(executor_tokens(NAMESPACE)) as tokens:
-            found.add((await anext(tokens))[0])
-            found |= await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
+        # A session that follows tokens is told not all of them, or none, when it asks for a list of the same.
+        while True:
+            found = await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
+            if found:
+                break
+            await anyio.sleep(LOOK_AGAIN)
     if not found:
         await _refuse_strangers(session, None)
     named = sorted(dict(map(_named, found)).items())

@@ -1,0 +1,97 @@
+"""`seoro lab`: what people see, and what they may type wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from tests.bridges.robot.conftest import Rails
+
+
+@pytest.fixture
+def lab(start_rails: Callable[..., Rails], tmp_path: Path) -> Path:
+    rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails", "line", "second")
+    file = tmp_path / "lab.yaml"
+    robots = "  cart1: {in: floor, as: line, type: cart}\n  cart2: {in: floor, as: second, type: cart}\n"
+    file.write_text(f"bridges:\n  floor: {{connect: {rails.endpoint}}}\nrobots:\n{robots}")
+    return file
+
+
+def seoro(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    status = main(arguments)
+    found = capsys.readouterr()
+    return status, found.out, found.err
+
+
+def test_the_robots_of_a_lab_are_a_table(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = seoro(capsys, "lab", "status", "--lab", str(lab))
+    assert status == 0
+    assert [line.split() for line in out.splitlines()] == [
+        ["ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN"],
+        ["cart1", "cart", "line", "of", "rails", "(bridge)", "free", "50%", "to", "0.00", "m", "now"],
+        ["cart2", "cart", "second", "of", "rails", "(bridge)", "free", "50%", "to", "0.00", "m", "now"],
+    ]
+
+
+def test_a_lease_is_had_all_or_none_and_ends_by_its_id(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    at = ("--lab", str(lab))
+    status, out, _ = seoro(capsys, "lab", "lease", "cart2", "--for", "2min", "--purpose", "new wheels", *at)
+    assert status == 0
+    name = out.partition("--lease ")[2].partition("`")[0]
+    status, out, _ = seoro(capsys, "lab", "lease", "cart1", "cart2", *at)
+    assert status == 3
+    assert "'second' is leased until" in out
+    _, out, _ = seoro(capsys, "lab", "status", "--json", *at)
+    robots = json.loads(out)["nodes"][0]["robots"]
+    assert [robot["lease"] and robot["lease"]["lease"] for robot in robots] == [None, name]
+    assert seoro(capsys, "lab", "release", name, *at)[0] == 0
+    status, _, err = seoro(capsys, "lab", "release", name, *at)
+    assert status == 2
+    assert f"nothing is leased by the name '{name}'" in err
+
+
+def test_an_emergency_stop_is_seen_and_released_with_a_reason(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at = ("--lab", str(lab))
+    status, out, _ = seoro(capsys, "lab", "stop", "--all", "--reason", "smoke", *at)
+    assert status == 0
+    assert out.startswith("ok     the node 'rails': stopped line, second")
+    status, out, _ = seoro(capsys, "lab", "status", *at)
+    assert out.startswith("EMERGENCY STOP of rails by ")
+    status, _, err = seoro(capsys, "lab", "release", "--all", *at)
+    assert status == 2
+    assert "with a reason" in err
+    assert seoro(capsys, "lab", "release", "--all", "--reason", "toast", *at)[0] == 0
+    assert "EMERGENCY" not in seoro(capsys, "lab", "status", *at)[1]
+
+
+def test_what_is_not_there_is_said(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = seoro(capsys, "lab", "stop", "train", "--lab", str(lab))
+    assert status == 2
+    assert "there is no robot 'train'" in err
+    nowhere = f"unixsock-stream/{tmp_path}/nobody"
+    status, out, _ = seoro(capsys, "lab", "status", "--connect", nowhere)
+    assert status == 3
+    assert f"cannot connect to {nowhere}" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("release",), "it is not said what to release"),
+        (("stop",), "it is not said what to stop"),
+        (("stop", "cart1", "--all"), "it is not said what to stop"),
+        (("release", "cart1", "--all", "--reason", "x"), "is released for everything"),
+    ],
+)
+def test_half_sentences_are_refused(
+    lab: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
+) -> None:
+    status, _, err = seoro(capsys, "lab", *arguments, "--lab", str(lab))
+    assert status == 2
+    assert words in err
