@@ -10,6 +10,7 @@ import pytest
 
 from seoro.cli.main import main
 from tests.bridges.robot.conftest import Rails
+from tests.lab.test_runs import ALONE
 
 
 @pytest.fixture
@@ -95,3 +96,22 @@ def test_half_sentences_are_refused(
     status, _, err = seoro(capsys, "lab", *arguments, "--lab", str(lab))
     assert status == 2
     assert words in err
+
+
+def test_a_run_says_for_whom_it_waits_and_for_how_long(
+    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "go.osc"
+    file.write_text(ALONE)
+    assert seoro(capsys, "lab", "lease", "cart1", "cart2", "--lab", str(lab))[0] == 0
+    command = ("exec", str(file), "--lab", str(lab), "--set", "leader=any:cart")
+    status, _, err = seoro(capsys, *command)
+    assert status == 2
+    assert "cart1: leased" in err
+    assert "cart2: leased" in err
+    status, out, err = seoro(capsys, *command, "--wait", "0.5")
+    assert status == 2
+    assert "waiting: the robots of the bridge 'rails' cannot be had: 'line' is leased until" in out
+    status, _, err = seoro(capsys, "exec", str(file), "--wait", "0.5")
+    assert status == 2
+    assert "`--lab` or `--connect` says what it has" in err
