@@ -55,7 +55,7 @@ async def test_a_run_that_waits_says_for_whom_and_begins_when_it_can(
         verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, say=said.append))
     assert verdict.status is RunStatus.PASSED
     (waiting,) = said
-    assert waiting.startswith("waiting: the robots of the bridge 'rails' cannot be had: the robots are held by")
+    assert "cannot be had: 'line' is held by the first run" in waiting
 
 
 async def test_a_run_waits_for_as_long_as_it_says(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:

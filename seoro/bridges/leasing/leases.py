@@ -186,7 +186,7 @@ class Leases:
         """
         for hold in self._holds.values():
             if hold.is_alive and hold.holder.holder != sender:
-                raise RequestRefused(LabResult.HELD, _held(hold))
+                raise RequestRefused(LabResult.HELD, _held(hold, hold.holder.robots))
         hold_of_sender = self._holds.get(sender)
         if hold_of_sender is not None and hold_of_sender.holder.robots:
             raise RequestRefused(
@@ -292,17 +292,18 @@ class Leases:
         """Why a client cannot have what it wants: who has it, or comes first."""
         for hold in self._holds.values():
             if hold.is_alive and hold.holder.holder != asked.holder and _overlap(hold.holder.robots, asked.robots):
-                yield f"{_held(hold)}: wait for its end"
+                yield f"{_held(hold, asked.robots)}: wait for its end"
             elif hold.is_stopping and _overlap(hold.holder.robots, asked.robots):
-                yield f"{_named(hold.holder.robots)} being stopped: try again"
+                yield f"{_named(_common(hold.holder.robots, asked.robots))} being stopped: try again"
         for lease, what in self._leases.items():
             if lease != asked.lease and _overlap(tuple(what.robots), asked.robots):
-                yield f"{_named(sorted(what.robots))} {_said(what)}"
+                yield f"{_named(_common(tuple(sorted(what.robots)), asked.robots))} {_said(what)}"
         mine = self._line.get(asked.holder)
         rank = _rank(mine or _Place(asked, next(self._numbers), self._clock()))
         for place in sorted(self._line.values(), key=_rank):
             if _rank(place) < rank and _overlap(place.holder.robots, asked.robots):
-                yield f"{called(place.holder)} waits for {_names(place.holder.robots)} already, and comes first"
+                common = _names(_common(place.holder.robots, asked.robots))
+                yield f"{called(place.holder)} waits for {common} already, and comes first"
 
     def _present_leases(self) -> Iterable[_Lease]:
         self._tidy()
@@ -335,6 +336,11 @@ def _overlap(some: tuple[str, ...], others: tuple[str, ...]) -> bool:
     return not some or not others or bool({*some} & {*others})
 
 
+def _common(some: tuple[str, ...], others: tuple[str, ...]) -> tuple[str, ...]:
+    """The robots that two choices have in common; none for all."""
+    return tuple(robot for robot in some if robot in others) if some and others else some or others
+
+
 def _names(robots: Iterable[str]) -> str:
     names = [f"'{robot}'" for robot in robots]
     return " and ".join(names) or "the robots"
@@ -346,8 +352,8 @@ def _named(robots: Iterable[str]) -> str:
     return f"{_names(names)} {'is' if len(names) == 1 else 'are'}"
 
 
-def _held(hold: Hold) -> str:
-    return f"{_named(hold.holder.robots)} held by {called(hold.holder)}"
+def _held(hold: Hold, asked: tuple[str, ...]) -> str:
+    return f"{_named(_common(hold.holder.robots, asked))} held by {called(hold.holder)}"
 
 
 def _said(lease: _Lease) -> str:

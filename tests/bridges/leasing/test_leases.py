@@ -50,7 +50,7 @@ def test_robots_are_had_all_or_none(leases: Leases) -> None:
 
 def test_no_robots_are_all_of_them(leases: Leases) -> None:
     leases.take(want("one"), 0.0)
-    with pytest.raises(RequestRefused, match="the robots are held by run one"):
+    with pytest.raises(RequestRefused, match="'a' is held by run one"):
         leases.take(want("two", "a"), 0.0)
     leases.release("one")
     leases.take(want("two", "a"), 0.0)
