@@ -125,7 +125,8 @@ def _executor(each: Reached, session: AsyncSession) -> Executor:
 def _in_words(verb: str, answer: wire.Message, what: str) -> str:
     """What was done; `what` is what there may be to stop."""
     if isinstance(answer, wire.EmergencyStopped):
-        return f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; there are no {what}"
+        text = f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; there are no {what}"
+        return f"{text}; goals of {', '.join(answer.unsettled)} have not ended" if answer.unsettled else text
     return {wire.LEASE_ROBOTS.name: "leased", wire.STOP_ROBOT.name: "stopped"}.get(verb, "released")
 
 

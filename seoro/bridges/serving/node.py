@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import AsyncIterator, Callable, Collection, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -31,6 +31,7 @@ from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, listed
 
 WAITING = Bound(256, lose="newest")  # requests
+SETTLED_WITHIN = 1.0  # [s] that goals may take to end before an emergency stop is acknowledged
 STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
 READING = "get_"  # begins what changes nothing
 CALLED = "bridge"
@@ -114,6 +115,7 @@ class RobotServer:
         self._latch = latch
         self._tasks = tasks
         self._leases = Leases(lambda: self._robots)
+        self._carried: dict[anyio.CancelScope, str] = {}  # what is being carried out, and for which robot
         self.watchdog = Watchdog(self._leases, self._stop_held, tasks)
         own: Handlers = {
             wire.GET_ROBOT_FEATURES: self._features,
@@ -149,8 +151,15 @@ class RobotServer:
     async def _stop_robots(self, names: Collection[str], reason: str) -> None:
         async with anyio.create_task_group() as tasks:
             for name in names:
-                tasks.start_soon(self._robots[name].stop)
+                tasks.start_soon(self._halt, name)
             tasks.start_soon(self._work.abort, reason, names)
+
+    async def _halt(self, name: str) -> None:
+        """Command zero velocity, after which nothing that was asked for before moves the robot."""
+        for scope, robot in self._carried.items():
+            if robot == name:
+                scope.cancel()
+        await self._robots[name].stop()
 
     async def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
@@ -173,7 +182,18 @@ class RobotServer:
             self._leases.check(sender, robot, has_to_hold=True)
         if robot not in serving:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"the robot '{robot}' cannot be asked for {name!r}")
-        return await serving[robot][1](request)
+        return await self._carry_unless_stopped(robot, serving[robot][1](request))
+
+    async def _carry_unless_stopped(self, robot: str, carried: Awaitable[wire.Message]) -> wire.Message:
+        """Carry a request out, which may wait for something, but not beyond a moment when the robot is stopped."""
+        with anyio.CancelScope() as scope:
+            self._carried[scope] = robot
+            try:
+                return await carried
+            finally:
+                del self._carried[scope]
+        self._latch.check()
+        raise RequestRefused(Result.INCORRECT_STATE, f"the robot '{robot}' was stopped")
 
     def _addressed(self, sender: str, verb: str, request: wire.Message) -> str:
         """The robot that a request is about; without a name, the first that the client has and that can do it."""
@@ -242,8 +262,7 @@ class RobotServer:
 
     async def _stop_robot(self, request: wire.StopRobot) -> wire.Empty:
         self._check(request.robot)
-        await self._robots[request.robot].stop()
-        await self._work.abort("the robot was stopped", {request.robot})
+        await self._stop_robots({request.robot}, "the robot was stopped")
         return wire.Empty()
 
     async def _cancel(self, request: wire.CancelGoal | wire.CancelWatch) -> wire.Empty:
@@ -274,13 +293,21 @@ class RobotServer:
         """Stop everything, and let nothing move until that is released."""
         began = time.monotonic()
         self._latch.stop(request)
+        names = tuple(self._robots)
         async with anyio.create_task_group() as tasks:
-            for robot in self._robots.values():
-                tasks.start_soon(robot.stop)
+            for name in names:
+                tasks.start_soon(self._halt, name)
         took = time.monotonic() - began
         self._happenings.wake()
-        self._tasks.start_soon(self._work.abort, self._latch.reason, tuple(self._robots))
-        return wire.EmergencyStopped(stopped=tuple(self._robots), took=took)
+        over = anyio.Event()
+        self._tasks.start_soon(self._abort_all, over)
+        with anyio.move_on_after(SETTLED_WITHIN):
+            await over.wait()
+        return wire.EmergencyStopped(stopped=names, took=took, unsettled=self._work.busy(names))
+
+    async def _abort_all(self, over: anyio.Event) -> None:
+        await self._work.abort(self._latch.reason, tuple(self._robots))
+        over.set()
 
     async def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
         self._latch.release(request)

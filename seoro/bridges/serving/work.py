@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Awaitable, Callable, Container
+from collections.abc import Awaitable, Callable, Container, Iterable
 from dataclasses import dataclass, field
 
 import anyio
@@ -97,6 +97,11 @@ class Work:
             item.scope.cancel()
         for item in ended:
             await item.over.wait()
+
+    def busy(self, robots: Iterable[str]) -> tuple[str, ...]:
+        """Those robots that have goals."""
+        having = {item.robot for item in self._items.values()}
+        return tuple(robot for robot in robots if robot in having)
 
     async def forget(self, prefix: str) -> None:
         """End everything whose id begins so, which is that of one client, and wait until it is in order."""

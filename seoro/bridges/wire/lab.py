@@ -96,10 +96,17 @@ class EmergencyStop(Message):
 
 
 class EmergencyStopped(Message):
-    """The acknowledgement: what stands still now (robots, or runs of an executor), and since when it is so."""
+    """The acknowledgement.
+
+    Attributes:
+        stopped: What was told to stand still: robots, or runs of an executor.
+        took: How long that took from the arrival of the message [s].
+        unsettled: Those of it whose goals have not ended yet, such as an arm's whose controller does not answer.
+    """
 
     stopped: tuple[str, ...]
-    took: float  # [s] from the arrival of the message until everything was told to stop
+    took: float
+    unsettled: tuple[str, ...] = ()
 
 
 class ReleaseStop(Message):
