@@ -17,6 +17,8 @@ from seoro.bridges.wire.message import Message
 HEADER: Final = struct.Struct("!BI")  # kind, and the length of what follows [bytes]
 TOLD: Final = struct.Struct("!Bii")  # what is told of a process, its number, and its exit status if it has ended
 
+NOT_BEGUN: Final = 75  # exit status of a process whose run was stopped before it began
+
 
 class Frame(IntEnum):
     """What a frame is."""

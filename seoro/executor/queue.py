@@ -18,6 +18,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.changes import Changes
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
+from seoro.executor import frames
 from seoro.executor.frames import Frame, Job
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.memory import exceeds
@@ -56,6 +57,11 @@ class LiveRun:
     def is_stopped(self) -> bool:
         """Whether it was asked to stop."""
         return self._stop_reason is not None
+
+    @property
+    def stop_reason(self) -> str | None:
+        """Why it was asked to stop; None if it was not."""
+        return self._stop_reason
 
     def set(self, **changed: object) -> None:
         """Something about it has changed."""
@@ -268,7 +274,7 @@ class Queue:
         if not end:
             worker.kill()  # what it has started, and did not end
         _drop_empty(self._store.folder(live.info.run).log)
-        state, reason = _outcome(end, code, live.is_stopped)
+        state, reason = _outcome(end, code, live.stop_reason)
         await self._finish(live, state, reason if end else live.killed or reason, end)
 
     def _job(self, live: LiveRun) -> Job:
@@ -353,17 +359,19 @@ def _drop_empty(log: Path) -> None:
         log.unlink()
 
 
-def _outcome(end: bytes, code: int | None, is_stopped: bool) -> tuple[State, str]:
+def _outcome(end: bytes, code: int | None, stop_reason: str | None) -> tuple[State, str]:
     """What has become of a run whose process has ended."""
     if not end:
         match code:
+            case frames.NOT_BEGUN if stop_reason is not None:
+                return State.CANCELLED, stop_reason
             case None:
                 how = "ended"
             case _ if code < 0:
                 how = f"was killed by signal {-code}"
             case _:
                 how = f"ended with status {code}"
-        return State.ERROR, _KILLED if is_stopped else f"its process {how} before the end of the run"
+        return State.ERROR, _KILLED if stop_reason is not None else f"its process {how} before the end of the run"
     try:
         found = unpack_end(end)
     except InvalidEnd as error:

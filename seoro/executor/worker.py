@@ -31,7 +31,7 @@ from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.executor.frames import Job, read_frame
+from seoro.executor.frames import NOT_BEGUN, Job, read_frame
 from seoro.executor.policy import reader_of, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.reasons import fault_text
@@ -80,6 +80,10 @@ class Stopping:
                     self._stop(reason)
 
 
+class StoppedBefore(Exception):
+    """A run was stopped before it began."""
+
+
 def work(control_pipe: int, data_pipe: int) -> None:
     """Wait for a job, carry it out, and end the process.
 
@@ -96,9 +100,13 @@ def work(control_pipe: int, data_pipe: int) -> None:
     sys.setswitchinterval(SWITCH)
     telling, stopping = Telling(data_pipe), Stopping(control)
     stopping.start()
-    telling.finish(pack_end(anyio.run(_carry_out, job, telling, stopping)))
+    try:
+        status, end = 0, pack_end(anyio.run(_carry_out, job, telling, stopping))
+    except StoppedBefore:
+        status, end = NOT_BEGUN, b""
+    telling.finish(end)
     sys.stdout.flush()
-    os._exit(0)  # all is cleaned up; what a thread of an action still does ends with the run
+    os._exit(status)  # all is cleaned up; what a thread of an action still does ends with the run
 
 
 def _redirect(log: Path) -> None:
@@ -114,6 +122,8 @@ async def _carry_out(job: Job, telling: Telling, stopping: Stopping) -> End:
         return await _run(job, telling, stopping)
     except (InvalidScenario, InvalidUse, BackendError) as error:
         return not_run(error)
+    except StoppedBefore:
+        raise
     except Exception as error:
         traceback.print_exc()
         found = error.exceptions[0] if isinstance(error, ExceptionGroup) else error
@@ -121,6 +131,17 @@ async def _carry_out(job: Job, telling: Telling, stopping: Stopping) -> End:
 
 
 async def _run(job: Job, telling: Telling, stopping: Stopping) -> End:
+    task = asyncio.current_task()
+    assert task is not None, "this is one"
+    if job.manifest.options.leasing.wait is not None:  # for robots, until which there is no run
+        stopping.when_asked(lambda reason: task.get_loop().call_soon_threadsafe(task.cancel))
+    try:
+        return await _run_unless_stopped(job, telling, stopping)
+    except asyncio.CancelledError:
+        raise StoppedBefore from None
+
+
+async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) -> End:
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
     scenario = check_file(

@@ -6,6 +6,7 @@ import random
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
+from dataclasses import replace
 from typing import TypeVar
 
 import anyio
@@ -31,16 +32,17 @@ async def when_free(
     Raises:
         RobotsTaken: Others have something of it, still.
     """
-    waits = leasing.wait is not None
-    claim = Claim(lease=leasing.lease, waits=waits, priority=leasing.priority)
+    claim = Claim(lease=leasing.lease, priority=leasing.priority)
     began, said = time.monotonic(), ""
     async with AsyncExitStack() as stack:
         while True:
+            # The last attempt gives up the place in line.
+            waits = leasing.wait is not None and time.monotonic() - began < leasing.wait
             try:
-                opened = await stack.enter_async_context(opening(claim))
+                opened = await stack.enter_async_context(opening(replace(claim, waits=waits)))
                 break
             except RobotsTaken as taken:
-                if leasing.wait is None or time.monotonic() - began >= leasing.wait:
+                if not waits:
                     raise
                 if leasing.say is not None and said != (said := str(taken)):
                     leasing.say(f"waiting: {said}")

@@ -104,6 +104,8 @@ class Leases:
         hindrance = next(self._hindrances(asked), None)
         if asked.waits:
             self._ask_again(asked)
+        else:
+            self._line.pop(asked.holder, None)
         if hindrance is not None:
             raise RequestRefused(LabResult.HELD, hindrance)
         gone = tuple(hold for hold in self._holds.values() if _overlap(hold.holder.robots, asked.robots))

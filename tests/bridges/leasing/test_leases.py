@@ -124,6 +124,15 @@ def test_a_place_in_line_is_lost_by_not_asking(leases: Leases, clock: Clock) -> 
     leases.take(want("three", "a"), 0.0)
 
 
+def test_who_does_not_wait_any_more_holds_up_nobody(leases: Leases) -> None:
+    leases.take(want("one", "a"), 0.0)
+    for waits in (True, False):
+        with pytest.raises(RequestRefused):
+            leases.take(want("two", "a", waits=waits), 0.0)
+    leases.release("one")
+    leases.take(want("three", "a"), 0.0)
+
+
 def test_what_is_leased_by_hand_is_for_runs_that_name_the_lease(leases: Leases) -> None:
     leases.lease(LeaseRobots(lease="hand", robots=("a",), purpose="new wheels", duration=60.0))
     with pytest.raises(RequestRefused, match=r"'a' is leased until .* \(new wheels\)"):
