@@ -101,8 +101,8 @@ def _rules(role: Role) -> tuple[Rule, ...]:
 
 
 def _looking(role: Role) -> tuple[Rule, ...]:
-    """What people may: ask executors for what their role may, and see who is there."""
-    verbs = [f"{_EXECUTORS}/{verb}" for verb in sorted(executor_verbs(role))]
+    """What people may: ask executors for what their role may, and see who is there and how robots are."""
+    verbs = [*(f"{_EXECUTORS}/{verb}" for verb in sorted(executor_verbs(role))), f"{_NODES}/get_lab_state"]
     return ((_SENDS, _ASKS, verbs), (_GETS, (*_ANSWERS, *_SERVES), verbs), *_seeing())
 
 
