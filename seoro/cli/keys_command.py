@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import number
 from seoro.cli.exits import Exit
-from seoro.keys.folder import VARIABLE, default_folder
+from seoro.cli.remote_arguments import add_executor_argument
+from seoro.keys.folder import VARIABLE, KeyFolder, chosen_folder, default_folder
 from seoro.keys.roles import LISTENING, Role
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ EXAMPLES = """examples:
   seoro keys add anna --role operator -o anna.keys
   seoro keys list
   seoro keys revoke anna
+  seoro keys tell --executor tls/lab-a.example.org:7470 --keys ada.keys --revoked revoked.crl
+  seoro keys audit audit.jsonl
 
 Identities are folders, which are carried to whoever they are for; `--keys` or SEORO_KEYS names them there."""
 _YEAR = 365.0
@@ -44,7 +46,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     revoke = what.add_parser("revoke", help="take an identity back")
     revoke.add_argument("name", metavar="NAME", help="the identity")
     listing = what.add_parser("list", help="all identities that were made")
-    for command in (init, add, renew, revoke, listing):
+    audit = what.add_parser("audit", help="check that nothing was changed in the log of an executor")
+    audit.add_argument(
+        "file", type=Path, metavar="FILE", help="the log: audit.jsonl in the folder of the executor"
+    )
+    tell = what.add_parser("tell", help="tell executors who is revoked; for admins")
+    tell.add_argument(
+        "--revoked", type=Path, metavar="FILE", help="the list (default: revoked.crl in the folder of keys)"
+    )
+    add_executor_argument(tell)
+    for command in (init, add, renew, revoke, listing, audit):
         command.add_argument(
             "--keys",
             dest="authority",
@@ -74,7 +85,11 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from seoro.keys.authority import init_authority, open_authority  # noqa: PLC0415 - on demand
 
-    folder = options.authority or Path(os.environ.get(VARIABLE) or default_folder())
+    if options.what == "tell":
+        return _tell(options)
+    folder = options.authority or chosen_folder() or default_folder()
+    if options.what == "audit":
+        return _audit(options.file, folder)
     if options.what == "init":
         lab = init_authority(folder, options.lab).lab
         print(f"the key of the lab '{lab}' is in {folder}: whoever has it can be anybody. Keep a copy of it.")
@@ -86,7 +101,8 @@ def run(options: argparse.Namespace) -> int:
         case "revoke":
             authority.revoke(options.name)
             print(f"'{options.name}' is revoked")
-            print(f"routers and executors have to be told: copy {folder / 'revoked.crl'} to their keys")
+            print(f"routers and executors have to be told: copy {folder / 'revoked.crl'} to their keys,")
+            print("or, for executors, `seoro keys tell`")
         case "list":
             _list(authority)
     return Exit.PASSED
@@ -103,20 +119,43 @@ def _issue(authority: Authority, options: argparse.Namespace) -> None:
         print(f"carry that folder to whoever it is for, and delete it here; they use it by `--keys` or {VARIABLE}")
 
 
-def _list(authority: Authority) -> None:
-    from rich.console import Console  # noqa: PLC0415 - for this only
-    from rich.table import Table  # noqa: PLC0415 - the same
+def _audit(file: Path, folder: Path) -> int:
+    from seoro.keys.audit import check_log  # noqa: PLC0415 - on demand
+    from seoro.keys.files import read_certificate  # noqa: PLC0415 - the same
 
-    table = Table(box=None, pad_edge=False)
-    for title in ("NAME", "ROLE", "SEAT", "UNTIL", "STATE", "HOSTS"):
-        table.add_column(title)
+    checked = check_log(file, read_certificate(KeyFolder(folder).authority))
+    print(f"{file} holds: {checked.count} lines of {', '.join(checked.executors) or 'nobody'}")
+    print(f"hash of the last: {checked.last}")
+    return Exit.PASSED
+
+
+def _tell(options: argparse.Namespace) -> int:
+    import anyio  # noqa: PLC0415 - for this only
+
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this only
+    from seoro.keys.files import read_file  # noqa: PLC0415 - on demand
+
+    revoked = options.revoked or KeyFolder(chosen_folder() or default_folder()).revoked
+
+    async def tell() -> list[str]:
+        async with Client(options.executor) as client:
+            return await client.revoke(read_file(revoked))
+
+    print(f"told {', '.join(anyio.run(tell))} who is revoked")
+    return Exit.PASSED
+
+
+def _list(authority: Authority) -> None:
+    rows = [("NAME", "ROLE", "SEAT", "UNTIL", "STATE", "HOSTS")]
     for issued in authority.issued():
         who = issued.identity
         hosts = ", ".join(who.hosts)
         state = "revoked" if issued.is_revoked else _state(who)
-        table.add_row(who.name, who.role.value, str(who.seat), f"{who.ends:%Y-%m-%d}", state, hosts)
+        rows.append((who.name, who.role.value, str(who.seat), f"{who.ends:%Y-%m-%d}", state, hosts))
     print(f"lab '{authority.lab}'")
-    Console(soft_wrap=True).print(table)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
 
 
 def _state(identity: Identity) -> str:

@@ -187,6 +187,21 @@ class Client:
         info = await reached.ask(wire.SUBMIT, submission)
         return RemoteRun(reached, info, stop_if_lost)
 
+    async def revoke(self, revoked: bytes) -> list[str]:
+        """Tell all executors who is revoked; returns their names. For those with the keys of an admin.
+
+        Args:
+            revoked: Content of the file `revoked.crl`, which lies beside the key of the lab.
+
+        Raises:
+            InvalidUse: There is no executor.
+            BackendError: One refuses it, or is gone.
+        """
+        reached = await self._reached(None)
+        for executor in reached:
+            await executor.ask(wire.REVOKE, wire.Revoke(data=revoked))
+        return [executor.name for executor in reached]
+
     async def runs(self, executor: str | None = None, limit: int = 100) -> list[RemoteRun]:
         """The runs of an executor, or of all, the youngest first."""
         return await self._runs(await self._reached(executor), wire.ListRuns(limit=limit))
