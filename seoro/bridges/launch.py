@@ -27,7 +27,7 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import Claim, held
-from seoro.bridges.secured import ASKING, check_reached, secured
+from seoro.bridges.secured import MOVING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
@@ -109,7 +109,7 @@ async def connect_simulator(
         RobotsTaken: Others have it.
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
-    security = secured(endpoint, ASKING)
+    security = secured(endpoint, MOVING)
     holder = (claim or Claim()).of(purpose, gives_signs=False)
     try:
         async with open_session(connect=endpoint, security=security) as session:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
 
-ASKING: Final = frozenset({Role.OPERATOR, Role.ADMIN, Role.EXECUTOR})  # of nodes
+ASKING: Final = frozenset({*PEOPLE, Role.EXECUTOR})  # of nodes, how they are
+MOVING: Final = frozenset({Role.OPERATOR, Role.ADMIN, Role.EXECUTOR})  # simulators and robots
 CLIENTS: Final = frozenset(PEOPLE)  # of executors
 SERVING_NODES: Final = frozenset({Role.NODE})
 SERVING_RUNS: Final = frozenset({Role.EXECUTOR})

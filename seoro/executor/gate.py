@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.session import Request
-from seoro.bridges.wire import Message, encode
+from seoro.bridges.wire import Message, Result, encode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.limits import Policy
 from seoro.executor.rates import Rates
@@ -62,18 +62,14 @@ class Gate:
         try:
             who = self._lock.admit(request)
             self._check(who, verb)
+            self._note_taken(who, verb, payload)
             if verb == wire.REVOKE.name:
-                answer: Message = self._lock.revoke(decoded(wire.REVOKE, payload))
-            else:
-                if verb == wire.SUBMIT.name:
-                    payload = _stamped(payload, who)
-                answer = await self._server.carry_out(verb, payload, request.reply_part)
+                return self._lock.revoke(decoded(wire.REVOKE, payload))
+            said = _stamped(payload, who) if verb == wire.SUBMIT.name else payload
+            return await self._server.carry_out(verb, said, request.reply_part)
         except RequestRefused as refused:
-            self._note_refusal(who, verb, payload, refused)
+            self._note_refused(who, verb, payload, refused)
             raise
-        if verb not in _UNSAID:
-            self._note(who, verb, payload, "done")
-        return answer
 
     def _check(self, who: Identity, verb: str) -> None:
         if verb not in executor_verbs(who.role):
@@ -84,11 +80,29 @@ class Gate:
         if not self._rates.take(who.name, rate, burst):
             raise RequestRefused(wire.UNAVAILABLE, f"{who} asks for more than {rate:g} things a second")
 
-    def _note_refusal(self, who: Identity | None, verb: str, payload: bytes, refused: RequestRefused) -> None:
+    def _note_taken(self, who: Identity, verb: str, payload: bytes) -> None:
+        """Write down what is about to be done; what cannot be written down is not done, but for stopping."""
+        if verb in _UNSAID:
+            return
+        try:
+            self._note(who, verb, payload, "taken")
+        except OSError as error:
+            log.exception("cannot write into the audit log")
+            if verb != wire.STOP_RUN.name:
+                raise RequestRefused(
+                    Result.OPERATION_FAILED,
+                    f"the executor cannot write into its audit log: {error.strerror or error}",
+                ) from error
+
+    def _note_refused(self, who: Identity | None, verb: str, payload: bytes, refused: RequestRefused) -> None:
         if refused.code in (wire.UNAVAILABLE, wire.STALE):
             return
-        if self._refusals.take("" if who is None else who.name, *REFUSALS):
+        if not self._refusals.take("" if who is None else who.name, *REFUSALS):
+            return
+        try:
             self._note(who, verb, payload, "refused", refused.message)
+        except OSError:
+            log.exception("cannot write into the audit log")
 
     def _note(self, who: Identity | None, verb: str, payload: bytes, outcome: str, reason: str = "") -> None:
         assert self._lock is not None
@@ -103,10 +117,7 @@ class Gate:
             entry["reason"] = reason
         if run := _run_of(verb, payload):
             entry["run"] = run
-        try:
-            self._lock.audit.write(**entry)
-        except OSError:
-            log.exception("cannot write into the audit log: %s", entry)
+        self._lock.audit.write(**entry)
 
 
 def _stamped(payload: bytes, who: Identity | None) -> bytes:

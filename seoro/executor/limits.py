@@ -65,7 +65,7 @@ class Limits(BaseModel):
         return self.commands, BURST * self.commands
 
 
-DEFAULT: Final = Limits(commands=100.0, bundle=wire.MAX_BUNDLE // MEBIBYTE, waiting=1000)
+DEFAULT: Final = Limits(commands=1000.0, bundle=wire.MAX_BUNDLE // MEBIBYTE, waiting=1000)
 
 
 class Policy(BaseModel):

@@ -97,7 +97,7 @@ async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab,
         assert (await run.result()).passed
         assert run.info.by == "anna"
     entry = next(entry for entry in log_of(place, lab) if entry.get("run") == run.id)
-    assert (entry["what"], entry["by"], entry["role"], entry["outcome"]) == ("submit", "anna", "operator", "done")
+    assert (entry["what"], entry["by"], entry["role"], entry["outcome"]) == ("submit", "anna", "operator", "taken")
 
 
 async def test_without_a_certificate_there_is_no_connection(there: RunningCommand, lab: KeyedLab) -> None:

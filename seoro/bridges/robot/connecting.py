@@ -12,7 +12,7 @@ import anyio
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.secured import ASKING, check_reached, secured
+from seoro.bridges.secured import MOVING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
@@ -86,7 +86,7 @@ async def connect_robots(
         NoSuchRobot: There is none of a name.
         InvalidUse: There is no bridge, or they cannot be had.
     """
-    security = secured(endpoint, ASKING)
+    security = secured(endpoint, MOVING)
     holder = (claim or Claim()).of(purpose, robots)
     try:
         async with (

@@ -18,7 +18,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.secured import ASKING, secured
+from seoro.bridges.secured import MOVING, secured
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
@@ -67,7 +67,7 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     """
     try:
         async with (
-            open_session(connect=settings.simulator, security=secured(settings.simulator, ASKING)) as near,
+            open_session(connect=settings.simulator, security=secured(settings.simulator, MOVING)) as near,
             open_session(connect=settings.router, listen=settings.listen) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
