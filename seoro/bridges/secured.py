@@ -42,25 +42,34 @@ def keys_for(endpoint: str, roles: frozenset[Role], folder: Path | None = None) 
     """
     chosen = folder or chosen_folder()
     if not is_secured(endpoint):
-        if is_endpoint(endpoint) and not is_local(endpoint):
-            _, _, place = endpoint.partition("/")
-            raise InvalidUse(
-                f"{endpoint} is outside this machine, where others could listen to what is said and say something",
-                help=f"use tls/{place} and keys, which `seoro keys` makes; or an endpoint of this machine and a "
-                "tunnel, `ssh -L`",
-            )
+        _check_local(endpoint)
         return None if chosen is None else read_keys(chosen, roles)
     return read_keys(chosen or default_folder(), roles)
+
+
+def _check_local(endpoint: str) -> None:
+    if is_endpoint(endpoint) and not is_local(endpoint):
+        _, _, place = endpoint.partition("/")
+        raise InvalidUse(
+            f"{endpoint} is outside this machine, where others could listen to what is said and say something",
+            help=f"use tls/{place} and keys, which `seoro keys` makes; or an endpoint of this machine and a "
+            "tunnel, `ssh -L`",
+        )
 
 
 def secured(endpoint: str, roles: frozenset[Role], *, listens: bool = False) -> Security | None:
     """What a session of a node, or of one who asks nodes, needs of keys; who is revoked is known as it opens.
 
+    At endpoints of this machine, that is nothing, whatever keys there are: nodes take no seals.
+
     Raises:
         InvalidUse: There are none, or they are of no use there.
     """
-    keys = keys_for(endpoint, roles)
-    if keys is None or not listens:
+    if not is_secured(endpoint):
+        _check_local(endpoint)
+        return None
+    keys = read_keys(chosen_folder() or default_folder(), roles)
+    if not listens:
         return security_of(endpoint, keys)
     from seoro.keys.revocation import read_list  # noqa: PLC0415 - only where there are keys
 

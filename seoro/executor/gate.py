@@ -17,7 +17,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.limits import Policy
 from seoro.executor.rates import Rates
 from seoro.executor.serving import Server
-from seoro.keys.roles import READING, executor_verbs, least_role
+from seoro.keys.roles import READING, STOPPING, executor_verbs, least_role
 
 if TYPE_CHECKING:
     from seoro.executor.lock import Lock
@@ -77,7 +77,7 @@ class Gate:
                 wire.DENIED, f"{who} may not ask for `{verb}`, which is for one who is {least_role(verb).value}"
             )
         rate, burst = self._policy.of(who.role).rate
-        if not self._rates.take(who.name, rate, burst):
+        if not self._rates.take(who.name, rate, burst) and verb not in STOPPING:
             raise RequestRefused(wire.UNAVAILABLE, f"{who} asks for more than {rate:g} things a second")
 
     def _note_taken(self, who: Identity, verb: str, payload: bytes) -> None:
@@ -87,12 +87,12 @@ class Gate:
         try:
             self._note(who, verb, payload, "taken")
         except OSError as error:
-            log.exception("cannot write into the audit log")
-            if verb != wire.STOP_RUN.name:
+            if verb not in STOPPING:
                 raise RequestRefused(
                     Result.OPERATION_FAILED,
                     f"the executor cannot write into its audit log: {error.strerror or error}",
                 ) from error
+            log.exception("cannot write into the audit log")
 
     def _note_refused(self, who: Identity | None, verb: str, payload: bytes, refused: RequestRefused) -> None:
         if refused.code in (wire.UNAVAILABLE, wire.STALE):

@@ -45,6 +45,7 @@ _EXECUTOR_VERBS: Final[Mapping[Role, frozenset[str]]] = MappingProxyType(
     }
 )
 READING: Final = _EXECUTOR_VERBS[Role.VIEWER]  # changes nothing
+STOPPING: Final = frozenset({"stop_run", "emergency_stop"})  # works whatever else does not
 
 
 def executor_verbs(role: Role) -> frozenset[str]:

@@ -9,6 +9,7 @@ import anyio
 import pytest
 
 import seoro
+from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
 from seoro.client.runs import RemoteRun
 from seoro.errors import BackendRefused, InvalidUse
@@ -17,7 +18,10 @@ from seoro.executor.memory import used_by
 from seoro.executor.order import Waiting
 from seoro.executor.rates import MOST, Rates
 from seoro.executor.running import ExecutorOptions, executing
+from seoro.keys.audit import Audit, check_log
+from seoro.keys.folder import read_keys
 from tests.executors import HELLO, LONG
+from tests.labs import NAME, free_port, keyed_executor, make_lab
 
 HUNGRY = """from seoro import ActionContext, action
 
@@ -169,3 +173,49 @@ def test_memory_of_all_below_a_process_is_counted() -> None:
         assert used_by(process.pid) >= 120
         process.communicate(b"\n", 10)
     assert used_by(process.pid) == 0
+
+
+async def test_who_asks_too_often_has_to_wait_and_can_still_stop(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path / "lab")
+    file = tmp_path / "long.osc"
+    file.write_text(LONG)
+    policy = tmp_path / "policy.yaml"
+    policy.write_text("roles:\n  operator: {commands: 1}\n")
+    with keyed_executor(tmp_path, lab, "--policy", str(policy)) as there:
+        async with seoro.Client(there.endpoint, lab.keys("anna")) as anna:
+            run = await anna.submit(NAME, file)
+            run.executor.patience = 0.0
+            with pytest.raises(
+                seoro.BackendError, match=r"anna \(operator\) asks for more than 1 things a second"
+            ):
+                for _ in range(100):
+                    await run.executor.ask(wire.LIST_RUNS, wire.ListRuns())
+            await run.stop()
+            async with seoro.Client(there.endpoint, lab.keys("vera")) as vera:
+                assert [each.id for each in await vera.runs()] == [run.id]
+
+
+async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path / "lab")
+    file = tmp_path / "long.osc"
+    file.write_text(LONG)
+    path = tmp_path / "state" / "audit.jsonl"
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
+    async with executing(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
+        run = await anna.submit(NAME, file)
+        written = path.read_bytes()
+
+        def refuse(*arguments: object, **entry: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        with pytest.MonkeyPatch.context() as broken:
+            broken.setattr(Audit, "write", refuse)
+            with pytest.raises(BackendRefused, match="cannot write into its audit log: No space left"):
+                await anna.submit(NAME, file)
+            await run.stop()
+        assert path.read_bytes() == written
+        assert len(await anna.runs()) == 1
+        await run.result()
+        await run.remove()
+    check_log(path, read_keys(lab.keys("anna")).authority)
