@@ -34,6 +34,7 @@ class Blobs:
         """Take a part; the last makes the blob whole. A part that is there already changes nothing.
 
         Raises:
+            OSError: It cannot be written; of the blob, nothing stays.
             RequestRefused: Parts before it are missing, or the content is not what its name says.
         """
         final = self.path(part.hash)
@@ -49,9 +50,13 @@ class Blobs:
             )
         if part.offset + len(part.data) > part.size:
             raise RequestRefused(Result.OPERATION_FAILED, "the blob is longer than it says")
-        with partial.open("r+b" if there else "wb") as file:
-            file.seek(part.offset)
-            file.write(part.data)
+        try:
+            with partial.open("r+b" if there else "wb") as file:
+                file.seek(part.offset)
+                file.write(part.data)
+        except OSError:  # a full disk, of which half a blob is to have nothing
+            partial.unlink(missing_ok=True)
+            raise
         if part.offset + len(part.data) == part.size:
             self._complete(partial, final, part.hash)
 

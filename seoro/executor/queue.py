@@ -23,11 +23,12 @@ from seoro.executor.frames import Frame, Job
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.memory import exceeds
 from seoro.executor.order import Waiting
-from seoro.executor.store import Store
+from seoro.executor.store import Finished, Store
 from seoro.executor.watching import Watches
 from seoro.executor.workers import Pool, Worker
 
 STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
+KEEP_PAUSE: Final = 5.0  # [s] until it is tried again to keep the end of a run
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
 
 log = logging.getLogger(__name__)
@@ -130,6 +131,7 @@ class Queue:
         self._policy = policy
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
+        self._ends: dict[str, Finished] = {}
         self._changes = Changes()
         self._is_closing = False
         self._held_back = ""
@@ -153,7 +155,9 @@ class Queue:
         return sum(self._live[run].info.by == submitter for run in self._waiting)
 
     def placed(self, info: RunInfo) -> RunInfo:
-        """What is known of a run, with its place if it waits."""
+        """What is known of a run, with its place if it waits; of one that is not over, more than the store has."""
+        live = self._live.get(info.run)
+        info = info if live is None else live.info
         if info.run not in self._waiting:
             return info
         return info.model_copy(update={"place": self._waiting.places[info.run]})
@@ -161,6 +165,7 @@ class Queue:
     def forget(self, run: str) -> None:
         """A run that is over is removed; it is here only if its end could not be kept."""
         self._live.pop(run, None)
+        self._ends.pop(run, None)
 
     def add(self, info: RunInfo, submission: wire.Submission) -> None:
         """A run is to be carried out."""
@@ -224,6 +229,18 @@ class Queue:
             with anyio.move_on_after(max(min(left), 0.0) if left else None):
                 await self._changes.wait()
 
+    async def keep_ends(self) -> None:
+        """Keep ends that could not be kept at once; runs as long as the executor."""
+        while True:
+            await self._changes.wait_for(lambda: self._ends)
+            await asyncio.sleep(KEEP_PAUSE)
+            await self._keep_again()
+
+    async def _keep_again(self) -> None:
+        for run, finished in list(self._ends.items()):
+            if await self._keep(run, finished):
+                self._ends.pop(run, None)
+
     async def close(self) -> int:
         """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor.
 
@@ -236,6 +253,7 @@ class Queue:
             live.stop("the executor ends")
         for live in running:
             await live.changes.wait_for(lambda live=live: live.info.state.is_final)  # type: ignore[misc]
+        await self._keep_again()
         return len(running)
 
     async def _carry(self, live: LiveRun) -> None:
@@ -318,13 +336,21 @@ class Queue:
         return end
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
+        finished = Finished(state, reason, end, time.time())
+        if not await self._keep(live.info.run, finished):
+            log.warning("cannot keep the end of the run %s yet", live.info.run)
+            self._ends[live.info.run] = finished
+        live.set(state=state, reason=reason, ended=finished.ended)
+        self._changes.tell()
+
+    async def _keep(self, run: str, finished: Finished) -> bool:
+        """Keep the end of a run, which else is known here only, and taken for lost by the next start."""
         try:
-            await self._store.finish(live.info.run, state, reason, end)
-        except sqlite3.Error:  # a full disk: the end is known here, and the next start takes the run for lost
-            log.exception("cannot keep the end of the run %s", live.info.run)
-        else:
-            self._live.pop(live.info.run, None)
-        live.set(state=state, reason=reason, ended=time.time())
+            await self._store.finish(run, finished)
+        except sqlite3.Error:  # a full disk
+            return False
+        self._live.pop(run, None)
+        return True
 
 
 async def _hold_to_time(live: LiveRun, limit: float | None) -> None:

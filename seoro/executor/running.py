@@ -96,6 +96,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
+                duties.start_soon(queue.keep_ends)
                 duties.start_soon(_forget, server, options.keep)
                 try:
                     yield lost

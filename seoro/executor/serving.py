@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import time
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import suppress
@@ -115,7 +116,10 @@ class Server:
 
     async def _put_blob(self, request: wire.PutBlob) -> Empty:
         async with self._submitting:
-            await anyio.to_thread.run_sync(self._blobs.put, request)
+            try:
+                await anyio.to_thread.run_sync(self._blobs.put, request)
+            except OSError as error:  # a full disk
+                raise _not_taken(error.strerror or str(error)) from error
         return Empty()
 
     async def _submit(self, request: wire.Submission) -> RunInfo:
@@ -124,7 +128,11 @@ class Server:
                 return await self._store.info(request.run)
             check_submission(request, self._policy.of(request.role), self._queue.waiting_of(request.by))
             await anyio.to_thread.run_sync(self._unpack, request)
-            info = await self._store.add(request)
+            try:
+                info = await self._store.add(request)
+            except sqlite3.Error as error:  # a full disk
+                shutil.rmtree(self._store.folder(request.run).path, ignore_errors=True)
+                raise _not_taken(str(error)) from error
         self._queue.add(info, request)
         return self._queue.placed(info)
 
@@ -139,7 +147,8 @@ class Server:
             check_manifest(request.manifest)
             unpack(request.manifest, self._blobs.path, folder.files)
         except (InvalidBundle, OSError) as error:
-            raise RequestRefused(Result.OPERATION_FAILED, f"the bundle cannot be taken: {error}") from error
+            shutil.rmtree(folder.path, ignore_errors=True)
+            raise _not_taken(str(error)) from error
 
     # -------------------------------------------------------- telling of runs
 
@@ -228,6 +237,10 @@ async def _watch(live: LiveRun, request: wire.AskRecords, send: Callable[[bytes]
         with live.watches.having(watch), anyio.move_on_after(request.wait):
             await watch.over.wait()
     return watch.at
+
+
+def _not_taken(reason: str) -> RequestRefused:
+    return RequestRefused(Result.OPERATION_FAILED, f"the bundle cannot be taken: {reason}")
 
 
 def _lines(trace: Path, at: int) -> tuple[bytes, bool]:

@@ -80,6 +80,16 @@ class RunFolder:
         return self.output / "log.txt"
 
 
+@dataclass(frozen=True)
+class Finished:
+    """How a run ended: what has become of it, why, `seoro.embed.ends`, and when [s since 1970]."""
+
+    state: State
+    reason: str
+    end: bytes
+    ended: float
+
+
 class Store:
     """Runs, kept. Made by `open_store`.
 
@@ -168,9 +178,9 @@ class Store:
         """It is known what a run runs with."""
         await self._set(run, announcement=announcement)
 
-    async def finish(self, run: str, state: State, reason: str, end: bytes) -> None:
+    async def finish(self, run: str, how: Finished) -> None:
         """A run is over."""
-        await self._set(run, state=state.value, ended=time.time(), reason=reason, end=end)
+        await self._set(run, state=how.state.value, ended=how.ended, reason=how.reason, end=how.end)
 
     async def _set(self, run: str, **values: object) -> None:
         assignments = ", ".join(f"{name} = ?" for name in values)

@@ -10,7 +10,7 @@ import seoro
 from seoro.bridges.executor.messages import State
 from seoro.executor import queue
 from seoro.executor.running import ExecutorOptions, executing
-from seoro.executor.store import Store
+from seoro.executor.store import Finished, Store
 from tests.executors import HELLO
 
 HANGING = """import time
@@ -77,27 +77,37 @@ async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
 
 
+@pytest.mark.parametrize("is_mended", [True, False])
 async def test_a_database_that_cannot_be_written_ends_no_executor(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_mended: bool
 ) -> None:
+    monkeypatch.setattr(queue, "KEEP_PAUSE", 0.05)
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
     options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
 
-    async def refuse(*arguments: object) -> None:
-        raise sqlite3.OperationalError("database or disk is full")
+    finish, refused = Store.finish, set[str]()
+
+    async def refuse(store: Store, run: str, how: Finished) -> None:
+        if not refused or run in refused:
+            refused.add(run)
+            raise sqlite3.OperationalError("database or disk is full")
+        await finish(store, run, how)
 
     async with executing(options), seoro.Client(endpoint) as client:
-        with monkeypatch.context() as broken:
-            broken.setattr(Store, "finish", refuse)
-            run = await client.submit("lab-a", file)
-            with anyio.fail_after(30.0):
-                async for info, _ in run.parts():
-                    state = info.state
-            assert state is State.PASSED  # who watches is told, though it cannot be kept
+        monkeypatch.setattr(Store, "finish", refuse)
+        run = await client.submit("lab-a", file)
+        with anyio.fail_after(30.0):
+            async for info, _ in run.parts():
+                state = info.state
+        assert state is State.PASSED  # who watches is told, though it cannot be kept
+        assert (await client.run(run.id)).state is State.PASSED
         other = await client.submit("lab-a", file)
         with anyio.fail_after(30.0):
             assert (await other.result()).passed
+        if is_mended:
+            monkeypatch.setattr(Store, "finish", finish)
+            await anyio.sleep(0.2)
     async with executing(options), seoro.Client(endpoint) as client:
-        assert (await client.run(run.id)).state is State.LOST
+        assert (await client.run(run.id)).state is (State.PASSED if is_mended else State.LOST)

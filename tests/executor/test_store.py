@@ -11,7 +11,7 @@ from seoro.bridges.executor.messages import State
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
-from seoro.executor.store import open_store
+from seoro.executor.store import Finished, open_store
 
 RUN = "0123456789abcdef" * 2
 OTHER = "f" * 32
@@ -38,7 +38,7 @@ async def test_what_was_kept_is_there_after_a_restart(tmp_path: Path) -> None:
         await store.add(submission())
         await store.add(submission(OTHER))
         await store.start(RUN)
-        await store.finish(RUN, State.FAILED, "because", b"end")
+        await store.finish(RUN, Finished(State.FAILED, "because", b"end", 1.0))
     with open_store(tmp_path) as store:
         info = await store.info(RUN)
         assert (info.state, info.reason, await store.end(RUN)) == (State.FAILED, "because", b"end")
