@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from seoro.cli.arguments import whole
 from seoro.cli.exits import Exit
 from seoro.cli.output import printable
 from seoro.cli.remote_arguments import add_executor_argument
+from seoro.errors import BackendLost
 from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ EXAMPLES = """examples:
 Of runs that wait, `queued #3` is the third. Times are right though the executor's clock may not be."""
 _TITLES = ("RUN", "EXECUTOR", "STATE", "SINCE", "TOOK", "BY", "FILE")
 _EXECUTOR_TITLES = ("EXECUTOR", "VERSION", "AT A TIME", "RUNNING", "WAITING", "CLOCK", "ROUND TRIP")
+PATIENCE = 2.0  # [s] with an executor that does not answer
 _UNITS = ((86_400, "d"), (3_600, "h"), (60, "min"))
 
 
@@ -47,11 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    executors, found = anyio.run(_look, options)
+    executors, found, silent = anyio.run(_look, options)
+    for reason in silent:
+        print(f"note: {reason}: its runs are not listed", file=sys.stderr)
+    status = Exit.ERROR if silent else Exit.PASSED
     ahead = {each.name: each.clock.offset if each.clock is not None else 0.0 for each in executors}
     if options.json:
         print(to_json([_plain(each) for each in found]))
-        return Exit.PASSED
+        return status
     if options.verbose:
         _print_table([_EXECUTOR_TITLES, *map(_executor_row, executors)])
         print()
@@ -59,14 +65,27 @@ def run(options: argparse.Namespace) -> int:
         print("there are no runs")
     else:
         _print_table([_TITLES, *(_row(each, time.time() + ahead[each.executor.name]) for each in found)])
-    return Exit.PASSED
+    return status
 
 
-async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list[RemoteRun]]:
+async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list[RemoteRun], list[str]]:
+    """How executors do, their runs, and of those that do not answer why."""
     from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
 
-    async with Client(options.executor) as client:
-        return await client.describe(options.on), await client.runs(options.on, min(options.limit, 1000))
+    statuses: list[ExecutorStatus] = []
+    runs: list[RemoteRun] = []
+    silent: list[str] = []
+    limit = min(options.limit, 1000)
+    async with Client(options.executor, patience=PATIENCE) as client:
+        for name in [options.on] if options.on else await client.executors():
+            try:
+                statuses += await client.describe(name)
+                runs += await client.runs(name, limit)
+            except BackendLost as error:
+                silent.append(str(error))
+        if not statuses and not silent:
+            await client.describe()  # says what there is instead
+    return statuses, sorted(runs, key=lambda run: run.info.submitted, reverse=True)[:limit], silent
 
 
 def _executor_row(status: ExecutorStatus) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Self, Unpack
 from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.addresses import ENDPOINT
-from seoro.bridges.executor.asking import Executor
+from seoro.bridges.executor.asking import PATIENCE, Executor
 from seoro.bridges.executor.clocks import Clock, describe
 from seoro.bridges.executor.finding import find_executor, find_executors, how_to_see_some
 from seoro.bridges.secured import CLIENTS, check_reached, keys_for, security_of
@@ -82,12 +82,16 @@ class Client:
             `tcp/127.0.0.1:7470`.
         keys: Folder of keys, for endpoints outside this machine; None for that of the environment variable
             `SEORO_KEYS`, else `~/.config/seoro/keys`.
+        patience: For how long an executor that does not answer is asked again [s].
 
     Opening raises `InvalidUse` when nothing answers there, or the keys are not valid there.
     """
 
-    def __init__(self, endpoint: str | None = None, keys: str | Path | None = None) -> None:
+    def __init__(
+        self, endpoint: str | None = None, keys: str | Path | None = None, patience: float = PATIENCE
+    ) -> None:
         self.endpoint = endpoint or os.environ.get(VARIABLE) or ENDPOINT
+        self._patience = patience
         self._folder = None if keys is None else Path(keys)
         self._keys: Keys | None = None
         self._opened = AsyncExitStack()
@@ -238,10 +242,15 @@ class Client:
         return [await self._named(executor)]
 
     async def _all(self) -> list[Executor]:
-        return await find_executors(self._there, self._keys, is_secured=is_secured(self.endpoint))
+        found = await find_executors(self._there, self._keys, is_secured=is_secured(self.endpoint))
+        for executor in found:
+            executor.patience = self._patience
+        return found
 
     async def _named(self, name: str) -> Executor:
-        return await find_executor(self._there, name, self._keys, is_secured=is_secured(self.endpoint))
+        found = await find_executor(self._there, name, self._keys, is_secured=is_secured(self.endpoint))
+        found.patience = self._patience
+        return found
 
     @staticmethod
     async def _runs(executors: Iterable[Executor], request: wire.ListRuns) -> list[RemoteRun]:

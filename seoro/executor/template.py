@@ -49,7 +49,8 @@ def main(arguments: Sequence[str]) -> None:
     assert threading.active_count() == 1, "locks of other threads would stay locked in what is forked"
     gc.collect()
     gc.freeze()  # or looking for garbage would copy what is shared
-    with socket.socket(fileno=number) as requests:
+    pipes = None
+    with socket.socket(fileno=number) as requests, suppress(BrokenPipeError):  # the executor has died
         pipes = _make_processes(requests, told)
     if pipes is not None:
         work(*pipes)

@@ -36,7 +36,7 @@ from seoro.executor.policy import reader_of, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.reasons import fault_text
 
-UNHURRIED: Final = 10  # niceness of runs on the virtual clock, for the sake of those that may be late
+UNHURRIED: Final = 19  # niceness of runs on the virtual clock, for the sake of those that may be late
 SWITCH: Final = 0.0002  # [s] for which the run may keep other threads from working
 ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
 

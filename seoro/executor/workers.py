@@ -169,7 +169,7 @@ async def start_template() -> Template:
     command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(told_write)]
     try:
         process = await asyncio.create_subprocess_exec(
-            *command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(), told_write), process_group=0
+            *command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(), told_write), start_new_session=True
         )
     finally:
         theirs.close()

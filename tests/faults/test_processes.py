@@ -17,6 +17,7 @@ import pytest
 
 import seoro
 from seoro.bridges.executor.messages import State
+from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
 from tests.bridges.robot.conftest import rails_at
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
@@ -135,6 +136,31 @@ async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_p
     assert 5.9 < records[-1]["t"] < 6.1  # nobody waited for it
 
 
+def test_an_executor_that_is_frozen_hides_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endpoint, file = free_endpoint(), write(tmp_path, HELLO)
+    monkeypatch.setenv("SEORO_EXECUTOR", endpoint)
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    with (
+        router_process(endpoint),
+        executor(tmp_path / "a", name="lab-a", connect=endpoint) as frozen,
+        executor(tmp_path / "b", name="lab-b", connect=endpoint),
+    ):
+        assert main(["exec", str(file), "--on", "lab-b"]) == 0
+        frozen.process.send_signal(signal.SIGSTOP)
+        capsys.readouterr()
+        began = time.monotonic()
+        assert main(["ps"]) == 3
+        took = time.monotonic() - began
+        out, err = capsys.readouterr()
+        measured(f"executor frozen: `seoro ps` said so after {took:.1f} s")
+        assert "lab-b     passed" in out
+        assert "note: the executor 'lab-a' does not answer: its runs are not listed" in err
+        frozen.process.send_signal(signal.SIGCONT)
+
+
 async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
     lab_file = tmp_path / "lab.yaml"
@@ -246,3 +272,19 @@ async def test_what_is_stopped_while_the_executor_is_away_is_stopped(tmp_path: P
             with anyio.fail_after(DEADLINE):
                 verdict = await run.result()
             assert (verdict.status, verdict.reason) == (seoro.RunStatus.CANCELLED, "enough")
+
+
+async def test_who_has_asked_for_long_enough_is_told_and_the_run_is_found_later(tmp_path: Path) -> None:
+    with executor(tmp_path) as lab:
+        async with seoro.Client(lab.endpoint, patience=1.0) as client:
+            run = await client.submit(NAME, write(tmp_path, TICKS))
+            await begun(run)
+            lab.process.send_signal(signal.SIGSTOP)
+            with anyio.fail_after(DEADLINE), pytest.raises(seoro.BackendError, match="does not answer"):
+                await run.stop()
+            lab.process.send_signal(signal.SIGCONT)
+        async with seoro.Client(lab.endpoint) as client:
+            found = await client.run(run.id)
+            with anyio.fail_after(DEADLINE):
+                check_sequence([record async for record in found.records()])
+            assert found.state.is_final
