@@ -41,7 +41,7 @@ async def bag_record(
             await meanwhile(ctx, kept.value.wait_complete())
 
 
-@action("bag_play", anywhere=Ros2System)
+@action("bag_play", anywhere=Ros2System, files=("source",))
 async def bag_play(
     ctx: ActionContext,
     source: str,

@@ -19,7 +19,7 @@ from seoro.runtime.context import ActionContext
 from seoro.runtime.ros_system import Ros2System, RosMessage
 
 
-@action("check_data_external", anywhere=Ros2System)
+@action("check_data_external", anywhere=Ros2System, files=("file_path",))
 async def check_data_external(
     ctx: ActionContext,
     topic_name: str,

@@ -14,7 +14,7 @@ from seoro.runtime.contracts import Pose3D, Velocity6D
 from seoro.runtime.values import Struct
 
 
-@action("spawn_entity", anywhere=Simulation)
+@action("spawn_entity", anywhere=Simulation, uris=("uri",))
 async def spawn_entity(
     ctx: ActionContext,
     entity_name: str,
@@ -53,7 +53,7 @@ async def reset_simulation(ctx: ActionContext) -> None:
     await ctx.ask(ctx.anywhere(Simulation).reset_simulation())
 
 
-@action("load_world", anywhere=Worlds)
+@action("load_world", anywhere=Worlds, uris=("uri",))
 async def load_world(ctx: ActionContext, uri: str) -> None:
     """Go on in another world; the time of the run goes on."""
     await ctx.ask(ctx.anywhere(Worlds).change_world(uri))

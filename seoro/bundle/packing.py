@@ -8,19 +8,23 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from seoro.bridges.executor import messages as wire
+from seoro.bundle.named import named_files
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
+from seoro.bundle.worlds import files_of_world, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
+from seoro.lang.lower.entry import find_entry
+from seoro.parameters import read_parameters
 
 _CACHES: Final = frozenset({"__pycache__"})  # what Python leaves beside modules
 
@@ -38,31 +42,38 @@ class Bundle:
     blobs: dict[str, Path]
 
 
-def pack(scenario: Scenario, options: Options, timeout: float | None = None) -> Bundle:
+def pack(
+    scenario: Scenario, options: Options, timeout: float | None = None, contents: Path | None = None
+) -> Bundle:
     """Make a bundle.
 
     Args:
         scenario: What `load` returned.
         options: How it is to be run; observers and the output folder stay here.
         timeout: [s] of the machine's clock after which the run is given up.
+        contents: File with the text of the scenario, if that was read from elsewhere than from its own.
 
     Raises:
         InvalidUse: It needs something that cannot be sent, or is too large.
     """
     sources = scenario.checked.sources
     entry = sources.entry.file.path
-    if entry is None or not entry.is_file():
+    if entry is None or not (contents or entry).is_file():
         raise InvalidUse(
             f"{sources.entry.file.name} is no file, and only files can be sent", help="save the scenario in a file"
         )
+    if options.parameters is not None:  # what is wrong with it is told here
+        read_parameters(options.parameters, find_entry(scenario.checked, options.name).qualified_name)
     folders = _folders(options)
-    files = [*_own_sources(sources), *_single_files(options)]
+    files = [*_own_sources(sources), *_single_files(options), *_world_files(options)]
+    for named in named_files(scenario, options, entry.parent):
+        files += _files_below(named) if named.is_dir() else [named]
     for folder in (*folders, *_library_folders(sources)):
         files += _files_below(folder)
     absolute = sorted({Path(os.path.abspath(file)) for file in files})  # noqa: PTH100 - links keep their names
     parents = [str(file.parent) for file in absolute]
     root = Path(os.path.commonpath([*parents, *(os.path.abspath(folder) for folder in folders)]))  # noqa: PTH100
-    packer = _Packer(root)
+    packer = _Packer(root, {} if contents is None else {Path(os.path.abspath(entry)): contents})  # noqa: PTH100
     listed = tuple(packer.add(file) for file in absolute)
     if (total := sum(file.size for file in listed)) > wire.MAX_BUNDLE:
         raise InvalidUse(
@@ -82,8 +93,9 @@ def pack(scenario: Scenario, options: Options, timeout: float | None = None) -> 
 class _Packer:
     """Gives files their places in a bundle."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, elsewhere: Mapping[Path, Path]) -> None:
         self._root = root
+        self._elsewhere = elsewhere  # for files whose content lies in others
         self.blobs: dict[str, Path] = {}
 
     def place(self, path: Path) -> str:
@@ -94,7 +106,8 @@ class _Packer:
         """A file, with its hash."""
         try:
             check_place(self.place(path))
-            with path.open("rb") as stream:
+            source = self._elsewhere.get(path, path)
+            with source.open("rb") as stream:
                 size = os.fstat(stream.fileno()).st_size
                 if size > wire.MAX_FILE:
                     raise InvalidUse(
@@ -105,7 +118,7 @@ class _Packer:
             raise InvalidUse(f"{path} cannot be sent: {error}", help="give it another name") from error
         except OSError as error:
             raise InvalidUse(f"cannot read {path}: {error.strerror}") from error
-        self.blobs[digest] = path
+        self.blobs[digest] = source
         return wire.BundleFile(path=self.place(path), hash=digest, size=size)
 
 
@@ -145,6 +158,23 @@ def _single_files(options: Options) -> Iterator[Path]:
         yield options.simulator.snapshot
     if options.lab is not None:
         yield options.lab.file
+
+
+def _world_files(options: Options) -> Iterator[Path]:
+    """The files of the world, if it is one of the user's."""
+    world = options.simulator.world if options.simulator is not None else None
+    if options.lab is not None:
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+
+        world = read_lab(options.lab.file).world
+    if world is None or is_world_name(world):
+        return
+    if not is_world_file(world):
+        raise InvalidUse(
+            f"'{world}' is neither the name of a world nor a world file",
+            help="name a world that the executor's simulators have, such as `maze`, or a file such as `hall.yaml`",
+        )
+    yield from files_of_world(world)
 
 
 def _folders(options: Options) -> Sequence[Path]:
@@ -193,13 +223,14 @@ def _bundled(options: Options, packer: _Packer, timeout: float | None) -> wire.B
 
 
 def _simulator(given: Simulator, packer: _Packer) -> wire.BundledSimulator:
-    _check_world(given.world)
     if given.name == OF_ROS:
         raise InvalidUse("the simulator of a ROS 2 system cannot be used over the network yet")
+    is_file = given.world is not None and is_world_file(given.world)
     return wire.BundledSimulator(
         name=given.name,
         endpoint=given.endpoint,
-        world=given.world,
+        world=None if is_file else given.world,
+        world_file=packer.place(Path(given.world)) if given.world is not None and is_file else None,
         rate=given.rate,
         model_path=_places(given.model_path, packer),
         snapshot=None if given.snapshot is None else packer.place(given.snapshot),
@@ -216,9 +247,6 @@ def _ros(given: Ros, packer: _Packer) -> wire.BundledRos:
 
 
 def _lab(given: Lab, packer: _Packer) -> wire.BundledLab:
-    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
-
-    _check_world(read_lab(given.file).world)
     return wire.BundledLab(
         file=packer.place(given.file), rate=given.rate, model_path=_places(given.model_path, packer)
     )
@@ -226,12 +254,3 @@ def _lab(given: Lab, packer: _Packer) -> wire.BundledLab:
 
 def _places(folders: Iterable[Path], packer: _Packer) -> tuple[str, ...]:
     return tuple(packer.place(folder) for folder in folders)
-
-
-def _check_world(world: str | None) -> None:
-    """Refuse world files: what they name is known to simulators only."""
-    if world is not None and not is_world_name(world):
-        raise InvalidUse(
-            f"the world file {world} cannot be sent over the network yet",
-            help="name a world that the executor's simulators have, such as `maze`",
-        )

@@ -42,7 +42,8 @@ def check_manifest(manifest: wire.Manifest) -> None:
         raise InvalidBundle(f"{world!r} is not the name of a world")
     if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
         raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
-    files = [manifest.entry, options.parameters, simulator and simulator.snapshot, lab and lab.file]
+    files = [manifest.entry, options.parameters, lab and lab.file]
+    files += [simulator.snapshot, simulator.world_file] if simulator else []
     named = [*(simulator.model_path if simulator else ()), *(lab.model_path if lab else ())]
     named += options.ros.interfaces if options.ros else ()
     for file in files:
@@ -112,7 +113,7 @@ def _simulator(given: wire.BundledSimulator, folder: Path) -> Simulator:
     return Simulator(
         name=given.name,
         endpoint=given.endpoint,
-        world=given.world,
+        world=given.world if given.world_file is None else str((folder / given.world_file).resolve()),
         rate=given.rate,
         model_path=[folder / path for path in given.model_path],
         snapshot=None if given.snapshot is None else folder / given.snapshot,
@@ -126,5 +127,7 @@ def _ros(given: wire.BundledRos, folder: Path) -> Ros:
 def _lab(given: wire.BundledLab, folder: Path) -> Lab:
     world = read_lab(folder / given.file).world
     if world is not None and not is_world_name(world):
-        raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
+        path = Path(world)
+        if not path.is_relative_to(folder.resolve()) or not path.is_file():
+            raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

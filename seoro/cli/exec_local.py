@@ -21,7 +21,7 @@ import anyio
 from seoro.background import background
 from seoro.cli.concluding import Conclusion, conclude, progress_of
 from seoro.cli.exits import OF_STATUS, Exit
-from seoro.cli.files import STDIN, STDIN_NAME, read_stdin
+from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
 from seoro.cli.film_arguments import film_of
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
@@ -53,7 +53,7 @@ def run_local(options: argparse.Namespace) -> int:
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
             return anyio.run(_Exec(options, scenario, files).main, backend_options=_loop_for(options))
     except (InvalidScenario, InvalidUse, BackendError) as error:
-        files.write_unrun(STDIN_NAME if options.file == STDIN else options.file, error, error_text(error))
+        files.write_unrun(shown_name(options.file), error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED
@@ -154,7 +154,7 @@ class _Exec:
             if options.dry_run:
                 self._print_parameters(run)
                 return Exit.PASSED
-            self._progress.say(f"{self._options.file}: {announcement(run, settings)}\n")
+            self._progress.say(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
             self._run = run
             self._progress.follow(lambda: run.now)
             self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
@@ -198,6 +198,6 @@ class _Exec:
         if self._options.json:
             print(to_json({"seed": run.seed, "parameters": run.parameters}))
             return
-        self._progress.say(f"{self._options.file} can be run: seed {run.seed}")
+        self._progress.say(f"{shown_name(self._options.file)} can be run: seed {run.seed}")
         for name, value in run.parameters.items():
             self._progress.say(f"  {name} = {to_json(value)}")

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import anyio
 
 from seoro.bundle.packing import Bundle, pack
+from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
+from seoro.cli.film_arguments import film_of
 from seoro.cli.following import Follower
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
@@ -17,28 +21,41 @@ from seoro.client import Client
 from seoro.embed.checking import check_options
 from seoro.embed.scenarios import check_file
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.lang.loader import read_file
 
 
 def run_remote(options: argparse.Namespace) -> int:
     """Run the command."""
+    film_of(options)  # what does not go together is refused as here
     files = ResultFiles(options)
     try:
-        bundle = _bundle(options)
-        with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
-            return anyio.run(_submit, options, bundle, files)
+        with TemporaryDirectory() as folder:
+            bundle = _bundle(options, Path(folder))
+            # Files are opened before there is a loop, which would keep Ctrl-C from one who waits for a pipe.
+            with files:
+                return anyio.run(_submit, options, bundle, files)
     except (InvalidScenario, InvalidUse, BackendError) as error:
-        files.write_unrun(options.file, error, error_text(error))
+        files.write_unrun(shown_name(options.file), error, error_text(error))
         raise
 
 
-def _bundle(options: argparse.Namespace) -> Bundle:
+def _bundle(options: argparse.Namespace, folder: Path) -> Bundle:
     """What is sent; what is wrong with it is said here, as far as that can be known without its Python."""
     settings = replace(settings_of(options), leasing=leasing_of(options))
     check_options(settings)
-    scenario = check_file(options.file, import_python=False)
+    contents: Path | None = None
+    if options.file == STDIN:
+        path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
+        contents = folder / "scenario.osc"
+        contents.write_text(text, encoding="utf-8")
+        scenario = check_file(
+            path, import_python=False, read=lambda other: text if other == path else read_file(other)
+        )
+    else:
+        scenario = check_file(options.file, import_python=False)
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
-    return pack(scenario, settings, options.timeout)
+    return pack(scenario, settings, options.timeout, contents)
 
 
 async def _submit(options: argparse.Namespace, bundle: Bundle, files: ResultFiles) -> int:

@@ -57,6 +57,11 @@ def _files_in(folder: str) -> Iterator[str]:
                 yield str(Path(place, file))
 
 
+def shown_name(file: str) -> str:
+    """What a scenario file is called in messages."""
+    return STDIN_NAME if file == STDIN else file
+
+
 def read_stdin() -> str:
     """The text of a scenario file that comes from stdin.
 

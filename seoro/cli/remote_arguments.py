@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING
 
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import Container, positive
-from seoro.cli.files import STDIN
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
     from seoro.client.runs import RemoteRun
 
-_ELSEWHERE = {"--record-video": "record_video", "--dry-run": "dry_run"}  # what is done here only
+_ELSEWHERE = {  # what is done here only, and why
+    "--record-video": ("record_video", "films are not sent yet"),
+    "--dry-run": ("dry_run", "what a dry run shows is the same here"),
+}
 
 
 def add_on_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,11 +54,9 @@ def check_on(options: argparse.Namespace) -> None:
             if value is not None:
                 raise InvalidUse(f"`{name}` is about an executor, and the run is here", help="add `--on NAME`")
         return
-    if options.file == STDIN:
-        raise InvalidUse("a scenario from stdin cannot be sent: only files can", help="save it in a file")
-    for name, key in _ELSEWHERE.items():
+    for name, (key, why) in _ELSEWHERE.items():
         if getattr(options, key):
-            raise InvalidUse(f"`{name}` does not go with `--on` yet", help=f"leave out `{name}`, or `--on`")
+            raise InvalidUse(f"`{name}` does not go with `--on`: {why}", help=f"leave out `{name}`, or `--on`")
 
 
 def add_executor_argument(parser: Container) -> None:

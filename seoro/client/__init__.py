@@ -180,6 +180,12 @@ class Client:
                 f"the executor '{executor}' is older than this seoro ({__version__}), and knows no priorities",
                 help="submit without, or renew the executor",
             )
+        simulator = bundle.manifest.options.simulator
+        if simulator is not None and simulator.world_file is not None and reached.minor < wire.WORLD_FILES:
+            raise InvalidUse(
+                f"the executor '{executor}' is older than this seoro ({__version__}), and takes no world files",
+                help="name a world that its simulators have, or renew the executor",
+            )
         submission = wire.Submission(
             run=secrets.token_hex(16),
             manifest=bundle.manifest,

@@ -35,6 +35,8 @@ class Mark(frozen.Value):
     open_ended: bool = False
     uses: str | None = None
     thread: bool = False
+    files: tuple[str, ...] = ()
+    uris: tuple[str, ...] = ()
 
 
 class Terms(TypedDict, total=False):
@@ -44,6 +46,8 @@ class Terms(TypedDict, total=False):
     anywhere: type[Any] | UnionType | None
     open_ended: bool
     uses: str | None
+    files: tuple[str, ...]
+    uris: tuple[str, ...]
 
 
 @overload
@@ -73,7 +77,8 @@ def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callab
             has no end of its own and goes on until something ends it, such as driving at a speed; what ends it
             then, a `duration` or the primary member of `parallel`, does not find it late. `uses`: what of the
             actor it uses that is for one action at a time, such as its `base`; for an action without an actor, of
-            all that there is in the run.
+            all that there is in the run. `files`: parameters that name files or folders beside the scenario file,
+            which go along when it is sent elsewhere. `uris`: parameters that name what a simulator loads.
     """
 
     def mark(function: ActionFunction) -> ActionFunction:

@@ -1,5 +1,6 @@
 """Making bundles: which files they have."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -84,16 +85,67 @@ def test_an_import_by_an_absolute_path_is_refused(tmp_path: Path) -> None:
     assert caught.value.span.line == 1
 
 
-def test_a_file_of_a_world_is_refused(tmp_path: Path) -> None:
-    simulator = Simulator(name="mujoco", world=str(tmp_path / "hall.yaml"))
-    with pytest.raises(InvalidUse, match=r"hall\.yaml cannot be sent"):
+WORKSHOP = Path(__file__).parents[2] / "examples/workshop"
+ITS_FILES = ["cart.urdf", "cart.yaml", "plan.png", "plan.yaml", "shelf.urdf", "trestle.xml", "workshop.yaml"]
+
+
+def test_a_world_file_comes_with_all_that_it_names(tmp_path: Path) -> None:
+    shutil.copytree(WORKSHOP, tmp_path / "workshop")
+    simulator = Simulator(name="mujoco", world=str(tmp_path / "workshop/workshop.yaml"))
+    found = bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+    assert paths(found) == ["main.osc", *(f"workshop/{name}" for name in ITS_FILES)]
+    sent = found.manifest.options.simulator
+    assert sent is not None
+    assert (sent.world, sent.world_file) == (None, "workshop/workshop.yaml")
+
+
+def test_the_world_of_a_lab_comes_with_all_that_it_names(tmp_path: Path) -> None:
+    shutil.copytree(WORKSHOP, tmp_path / "workshop")
+    lab = write(tmp_path / "lab.yaml", "simulators:\n  sim: {simulator: mujoco, world: workshop/workshop.yaml}\n")
+    found = bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
+    assert paths(found) == ["lab.yaml", "main.osc", *(f"workshop/{name}" for name in ITS_FILES)]
+
+
+def test_what_a_world_lacks_is_told_before_anything_is_sent(tmp_path: Path) -> None:
+    shutil.copytree(WORKSHOP, tmp_path / "workshop")
+    (tmp_path / "workshop/plan.png").unlink()
+    simulator = Simulator(name="mujoco", world=str(tmp_path / "workshop/workshop.yaml"))
+    with pytest.raises(InvalidUse, match=r"plan\.png"):
         bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
 
 
-def test_a_lab_with_a_file_of_a_world_is_refused(tmp_path: Path) -> None:
-    lab = write(tmp_path / "lab.yaml", "simulators:\n  sim: {simulator: mujoco, world: hall.yaml}\n")
-    with pytest.raises(InvalidUse, match=r"hall\.yaml cannot be sent"):
-        bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
+def test_a_world_that_is_neither_a_name_nor_a_file_is_refused(tmp_path: Path) -> None:
+    simulator = Simulator(name="mujoco", world="hall.world")
+    with pytest.raises(InvalidUse, match="neither the name of a world nor a world file"):
+        bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+
+
+PLAY = "import osc.ros\nscenario main:\n    do bag_play('{source}')\n"
+
+
+def test_a_bag_to_play_comes_along(tmp_path: Path) -> None:
+    write(tmp_path / "bags/run/metadata.yaml", "x")
+    write(tmp_path / "bags/run/run.mcap", "y")
+    found = bundle(write(tmp_path / "main.osc", PLAY.format(source="bags/run")))
+    assert paths(found) == ["bags/run/metadata.yaml", "bags/run/run.mcap", "main.osc"]
+
+
+@pytest.mark.parametrize(
+    ("source", "message"), [("bags/run", "there is no .*bags/run"), ("/bags/run", "an absolute path")]
+)
+def test_a_bag_that_cannot_come_along_is_told_with_its_place(tmp_path: Path, source: str, message: str) -> None:
+    file = write(tmp_path / "main.osc", PLAY.format(source=source))
+    with pytest.raises(InvalidUse, match=message) as caught:
+        bundle(file)
+    assert caught.value.span is not None
+    assert caught.value.span.line == 3
+
+
+def test_a_model_that_is_named_by_its_place_on_this_machine_is_refused(tmp_path: Path) -> None:
+    text = "import osc.sim\nscenario main:\n    do spawn_entity('crate', 'file:///crate.sdf', pose_3d())\n"
+    with pytest.raises(InvalidUse, match="a file of this machine") as caught:
+        bundle(write(tmp_path / "main.osc", text))
+    assert "--model-path" in (caught.value.help or "")
 
 
 @pytest.mark.parametrize("what", ["missing", "empty"])

@@ -62,6 +62,7 @@ def test_two_files_at_one_place_are_refused(other: str) -> None:
         {"simulator": {"name": "mujoco", "rate": 1.0, "snapshot": "../x"}},
         {"simulator": {"name": "mujoco", "rate": 1.0, "model_path": ["/etc"]}},
         {"simulator": {"name": "mujoco", "rate": 1.0, "world": "/etc/world.yaml"}},
+        {"simulator": {"name": "mujoco", "rate": 1.0, "world_file": "../hall.yaml"}},
         {"lab": {"file": "lab.yaml"}},
         {"ros": {"endpoint": "tcp/127.0.0.1:7447", "interfaces": [".."]}},
     ],
@@ -99,3 +100,13 @@ def test_a_lab_that_names_the_file_of_a_world_is_refused(tmp_path: Path) -> None
     (tmp_path / "lab.yaml").write_text("simulators:\n  sim: {simulator: mujoco, world: ../../secret.yaml}\n")
     with pytest.raises(InvalidUse, match=r"secret\.yaml of the lab is not sent"):
         options_of(manifest(lab={"file": "lab.yaml"}), tmp_path)
+
+
+def test_worlds_are_those_of_the_bundle(tmp_path: Path) -> None:
+    (tmp_path / "hall.yaml").write_text("name: hall\n")
+    (tmp_path / "lab.yaml").write_text("simulators:\n  sim: {simulator: mujoco, world: hall.yaml}\n")
+    assert options_of(manifest(lab={"file": "lab.yaml"}), tmp_path).lab is not None
+    given = {"name": "mujoco", "rate": 1.0, "world_file": "hall.yaml"}
+    simulator = options_of(manifest(simulator=given), tmp_path).simulator
+    assert simulator is not None
+    assert simulator.world == str(tmp_path / "hall.yaml")

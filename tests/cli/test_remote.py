@@ -1,7 +1,9 @@
 """Executors on the command line: `seoro serve`, `exec --on`, `ps`, `attach`, `logs`, `stop`, `get` and `rm`."""
 
+import io
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +25,7 @@ scenario broken:
             wait elapsed(1s)
             emit fail
 """
+WORKSHOP = Path(__file__).parents[2] / "examples/workshop"
 DRIVE = """import osc.driving
 scenario main:
     robot: differential_drive_robot
@@ -141,7 +144,7 @@ def test_what_the_executor_refuses_is_an_invalid_scenario(capsys: pytest.Capture
         (["--executor", "tcp/127.0.0.1:1"], "`--executor` is about an executor"),
         (["--on", NAME, "-n"], "`--dry-run` does not go with `--on`"),
         (["--on", "other"], "there is no executor 'other' here"),
-        (["--on", NAME, "--sim", "mujoco", "--world", "hall.yaml"], "hall.yaml cannot be sent"),
+        (["--on", NAME, "--sim", "mujoco", "--world", "hall.yaml"], "cannot read the world file"),
         (["--on", NAME, "--executor", "tcp/127.0.0.1:1"], "nothing answers there"),
         (["--on", NAME, "--executor", "nonsense"], "'nonsense' is no endpoint"),
     ],
@@ -151,9 +154,103 @@ def test_what_cannot_be_is_told(arguments: list[str], message: str, capsys: pyte
     assert message in capsys.readouterr().err
 
 
-def test_a_scenario_from_stdin_is_not_sent(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["exec", "-", "--on", NAME]) == 2
-    assert "from stdin cannot be sent" in capsys.readouterr().err
+def test_a_scenario_from_stdin_runs_as_here(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write("struct thing\n", "common/things.osc")
+    text = 'import "common/things.osc"\n' + FAILING
+    results = []
+    for arguments in ([], ["--on", NAME]):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        status = main(["exec", "-", "--seed", "3", "--clock", "virtual", *arguments])
+        out, err = capsys.readouterr()
+        results.append((status, same(out), same(err)))
+    assert results[0][0] == 1
+    assert "<stdin>" in results[0][2]
+    assert results[1] == results[0]
+
+
+PARAMETERS = """import osc.helpers
+scenario first:
+    count: int = 1
+    distance: length with:
+        keep(it in [1m..2m])
+    do serial:
+        log("{count}")
+        wait elapsed(1s)
+scenario second:
+    do serial:
+        log("second")
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "status"),
+    [
+        (["--scenario", "first"], 0),
+        (["--scenario", "second"], 0),
+        (["--scenario", "third"], 2),
+        ([], 2),
+        (["--scenario", "first", "--set", "count=7", "--set", "distance=1500mm"], 0),
+        (["--scenario", "first", "--set", "count=1m"], 2),
+        (["--scenario", "first", "--set", "distance=3m"], 2),
+        (["--scenario", "first", "--params", "values.yaml"], 0),
+        (["--scenario", "first", "--params", "missing.yaml"], 2),
+        (["--scenario", "first", "--clock", "real", "--timeout", "0.3"], 3),
+        (["--scenario", "first", "--clock", "sim"], 2),
+        (["--scenario", "first", "--video-follow", "cart"], 2),
+        (["--scenario", "first", "--world", "maze"], 2),
+        (["--scenario", "first", "--json"], 0),
+        (["--scenario", "first", "--live-tree"], 0),
+    ],
+)
+def test_options_mean_what_they_mean_here(
+    options: list[str], status: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write("first:\n  count: 5\n", "values.yaml")
+    arguments = ["exec", write(PARAMETERS), "--seed", "3", "--trace", "t.jsonl", "--junit", "t.xml", *options]
+    if "--clock" not in options:
+        arguments += ["--clock", "virtual"]
+    results = []
+    for where in ([], ["--on", NAME]):
+        Path("t.jsonl").unlink(missing_ok=True)
+        assert main([*arguments, *where]) == status
+        out, err = capsys.readouterr()
+        trace = Path("t.jsonl").read_text() if Path("t.jsonl").exists() else ""
+        records = [json.loads(line) for line in trace.splitlines()]
+        for record in records:
+            record.pop("wall")
+        timed = "--timeout" in options  # when that is up differs
+        results.append((without_times(out), without_times(err), [] if timed else records))
+    assert results[1] == results[0]
+
+
+def without_times(text: str) -> str:
+    """What is printed without what the machine's clock has said."""
+    return re.sub(r'[\d.]+ s (real|   )|"wall_duration": [\d.e-]+|[\d.]+ s of its clock', "?", text)
+
+
+@pytest.mark.engine("mujoco")
+def test_a_world_file_goes_with_all_that_it_names(capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(WORKSHOP, "workshop")
+    arguments = ["exec", write(DRIVE), "--seed", "3", "--sim", "mujoco", "--world", "workshop/workshop.yaml"]
+    arguments += ["--rate", "max", "-o", "out"]
+    assert main(arguments) == 0, capsys.readouterr().err
+    here, picture = capsys.readouterr().out, Path("out/top_down.png").read_bytes()
+    shutil.rmtree("out")
+    assert main([*arguments, "--on", NAME]) == 0, capsys.readouterr().err
+    assert same(capsys.readouterr().out) == same(here)
+    assert Path("out/top_down.png").read_bytes() == picture
+
+
+@pytest.mark.engine("mujoco")
+def test_a_lab_file_goes_with_its_world(capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(WORKSHOP, "labs/workshop")
+    lab = "simulators:\n  hall: {simulator: mujoco, world: workshop/workshop.yaml}\n"
+    write(lab + "robots:\n  robot: {in: hall, as: cart}\n", "labs/lab.yaml")
+    arguments = ["exec", write(DRIVE), "--seed", "3", "--lab", "labs/lab.yaml", "--on", NAME]
+    assert main(arguments) == 0, capsys.readouterr().err
+    assert "with world 'workshop'" in capsys.readouterr().out
 
 
 def start(*arguments: str) -> subprocess.Popen[str]:

@@ -18,8 +18,9 @@ from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
 
-MINOR = 1  # of what is said here; grows with what is added
+MINOR = 2  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
+WORLD_FILES = 2  # and world files
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # of a bundle
 MAX_FILE = 256 << 20  # [bytes]
@@ -80,6 +81,7 @@ class BundledSimulator(Said):
     rate: float
     model_path: tuple[Place, ...] = ()
     snapshot: Place | None = None
+    world_file: Place | None = None  # instead of a name of a world
 
 
 class BundledRos(Said):

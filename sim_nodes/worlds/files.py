@@ -1,0 +1,66 @@
+"""Which files a world consists of: its own, and all that it names.
+
+    python -m sim_nodes.worlds.files WORLD.yaml
+
+prints their paths as a JSON list, for those who send a world elsewhere. The world is loaded, as a node would do
+it, so that what is wrong with it is said here.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from sim_nodes.files import read_text, read_yaml
+from sim_nodes.worlds.loader import WorldError, load_world, read_world_file
+
+
+def files_of_world(path: Path) -> Iterator[Path]:
+    """The files of a world, the world file first.
+
+    Raises:
+        WorldError: One of them is not there, or is wrong.
+    """
+    load_world(str(path))
+    yield path
+    file, _ = read_world_file(read_text(path), str(path))
+    folder = path.parent
+    if isinstance(file.floor_plan, str):
+        plan = folder / file.floor_plan
+        yield plan
+        yield plan.parent / _named(plan, "image")
+    elif file.floor_plan is not None:
+        yield folder / file.floor_plan.image
+    for robot in file.robots:
+        if robot.robot.endswith(".yaml"):
+            declaration = folder / robot.robot
+            yield declaration
+            yield declaration.parent / _named(declaration, "urdf")
+    for prop in file.props:
+        if prop.model is not None:
+            yield folder / prop.model
+
+
+def _named(path: Path, key: str) -> str:
+    """The file that another names, which was checked when the world was loaded."""
+    content = read_yaml(read_text(path), str(path))
+    assert isinstance(content, dict)
+    return str(content[key])
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the files of a world."""
+    [path] = arguments
+    try:
+        found = [str(file) for file in files_of_world(Path(path))]
+    except WorldError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    sys.stdout.write(json.dumps(found))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
