@@ -16,6 +16,7 @@ import anyio
 
 from seoro.cli.arguments import Container
 from seoro.cli.exits import Exit
+from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import plain, table
 from seoro.cli.output import printable
 from seoro.errors import InvalidUse
@@ -75,6 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_stop_arguments(stop)
     for each in (status, lease, release, stop):
         add_lab_arguments(each)
+        add_keys_argument(each)
 
 
 def add_stop_arguments(parser: Container) -> None:

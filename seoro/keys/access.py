@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable
 from typing import Any, Final
 
 from seoro.keys.certificates import SEATS, Seat
-from seoro.keys.roles import Role, executor_verbs
+from seoro.keys.roles import NODE_READING, Role, executor_verbs
 
 _ROOT: Final = "seoro/1/*"
 _EXECUTORS: Final = f"{_ROOT}/exec/*/cmd"
@@ -102,7 +102,8 @@ def _rules(role: Role) -> tuple[Rule, ...]:
 
 def _looking(role: Role) -> tuple[Rule, ...]:
     """What people may: ask executors for what their role may, and see who is there and how robots are."""
-    verbs = [*(f"{_EXECUTORS}/{verb}" for verb in sorted(executor_verbs(role))), f"{_NODES}/get_lab_state"]
+    verbs = [f"{_EXECUTORS}/{verb}" for verb in sorted(executor_verbs(role))]
+    verbs += [f"{_NODES}/{verb}" for verb in sorted(NODE_READING)]
     return ((_SENDS, _ASKS, verbs), (_GETS, (*_ANSWERS, *_SERVES), verbs), *_seeing())
 
 

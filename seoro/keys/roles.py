@@ -44,6 +44,8 @@ _EXECUTOR_VERBS: Final[Mapping[Role, frozenset[str]]] = MappingProxyType(
         Role.ADMIN: frozenset({"revoke"}),
     }
 )
+# What viewers may ask nodes, of which all else is for those who move robots.
+NODE_READING: Final = frozenset({"get_lab_state"})
 READING: Final = _EXECUTOR_VERBS[Role.VIEWER]  # changes nothing
 STOPPING: Final = frozenset({"stop_run", "emergency_stop"})  # works whatever else does not
 

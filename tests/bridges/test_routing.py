@@ -60,6 +60,7 @@ async def test_nodes_are_asked_by_those_who_move_robots(router: RunningCommand, 
         for name in ("vera", "maze", "hub"):
             with pytest.raises(NoServer):
                 await asked(router, lab, name, key)
+        assert await asked(router, lab, "vera", node_command(NAMESPACE, "maze", "get_lab_state")) == b"moved"
     finally:
         node.close()
 

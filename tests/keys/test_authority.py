@@ -1,5 +1,7 @@
 """Making identities, taking them back, and reading them."""
 
+import subprocess
+import sys
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
@@ -178,3 +180,10 @@ def test_each_role_may_what_those_before_it_may() -> None:
     for less, more in pairwise(PEOPLE):
         assert executor_verbs(less) < executor_verbs(more)
     assert executor_verbs(Role.EXECUTOR) == executor_verbs(Role.ROUTER) == frozenset()
+
+
+def test_without_keys_nothing_is_loaded_for_them() -> None:
+    script = (
+        "import sys, seoro.client, seoro.executor.running, seoro.cli.main; print('cryptography' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout == b"False\n"
