@@ -1,0 +1,98 @@
+"""What keys cost: `python benchmarks/keys.py`.
+
+Processor time of loading them, a sealed question to an executor over TLS and one without keys over TCP, and how
+long one who watches a run is without news when somebody else is revoked.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import anyio
+
+import seoro
+from seoro.bridges.executor import messages as wire
+from seoro.keys.roles import Role
+from tests.executors import LONG
+from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_lab
+
+QUESTIONS = 300
+STARTS = 7
+REVOCATIONS = 3
+TICKING = LONG.replace("    do serial:", "    event tick\n    on every(10ms):\n        emit tick\n    do serial:")
+
+
+def main() -> None:
+    """Measure, and print."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        lab = make_lab(place / "lab")
+        reading = f"\nfrom seoro.keys.folder import read_keys\nread_keys({lab.keys('anna')!r})"
+        reading = f"from pathlib import Path, PosixPath\nimport seoro.client, seoro.keys.sealing{reading}"
+        more = _processor_time(reading) - _processor_time("import seoro.client")
+        print(f"loading keys: {more:.3f} s of processor time")
+        with keyed_executor(place, lab) as there:
+            print(f"a sealed question over TLS: {anyio.run(_ask, there.endpoint, lab.keys('anna')):.2f} ms")
+            for _ in range(REVOCATIONS):
+                print(f"without news when somebody is revoked: {anyio.run(_watch, there.endpoint, lab):.2f} s")
+        plain = f"tcp/127.0.0.1:{free_port()}"
+        state = ("--folder", str(place / "plain"))
+        with command(place / "log", plain, "serve", "--name", NAME, "--listen", plain, *state):
+            print(f"a question over TCP: {anyio.run(_ask, plain, None):.2f} ms")
+
+
+def _processor_time(script: str) -> float:
+    """Median of a process of Python [s]."""
+    took = []
+    for _ in range(STARTS):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-c", script], check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        took.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return statistics.median(took)
+
+
+async def _ask(endpoint: str, keys: Path | None) -> float:
+    """Median of a question [ms]."""
+    took = []
+    async with seoro.Client(endpoint, keys) as client:
+        await client.runs()
+        for _ in range(QUESTIONS):
+            began = time.perf_counter()
+            await client.describe(NAME)
+            took.append((time.perf_counter() - began) / 4.0)  # it asks four times
+    return 1e3 * statistics.median(took)
+
+
+async def _watch(endpoint: str, lab: KeyedLab) -> float:
+    """The longest time without records around a revocation [s]."""
+    name = f"guest-{time.time_ns() % 10**9}"
+    lab.authority.add(name, Role.VIEWER, lab.keys(name))
+    file = lab.path / "ticking.osc"
+    file.write_text(TICKING)
+    longest = 0.0
+    async with seoro.Client(endpoint, lab.keys("anna")) as client:
+        run = await client.submit(NAME, file)
+        began = last = time.monotonic()
+        is_revoked = False
+        async for _ in run.parts():
+            now = time.monotonic()
+            longest, last = max(longest, now - last if is_revoked else 0.0), now
+            if now - began > 2.0 and not is_revoked:
+                is_revoked = True
+                lab.revoke(name, NAME)
+            if now - began > 5.0:
+                break
+        await run.executor.ask(wire.STOP_RUN, wire.StopRun(run=run.id))
+        await run.result()
+    return longest
+
+
+if __name__ == "__main__":
+    main()
