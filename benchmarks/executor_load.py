@@ -38,7 +38,7 @@ NAME = "load"
 LISTED = 100  # runs in an answer
 ASK_PERIOD = 0.05  # [s]
 BATCH = 50  # runs that wait at a time while memory is looked at
-SETTLED = 0.2  # of the runs, before memory should be what it stays
+SETTLED = 0.34  # of the runs, before memory should be what it stays
 GOAL_LIST = 0.100  # [s]
 BUSY = """import osc.helpers
 scenario busy:

@@ -25,6 +25,7 @@ from anyio.streams.text import TextReceiveStream
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.finding import find_node
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import Claim, held
 from seoro.bridges.secured import MOVING, check_reached, secured
@@ -37,8 +38,7 @@ SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # name, and the modul
 ENGINES = "seoro.engines"  # the group of entry points by which packages bring engines of others
 PYBULLET_SOURCE = (3, 12)  # the first version of Python for which PyBullet has to be compiled
 START_TIMEOUT = 30.0  # [s]
-FIND_TIMEOUT = 3.0  # [s]
-LOOK_AGAIN = 0.05  # [s] between two looks for nodes
+START = "start one with `seoro sim mujoco`"
 MAX_FOLDER = 60  # [characters]; of 107 that the name of a socket has at most
 STOP_TIMEOUT = 2.0  # [s]; after this a node is killed
 LAST_WORDS = 0.2  # [s] that the last lines of a process that has ended may take to arrive
@@ -113,7 +113,7 @@ async def connect_simulator(
     holder = (claim or Claim()).of(purpose, gives_signs=False)
     try:
         async with open_session(connect=endpoint, security=security) as session:
-            node_name = await find_node(session, endpoint, name)
+            node_name = await find_simulator(session, endpoint, name)
             address = NodeAddress(session, wire.NAMESPACE, node_name, sender=holder.holder)
             async with _all_of(address, holder), _cleared(address, options) as node:
                 yield node
@@ -302,40 +302,9 @@ async def _await_start(address: NodeAddress, process: Process, errors: _LastLine
     raise BackendError(f"the simulator node '{address.node}' did not start within {START_TIMEOUT:g} s")
 
 
-async def find_node(session: AsyncSession, endpoint: str, name: str | None = None) -> str:
-    """The name of the simulator node that is reached by a session that is connected to an endpoint.
-
-    Args:
-        session: The session.
-        endpoint: That endpoint.
-        name: Which node it has to be; None for the only one there.
-
-    Raises:
-        InvalidUse: There is none, or there are several.
-    """
-    key, found = wire.node_tokens(wire.NAMESPACE), set[str]()
-    with anyio.move_on_after(FIND_TIMEOUT):
-        # A session that follows tokens is told not all of them, or none, when it asks for a list of the same.
-        while True:
-            found = {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
-            if name in found:
-                return str(name)
-            if name is None and found:
-                break
-            await anyio.sleep(LOOK_AGAIN)
-    known = ", ".join(sorted(found))
-    if name is not None:
-        raise InvalidUse(
-            f"there is no simulator node '{name}' at {endpoint}",
-            help=f"there are {known}" if known else "start one with `seoro sim mujoco`",
-        )
-    if not found:
-        raise InvalidUse(f"there is no simulator node at {endpoint}", help="start one with `seoro sim mujoco`")
-    if len(found) > 1:
-        raise InvalidUse(
-            f"there are several nodes at {endpoint}: {known}", help="a lab file says by `name` which is meant"
-        )
-    return found.pop()
+async def find_simulator(session: AsyncSession, endpoint: str, name: str | None = None) -> str:
+    """The name of the simulator node that is reached by a session; see `find_node`."""
+    return await find_node(session, endpoint, name, "simulator node", START)
 
 
 async def _watch_process(process: Process, node: SimulatorNode, errors: _LastLines) -> None:

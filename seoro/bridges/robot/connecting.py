@@ -11,14 +11,13 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.secured import MOVING, check_reached, secured
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
 
-FIND_TIMEOUT = 3.0  # [s]
-LOOK_AGAIN = 0.05  # [s] between two looks for nodes
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
 
@@ -103,7 +102,7 @@ async def connect_robots(
 async def _held(
     session: AsyncSession, endpoint: str, holder: wire.Holder, name: str | None
 ) -> AsyncIterator[RobotNode]:
-    found = await _find_node(session, endpoint, name)
+    found = await find_node(session, endpoint, name, "bridge to robots", START)
     address = NodeAddress(session, wire.NAMESPACE, found, "bridge", holder.holder)
     async with held(address, holder) as features:
         node = RobotNode(address, holder, features)
@@ -149,24 +148,3 @@ async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures
         kind = RobotsTaken if refused.code == wire.LabResult.HELD else InvalidUse
         what = "the simulator" if not holder.gives_signs else "the robots of the bridge"
         raise kind(f"{what} '{address.node}' cannot be had: {refused}") from refused
-
-
-async def _find_node(session: AsyncSession, endpoint: str, name: str | None) -> str:
-    key, found = wire.node_tokens(wire.NAMESPACE), set[str]()
-    with anyio.move_on_after(FIND_TIMEOUT):
-        while True:
-            found = {wire.token_node(each)[0] for each in await session.list_tokens(key, FIND_TIMEOUT)}
-            if name in found:
-                return str(name)
-            if name is None and found:
-                break
-            await anyio.sleep(LOOK_AGAIN)
-    known = ", ".join(sorted(found))
-    if name is None and len(found) == 1:
-        return found.pop()
-    if name is None and found:
-        raise InvalidUse(
-            f"there are several nodes at {endpoint}: {known}", help="a lab file says by `name` which is meant"
-        )
-    which = "no bridge to robots" if name is None else f"no bridge '{name}'"
-    raise InvalidUse(f"there is {which} at {endpoint}", help=f"there are {known}" if known else START)

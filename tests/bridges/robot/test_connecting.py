@@ -124,6 +124,6 @@ async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.Monkey
     with pytest.raises(InvalidUse, match="cannot connect to"):
         async with connect_robots(f"{rails.endpoint}-that-is-not-there", "a test"):
             pass
-    with pytest.raises(InvalidUse, match="there is no bridge 'road' at"):
+    with pytest.raises(InvalidUse, match="there is no bridge to robots 'road' at"):
         async with connect_robots(rails.endpoint, "a test", "road"):
             pass

@@ -9,7 +9,7 @@ from functools import partial
 
 from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.launch import find_node
+from seoro.bridges.launch import find_simulator
 from seoro.bridges.ros2.expose import messages
 from seoro.bridges.ros2.expose.node import ExposedNode, following
 from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot
@@ -71,7 +71,7 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
             open_session(connect=settings.router, listen=settings.listen) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
-            address = NodeAddress(near, NAMESPACE, await find_node(near, settings.simulator))
+            address = NodeAddress(near, NAMESPACE, await find_simulator(near, settings.simulator))
             async with following(address) as node:
                 await _expose(node, system, settings, ready)
     except SessionError as error:
