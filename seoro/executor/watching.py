@@ -1,12 +1,20 @@
-"""Those who follow runs get what comes at once: a request for records waits here, and is answered in parts."""
+"""Those who follow runs get what comes at once: a request for records waits here, and is answered in parts.
+
+A run that has much to tell tells it in larger parts: a part costs each of those who follow a message, however
+little is in it.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
 import anyio
+
+PERIOD: Final = 0.005  # [s] from one part of a run to the next, at least
 
 log = logging.getLogger(__name__)
 
@@ -50,10 +58,15 @@ class Watches:
 
     def __init__(self) -> None:
         self._waiting: set[Watch] = set()
+        self._start = 0  # where what was not sent yet begins
+        self._unsent = bytearray()
+        self._last = -PERIOD  # when something was sent, by the event loop's clock [s]
+        self._timer: asyncio.TimerHandle | None = None
 
     @contextmanager
     def having(self, watch: Watch) -> Iterator[None]:
         """Tell a request for as long as the block lasts."""
+        self._send()  # which the new one has already
         self._waiting.add(watch)
         try:
             yield
@@ -62,8 +75,29 @@ class Watches:
 
     def grow(self, start: int, lines: bytes) -> None:
         """The trace has grown by whole lines."""
-        for watch in tuple(self._waiting):
-            watch.grow(start, lines)
+        if not self._waiting:
+            return
+        if not self._unsent:
+            self._start = start
+        self._unsent += lines
+        if self._timer is None:
+            loop = asyncio.get_running_loop()
+            left = self._last + PERIOD - loop.time()
+            if left > 0.0:
+                self._timer = loop.call_later(left, self._send)
+            else:
+                self._send()
+
+    def _send(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._unsent:
+            lines = bytes(self._unsent)
+            self._unsent.clear()
+            for watch in tuple(self._waiting):
+                watch.grow(self._start, lines)
+            self._last = asyncio.get_running_loop().time()
 
     def turn(self) -> None:
         """Something else about the run has changed."""

@@ -1,5 +1,10 @@
 """Those who follow runs get what comes at once, as much as there is room for, until there is something else."""
 
+import asyncio
+
+import pytest
+
+from seoro.executor import watching
 from seoro.executor.watching import Watch, Watches
 
 
@@ -13,16 +18,34 @@ class Sent:
         self.parts.append((start, lines))
 
 
-def test_what_comes_is_sent_at_once() -> None:
+async def test_what_comes_is_sent_at_once() -> None:
     sent, watches = Sent(), Watches()
     watch = Watch(5, 100, sent.send)
     with watches.having(watch):
         watches.grow(5, b"one\n")
-        watches.grow(9, b"two\n")
-    watches.grow(13, b"three\n")
-    assert sent.parts == [(5, b"one\n"), (9, b"two\n")]
-    assert watch.at == 13
+    watches.grow(9, b"two\n")
+    assert sent.parts == [(5, b"one\n")]
+    assert watch.at == 9
     assert not watch.over.is_set()
+
+
+async def test_much_that_comes_is_sent_in_large_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watching, "PERIOD", 0.2)
+    sent, late, watches = Sent(), Sent(), Watches()
+    watch = Watch(0, 100, sent.send)
+    with watches.having(watch):
+        for number in range(5):
+            watches.grow(2 * number, b"x\n")
+        assert sent.parts == [(0, b"x\n")]
+        while watch.at < 10:
+            await asyncio.sleep(0.0)
+        watches.grow(10, b"x\n")
+        with watches.having(Watch(12, 100, late.send)):
+            watches.grow(12, b"y\n")
+            while watch.at < 14:
+                await asyncio.sleep(0.0)
+    assert sent.parts == [(0, b"x\n"), (2, b"x\nx\nx\nx\n"), (10, b"x\n"), (12, b"y\n")]
+    assert late.parts == [(12, b"y\n")]
 
 
 def test_no_more_is_sent_than_there_is_room_for() -> None:
@@ -51,7 +74,7 @@ def test_a_watch_is_over_when_the_state_of_the_run_changes() -> None:
     assert watch.over.is_set()
 
 
-def test_one_who_is_gone_holds_nobody_up() -> None:
+async def test_one_who_is_gone_holds_nobody_up() -> None:
     def fail(_start: int, _lines: bytes) -> None:
         raise RuntimeError("the session is closed")
 
