@@ -29,7 +29,7 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("seconds", [1, 5, pytest.param(30, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [1, *(pytest.param(each, marks=pytest.mark.slow) for each in (5, 30))])
 async def test_a_link_that_is_cut_costs_time_only(
     link: Link, far: RunningExecutor, seconds: int, tmp_path: Path
 ) -> None:
@@ -54,7 +54,11 @@ async def test_a_link_that_is_cut_costs_time_only(
     assert len(records) > 50 * (seconds + 2)
 
 
-@pytest.mark.parametrize("faults", [{"loss": 0.2}, {"delay": 0.2}, {"loss": 0.1, "delay": 0.05}], ids=str)
+@pytest.mark.parametrize(
+    "faults",
+    [{"loss": 0.2}, {"delay": 0.2}, pytest.param({"loss": 0.1, "delay": 0.05}, marks=pytest.mark.slow)],
+    ids=str,
+)
 async def test_a_bad_link_costs_time_only(
     link: Link, far: RunningExecutor, faults: dict[str, float], tmp_path: Path
 ) -> None:

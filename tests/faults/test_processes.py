@@ -109,6 +109,7 @@ async def test_a_router_that_is_killed_and_comes_back_costs_time_only(tmp_path: 
             assert [each.id for each in await client.runs()] == [run.id]
 
 
+@pytest.mark.slow
 async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with router_process(endpoint) as router, executor(tmp_path, connect=endpoint):
@@ -124,6 +125,7 @@ async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- executors
 
 
+@pytest.mark.slow
 async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
@@ -136,6 +138,7 @@ async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_p
     assert 5.9 < records[-1]["t"] < 6.1  # nobody waited for it
 
 
+@pytest.mark.slow
 def test_an_executor_that_is_frozen_hides_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -197,6 +200,7 @@ async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None
 # ---------------------------------------------------------------- runs and simulators
 
 
+@pytest.mark.slow
 async def test_the_process_of_a_run_that_is_frozen_goes_on_where_it_was(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
@@ -274,6 +278,7 @@ async def test_what_is_stopped_while_the_executor_is_away_is_stopped(tmp_path: P
             assert (verdict.status, verdict.reason) == (seoro.RunStatus.CANCELLED, "enough")
 
 
+@pytest.mark.slow
 async def test_who_has_asked_for_long_enough_is_told_and_the_run_is_found_later(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint, patience=1.0) as client:

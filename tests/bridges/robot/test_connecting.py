@@ -120,7 +120,7 @@ async def test_the_end_of_the_bridge_is_told(
 
 
 async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seoro.bridges.robot.connecting.FIND_TIMEOUT", 0.3)
+    monkeypatch.setattr("seoro.bridges.finding.TIMEOUT", 0.3)
     with pytest.raises(InvalidUse, match="cannot connect to"):
         async with connect_robots(f"{rails.endpoint}-that-is-not-there", "a test"):
             pass
