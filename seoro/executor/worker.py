@@ -108,8 +108,9 @@ def work(control_pipe: int, data_pipe: int) -> None:
         status, end = 0, pack_end(anyio.run(_carry_out, job, telling, stopping))
     except StoppedBefore:
         status, end = NOT_BEGUN, b""
+    sys.stdout.flush()  # before clients are told that all is there
+    sys.stderr.flush()
     telling.finish(end)
-    sys.stdout.flush()
     os._exit(status)  # all is cleaned up; what a thread of an action still does ends with the run
 
 

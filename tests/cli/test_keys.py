@@ -67,8 +67,11 @@ def test_an_admin_tells_an_executor_who_is_revoked(
         assert "`revoke` is for one who is admin" in capsys.readouterr().err
         assert main(["keys", "tell", "--keys", str(lab.keys("ada")), *revoked]) == 0
         assert f"told {NAME} who is revoked" in capsys.readouterr().out
-        assert main([*on, str(lab.keys("anna"))]) == 2
-        assert "whose keys are revoked sees none" in capsys.readouterr().err
+        said = "nothing answers"
+        while "nothing answers" in said:  # the executor opens its endpoint anew
+            assert main([*on, str(lab.keys("anna"))]) == 2
+            said = capsys.readouterr().err
+        assert "whose keys are revoked sees none" in said
         log = str(tmp_path / "state" / "audit.jsonl")
         assert main(["keys", "audit", log, "--keys", str(lab.keys("vera"))]) == 0
         assert f"lines of {NAME}" in capsys.readouterr().out
