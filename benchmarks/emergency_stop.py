@@ -11,13 +11,11 @@ from __future__ import annotations
 import argparse
 import asyncio
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+
+from processes import command
 
 from seoro.bridges import wire
 from seoro.bridges.robot.connecting import connect_robots
@@ -30,18 +28,6 @@ COMMANDS = f"0/{ROBOT}/cmd_vel/**"
 CDR_HEADER = 4  # [bytes]
 UP_TO_SPEED = 1.0  # [s]
 GOAL = 0.3  # [s]
-
-
-@contextmanager
-def command(*arguments: str) -> Iterator[None]:
-    """A command of seoro for as long as the block lasts, once it has said that it is ready."""
-    with subprocess.Popen([sys.executable, "-m", "seoro.cli.main", *arguments], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        try:
-            yield
-        finally:
-            process.terminate()
 
 
 async def _stop_in_full_motion(endpoint: str) -> tuple[Outcome, float]:

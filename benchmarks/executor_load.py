@@ -15,9 +15,7 @@ import argparse
 import asyncio
 import multiprocessing
 import os
-import signal
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -27,6 +25,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from processes import Executor, children, executor
 from startup import HELLO
 
 import seoro
@@ -48,38 +47,6 @@ scenario busy:
     do serial:
         wait elapsed(20s)
 """
-
-
-@dataclass(frozen=True)
-class Executor:
-    """An executor that runs: where it is reached, and its process."""
-
-    endpoint: str
-    process: int
-
-    @property
-    def template(self) -> int:
-        """The process that forks runs."""
-        return children(self.process)[0]
-
-
-def children(process: int) -> list[int]:
-    """The processes that a process has started."""
-    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-
-
-@contextmanager
-def executor(folder: Path, jobs: int) -> Iterator[Executor]:
-    """An executor for as long as the block lasts."""
-    endpoint = f"unixsock-stream/{folder}/hub"
-    command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
-    command += ["--folder", str(folder / "state"), "--jobs", str(jobs)]
-    # In a session of its own, as a service is: Linux shares the processor out among sessions.
-    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        yield Executor(endpoint, process.pid)
-        process.send_signal(signal.SIGINT)
 
 
 def memory(process: int) -> float:
@@ -224,7 +191,7 @@ def main() -> int:
             if count:
                 place = Path(name, title.replace(" ", "_"))
                 place.mkdir()
-                with executor(place, jobs) as running:
+                with executor(place, NAME, jobs) as running:
                     seen = Seen()
                     with asking(running.endpoint, seen):
                         took = asyncio.run(crowd(running, bundle, count, options.watchers, seen))
@@ -233,7 +200,7 @@ def main() -> int:
         if options.runs:
             place = Path(name, "chain")
             place.mkdir()
-            with executor(place, 1) as running:
+            with executor(place, NAME) as running:
                 began = time.perf_counter()
                 found = asyncio.run(follow_each_other(running, hello, options.runs))
                 took = time.perf_counter() - began

@@ -12,17 +12,14 @@ import argparse
 import asyncio
 import compileall
 import os
-import signal
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
+from processes import executor
 from startup import HELLO, measure
 
 import seoro
@@ -38,21 +35,6 @@ scenario ticks:
     do serial:
         wait elapsed(6s)
 """
-
-
-@contextmanager
-def executor(folder: Path) -> Iterator[str]:
-    """An executor for as long as the block lasts; yields its endpoint."""
-    endpoint = f"unixsock-stream/{folder}/hub"
-    command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
-    with subprocess.Popen([*command, "--folder", str(folder / "state")], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        time.sleep(2.0 * PAUSE)
-        try:
-            yield endpoint
-        finally:
-            process.send_signal(signal.SIGINT)
 
 
 def round_trips(file: Path, rounds: int) -> None:
@@ -92,8 +74,9 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=11)
     options = parser.parse_args()
     compileall.compile_dir(Path(seoro.__file__).parent, quiet=2)
-    with tempfile.TemporaryDirectory() as name, executor(Path(name)) as endpoint:
-        os.environ["SEORO_EXECUTOR"] = endpoint
+    with tempfile.TemporaryDirectory() as name, executor(Path(name), NAME) as running:
+        os.environ["SEORO_EXECUTOR"] = running.endpoint
+        time.sleep(2.0 * PAUSE)
         hello, ticks = Path(name) / "hello.osc", Path(name) / "ticks.osc"
         hello.write_text(HELLO)
         ticks.write_text(TICKS)

@@ -47,9 +47,9 @@ class Job(Message):
     allowed: tuple[str, ...]
 
 
-def write_frame(to: IO[bytes], kind: Frame, data: bytes) -> None:
-    """Write a frame."""
-    to.write(HEADER.pack(kind, len(data)) + data)
+def frame(kind: Frame, data: bytes) -> bytes:
+    """A frame, as it is written."""
+    return HEADER.pack(kind, len(data)) + data
 
 
 def read_frame(source: IO[bytes]) -> tuple[Frame, bytes] | None:

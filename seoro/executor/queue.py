@@ -55,11 +55,6 @@ class LiveRun:
         self._killing: asyncio.TimerHandle | None = None
 
     @property
-    def is_stopped(self) -> bool:
-        """Whether it was asked to stop."""
-        return self._stop_reason is not None
-
-    @property
     def stop_reason(self) -> str | None:
         """Why it was asked to stop; None if it was not."""
         return self._stop_reason
@@ -109,7 +104,11 @@ class LiveRun:
     def patience(self) -> float | None:
         """How much longer it goes on without a sign of life [s]; None if it does so for ever, or is stopped."""
         allowed = self.submission.stop_if_lost
-        return None if allowed is None or self.is_stopped else self._watched + allowed - time.monotonic()
+        return (
+            None
+            if allowed is None or self._stop_reason is not None
+            else self._watched + allowed - time.monotonic()
+        )
 
 
 class Queue:
@@ -248,9 +247,7 @@ class Queue:
             How many runs were stopped.
         """
         self._is_closing = True
-        running = [live for run, live in self._live.items() if run not in self._waiting]
-        for live in running:
-            live.stop("the executor ends")
+        running = [self._live[run] for run in self.stop_running("the executor ends")]
         for live in running:
             await live.changes.wait_for(lambda live=live: live.info.state.is_final)  # type: ignore[misc]
         await self._keep_again()

@@ -9,7 +9,7 @@ from collections import deque
 from itertools import groupby
 from typing import Any, Final
 
-from seoro.executor.frames import HEADER, Frame
+from seoro.executor.frames import Frame, frame
 from seoro.runtime.jsonl import to_line
 
 MOST_AT_ONCE: Final = 1000  # records in one frame
@@ -101,13 +101,8 @@ class Telling:
         frames = []
         for is_record, group in groupby(items, lambda item: isinstance(item, dict)):
             if is_record:
-                frames.append(
-                    _frame(Frame.TRACE, b"".join(to_line(item) for item in group if isinstance(item, dict)))
-                )
+                lines = b"".join(to_line(item) for item in group if isinstance(item, dict))
+                frames.append(frame(Frame.TRACE, lines))
             else:
-                frames += [_frame(*item) for item in group if isinstance(item, tuple)]
+                frames += [frame(*item) for item in group if isinstance(item, tuple)]
         return b"".join(frames)
-
-
-def _frame(kind: Frame, data: bytes) -> bytes:
-    return HEADER.pack(kind, len(data)) + data

@@ -18,7 +18,7 @@ from contextlib import asynccontextmanager, suppress
 from typing import Final
 
 from seoro.bridges import wire
-from seoro.executor.frames import HEADER, TOLD, Frame, Job, Told, write_frame
+from seoro.executor.frames import HEADER, TOLD, Frame, Job, Told, frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
 READ_SIZE: Final = 1 << 16  # [bytes]
@@ -65,7 +65,7 @@ class Worker:
 
     def _write(self, kind: Frame, data: bytes) -> None:
         with os.fdopen(os.dup(self._control), "wb") as pipe:
-            write_frame(pipe, kind, data)
+            pipe.write(frame(kind, data))
 
     async def frames(self) -> AsyncIterator[tuple[Frame, bytes]]:
         """What it tells, to the end of its run or its own."""

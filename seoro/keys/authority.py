@@ -30,7 +30,7 @@ from seoro.keys.certificates import (
     new_key,
 )
 from seoro.keys.errors import InvalidKeys
-from seoro.keys.files import make_folder, read_certificate, read_file, read_key, write_private, write_public
+from seoro.keys.files import make_folder, read_certificate, read_file, read_pair, write_private, write_public
 from seoro.keys.folder import KeyFolder
 from seoro.keys.revocation import Revocations, make_list, read_list
 from seoro.keys.roles import Role
@@ -190,7 +190,4 @@ def open_authority(path: Path) -> Authority:
             f"the key of a lab is not in {path}",
             help="`seoro keys init LAB` makes it; `--keys DIR` says where it is",
         )
-    key, certificate = read_key(folder.authority_key), read_certificate(folder.authority)
-    if key.public_key() != certificate.public_key():
-        raise InvalidKeys(f"{folder.authority_key} does not belong to {folder.authority}")
-    return Authority(folder, key, certificate)
+    return Authority(folder, *read_pair(folder.authority_key, folder.authority))

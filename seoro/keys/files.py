@@ -84,12 +84,20 @@ def read_certificate(path: Path) -> x509.Certificate:
         raise InvalidKeys(f"{path} is no certificate") from error
 
 
-def read_key(path: Path) -> PrivateKey:
-    """The private key in a file that nobody else can read.
+def read_pair(key: Path, certificate: Path) -> tuple[PrivateKey, x509.Certificate]:
+    """A private key, and the certificate that belongs to it.
 
     Raises:
-        InvalidKeys: There is none, or others can read it.
+        InvalidKeys: One of them is not there, others can read the key, or they do not belong together.
     """
+    pair = _read_key(key), read_certificate(certificate)
+    if pair[0].public_key() != pair[1].public_key():
+        raise InvalidKeys(f"{key} does not belong to {certificate}")
+    return pair
+
+
+def _read_key(path: Path) -> PrivateKey:
+    """The private key in a file that nobody else can read."""
     data = read_file(path)
     if path.stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise InvalidKeys(

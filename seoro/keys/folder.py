@@ -89,7 +89,7 @@ def read_keys(path: Path, roles: frozenset[Role] | None = None) -> Keys:
         InvalidKeys: They are not.
     """
     from seoro.keys.certificates import check_issued, check_time, identity_of  # noqa: PLC0415 - on demand
-    from seoro.keys.files import read_certificate, read_key  # noqa: PLC0415 - the same
+    from seoro.keys.files import read_certificate, read_pair  # noqa: PLC0415 - the same
 
     folder = KeyFolder(path)
     if not folder.certificate.exists():
@@ -97,10 +97,8 @@ def read_keys(path: Path, roles: frozenset[Role] | None = None) -> Keys:
             f"there are no keys in {path}",
             help="`seoro keys add NAME --role ROLE` makes them, where the lab's key is",
         )
-    authority, certificate = read_certificate(folder.authority), read_certificate(folder.certificate)
-    key = read_key(folder.key)
-    if key.public_key() != certificate.public_key():
-        raise InvalidKeys(f"{folder.key} does not belong to {folder.certificate}")
+    authority = read_certificate(folder.authority)
+    key, certificate = read_pair(folder.key, folder.certificate)
     try:
         check_issued(certificate, authority)
     except InvalidKeys as error:

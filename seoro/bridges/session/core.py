@@ -198,26 +198,20 @@ class Session:
         key: str,
         payload: bytes,
         timeout: float,
-        done: Callable[[Reply], None],
+        answers: Callback[zenoh.Reply],
         attachment: bytes | None = None,
+        consolidation: zenoh.ConsolidationMode = zenoh.ConsolidationMode.AUTO,
     ) -> Callable[[], None]:
-        """Ask; `done` is called once, on a thread of Zenoh's. Returns what cancels the request."""
-        answers: list[tuple[bool, bytes]] = []
-
-        def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                answers.append((True, reply.ok.payload.to_bytes()))
-            elif reply.err is not None:
-                answers.append((False, reply.err.payload.to_bytes()))
-
+        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request."""
         token = zenoh.CancellationToken()
         try:
             self._zenoh.get(
                 key,
-                Callback(take, drop=lambda: done(Reply(tuple(answers))), indirect=False),
+                answers,
                 payload=payload,
                 timeout=timeout,
                 target=zenoh.QueryTarget.BEST_MATCHING,
+                consolidation=consolidation,
                 congestion_control=zenoh.CongestionControl.DROP,
                 cancellation_token=token,
                 attachment=attachment,
@@ -315,17 +309,24 @@ class AsyncSession:
         """
         loop = asyncio.get_running_loop()
         future: asyncio.Future[Reply] = loop.create_future()
+        answers: list[tuple[bool, bytes]] = []
+
+        def take(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                answers.append((True, reply.ok.payload.to_bytes()))
+            elif reply.err is not None:
+                answers.append((False, reply.err.payload.to_bytes()))
 
         def settle(reply: Reply) -> None:
             if not future.done():
                 future.set_result(reply)
 
-        def done(reply: Reply) -> None:
+        def over() -> None:
             # The loop may be gone when a late answer arrives at the end of the process.
             if not loop.is_closed():
-                loop.call_soon_threadsafe(settle, reply)
+                loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
 
-        cancel = self._session.get(key, payload, timeout, done, attachment)
+        cancel = self._session.get(key, payload, timeout, Callback(take, drop=over, indirect=False), attachment)
         self._pending.add(cancel)
         try:
             reply = await future

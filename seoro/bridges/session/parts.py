@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TypeAlias
@@ -10,7 +10,7 @@ from typing import TypeAlias
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import PART, AsyncSession, Reply, Session, SessionError
+from seoro.bridges.session.core import PART, AsyncSession, Reply
 from seoro.bridges.session.mailbox import Bound, Mailbox
 
 WAITING = Bound(1 << 14)  # parts that wait to be looked at; the last, which says that it is, is never lost
@@ -37,7 +37,25 @@ async def asking_for_parts(
     `NoServer`, `NoAnswer` or `Refused` is raised.
     """
     answers: Mailbox[_Answer] = Mailbox(WAITING)
-    cancel = _get(session.blocking, key, payload, timeout, attachment, answers)
+
+    def take(reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            data, beside = reply.ok.payload.to_bytes(), reply.ok.attachment
+            is_part = beside is not None and beside.to_bytes() == PART
+            answers.put((is_part, Reply(((True, data),))), len(data))
+        elif reply.err is not None:
+            data = reply.err.payload.to_bytes()
+            answers.put((False, Reply(((False, data),))), len(data))
+
+    over = partial(answers.put, (False, Reply(())), 0)
+    cancel = session.blocking.get(
+        key,
+        payload,
+        timeout,
+        Callback(take, drop=over, indirect=False),
+        attachment,
+        zenoh.ConsolidationMode.NONE,  # each part as it comes
+    )
     try:
         yield _values(answers, key)
     finally:
@@ -49,38 +67,3 @@ async def _values(answers: Mailbox[_Answer], key: str) -> AsyncIterator[tuple[bo
     while is_part:
         is_part, reply = await answers.take()
         yield is_part, reply.value(key)
-
-
-def _get(
-    session: Session,
-    key: str,
-    payload: bytes,
-    timeout: float,
-    attachment: bytes | None,
-    answers: Mailbox[_Answer],
-) -> Callable[[], None]:
-    def take(reply: zenoh.Reply) -> None:
-        if reply.ok is not None:
-            data, beside = reply.ok.payload.to_bytes(), reply.ok.attachment
-            is_part = beside is not None and beside.to_bytes() == PART
-            answers.put((is_part, Reply(((True, data),))), len(data))
-        elif reply.err is not None:
-            data = reply.err.payload.to_bytes()
-            answers.put((False, Reply(((False, data),))), len(data))
-
-    token = zenoh.CancellationToken()
-    try:
-        session.handle.get(
-            key,
-            Callback(take, drop=partial(answers.put, (False, Reply(())), 0), indirect=False),
-            payload=payload,
-            timeout=timeout,
-            target=zenoh.QueryTarget.BEST_MATCHING,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cancellation_token=token,
-            attachment=attachment,
-        )
-    except zenoh.ZError as error:
-        raise SessionError(f"cannot ask {key}: {error}") from error
-    return token.cancel

@@ -1,0 +1,52 @@
+"""Processes of seoro that benchmarks measure, for as long as a block lasts."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@contextmanager
+def command(*arguments: str) -> Iterator[int]:
+    """A command of seoro, once it has said that it is ready; yields the number of its process."""
+    line = [sys.executable, "-m", "seoro.cli.main", *arguments]
+    # In a session of its own, as a service is: Linux shares the processor out among sessions.
+    with subprocess.Popen(line, stdout=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        try:
+            yield process.pid
+        finally:
+            process.send_signal(signal.SIGINT)
+
+
+@dataclass(frozen=True)
+class Executor:
+    """An executor that runs: where it is reached, and its process."""
+
+    endpoint: str
+    process: int
+
+    @property
+    def template(self) -> int:
+        """The process that forks runs."""
+        return children(self.process)[0]
+
+
+def children(process: int) -> list[int]:
+    """The processes that a process has started."""
+    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+@contextmanager
+def executor(folder: Path, name: str, jobs: int = 1) -> Iterator[Executor]:
+    """An executor that keeps its runs in a folder, which also has its socket."""
+    endpoint = f"unixsock-stream/{folder}/hub"
+    kept = ("--folder", str(folder / "state"), "--jobs", str(jobs))
+    with command("serve", "--name", name, "--listen", endpoint, *kept) as process:
+        yield Executor(endpoint, process)
