@@ -27,13 +27,15 @@ import seoro
 NAME = "benchmark"
 PAUSE = 1.0  # [s] after a run, in which the executor gets another process ready
 GOAL_ROUND_TRIP, GOAL_RECORD = 0.150, 0.001  # [s]
+PERIODS = (20, 5, 1)  # [ms] between records
+RECORDS = 300  # of each
 TICKS = """import osc.helpers
 scenario ticks:
     event tick
-    on every(20ms):
+    on every({period}ms):
         emit tick
     do serial:
-        wait elapsed(6s)
+        wait elapsed({duration}ms)
 """
 
 
@@ -77,15 +79,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, executor(Path(name), NAME) as running:
         os.environ["SEORO_EXECUTOR"] = running.endpoint
         time.sleep(2.0 * PAUSE)
-        hello, ticks = Path(name) / "hello.osc", Path(name) / "ticks.osc"
+        hello = Path(name) / "hello.osc"
         hello.write_text(HELLO)
-        ticks.write_text(TICKS)
         round_trips(hello, options.rounds)
-        taken = sorted(asyncio.run(latencies(ticks)))
-    half, most = statistics.median(taken), taken[int(0.99 * len(taken))]
-    print(
-        f"a record: {1000 * half:.2f} ms, p99 {1000 * most:.2f} ms   wanted: {1000 * GOAL_RECORD:.0f} ms at most"
-    )
+        print(f"a record, wanted: {1000 * GOAL_RECORD:.0f} ms at most")
+        for period in PERIODS:
+            ticks = Path(name) / f"ticks{period}.osc"
+            ticks.write_text(TICKS.format(period=period, duration=period * RECORDS))
+            taken = sorted(asyncio.run(latencies(ticks)))
+            half, most = statistics.median(taken), taken[int(0.99 * len(taken))]
+            print(f"  each {period:2} ms: p50 {1000 * half:.2f} ms, p99 {1000 * most:.2f} ms")
 
 
 if __name__ == "__main__":

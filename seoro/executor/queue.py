@@ -24,7 +24,7 @@ from seoro.executor.limits import Limits, Policy
 from seoro.executor.memory import exceeds
 from seoro.executor.order import Waiting
 from seoro.executor.store import Finished, Store
-from seoro.executor.watching import Watches
+from seoro.executor.watching import Pace, Watches
 from seoro.executor.workers import Pool, Worker
 
 STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
@@ -40,15 +40,16 @@ class LiveRun:
     Args:
         info: What is known of it.
         submission: What it was submitted with.
+        pace: Of what is sent to those who follow runs.
     """
 
-    def __init__(self, info: RunInfo, submission: wire.Submission) -> None:
+    def __init__(self, info: RunInfo, submission: wire.Submission, pace: Pace) -> None:
         self.info = info
         self.submission = submission
         self.killed = ""  # why it was, if it was
         self.size = 0  # of its trace so far [bytes]
         self.changes = Changes()  # of all of that
-        self.watches = Watches()  # of the same, at once
+        self.watches = Watches(pace)  # of the same, at once
         self._worker: Worker | None = None
         self._stop_reason: str | None = None
         self._watched = time.monotonic()
@@ -130,6 +131,7 @@ class Queue:
         self._policy = policy
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
+        self._pace = Pace()
         self._ends: dict[str, Finished] = {}
         self._changes = Changes()
         self._is_closing = False
@@ -168,7 +170,7 @@ class Queue:
 
     def add(self, info: RunInfo, submission: wire.Submission) -> None:
         """A run is to be carried out."""
-        self._live[info.run] = LiveRun(info, submission)
+        self._live[info.run] = LiveRun(info, submission, self._pace)
         self._waiting.add(info.run, info.priority, info.by)
         self._changes.tell()
 

@@ -1,7 +1,7 @@
 """Those who follow runs get what comes at once: a request for records waits here, and is answered in parts.
 
-A run that has much to tell tells it in larger parts: a part costs each of those who follow a message, however
-little is in it.
+A part costs each of those who follow a message, however little is in it. So an executor that has much to send
+sends it in larger parts.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Final
 
 import anyio
 
-PERIOD: Final = 0.005  # [s] from one part of a run to the next, at least
+SHARE: Final = 0.25  # of its time that an executor sends parts, before they become larger
+PERIOD: Final = 0.005  # [s] from one part of a run to the next, at most, when they do
 
 log = logging.getLogger(__name__)
 
@@ -53,14 +54,33 @@ class Watch:
             self._room -= len(lines)
 
 
-class Watches:
-    """The requests that wait for what comes of a run."""
+class Pace:
+    """When parts of all runs are sent; times are those of the event loop [s]."""
 
     def __init__(self) -> None:
+        self._free = 0.0  # from when on no more than the share was taken for what was sent
+
+    def wait(self, now: float) -> float:
+        """How long a part has to wait."""
+        return min(max(self._free - now, 0.0), PERIOD)
+
+    def took(self, began: float, ended: float) -> None:
+        """A part was sent."""
+        self._free = max(self._free, began) + (ended - began) / SHARE
+
+
+class Watches:
+    """The requests that wait for what comes of a run.
+
+    Args:
+        pace: Of all runs of the executor.
+    """
+
+    def __init__(self, pace: Pace) -> None:
+        self._pace = pace
         self._waiting: set[Watch] = set()
         self._start = 0  # where what was not sent yet begins
         self._unsent = bytearray()
-        self._last = -PERIOD  # when something was sent, by the event loop's clock [s]
         self._timer: asyncio.TimerHandle | None = None
 
     @contextmanager
@@ -82,9 +102,9 @@ class Watches:
         self._unsent += lines
         if self._timer is None:
             loop = asyncio.get_running_loop()
-            left = self._last + PERIOD - loop.time()
-            if left > 0.0:
-                self._timer = loop.call_later(left, self._send)
+            wait = self._pace.wait(loop.time())
+            if wait > 0.0:
+                self._timer = loop.call_later(wait, self._send)
             else:
                 self._send()
 
@@ -95,9 +115,11 @@ class Watches:
         if self._unsent:
             lines = bytes(self._unsent)
             self._unsent.clear()
+            clock = asyncio.get_running_loop().time
+            began = clock()
             for watch in tuple(self._waiting):
                 watch.grow(self._start, lines)
-            self._last = asyncio.get_running_loop().time()
+            self._pace.took(began, clock())
 
     def turn(self) -> None:
         """Something else about the run has changed."""

@@ -2,10 +2,7 @@
 
 import asyncio
 
-import pytest
-
-from seoro.executor import watching
-from seoro.executor.watching import Watch, Watches
+from seoro.executor.watching import PERIOD, SHARE, Pace, Watch, Watches
 
 
 class Sent:
@@ -19,7 +16,7 @@ class Sent:
 
 
 async def test_what_comes_is_sent_at_once() -> None:
-    sent, watches = Sent(), Watches()
+    sent, watches = Sent(), Watches(Pace())
     watch = Watch(5, 100, sent.send)
     with watches.having(watch):
         watches.grow(5, b"one\n")
@@ -29,14 +26,16 @@ async def test_what_comes_is_sent_at_once() -> None:
     assert not watch.over.is_set()
 
 
-async def test_much_that_comes_is_sent_in_large_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(watching, "PERIOD", 0.2)
-    sent, late, watches = Sent(), Sent(), Watches()
+async def test_an_executor_with_much_to_send_sends_it_in_large_parts() -> None:
+    pace = Pace()
+    sent, late, watches = Sent(), Sent(), Watches(pace)
+    now = asyncio.get_running_loop().time()
+    pace.took(now, now + 3600.0)
     watch = Watch(0, 100, sent.send)
     with watches.having(watch):
         for number in range(5):
             watches.grow(2 * number, b"x\n")
-        assert sent.parts == [(0, b"x\n")]
+        assert not sent.parts
         while watch.at < 10:
             await asyncio.sleep(0.0)
         watches.grow(10, b"x\n")
@@ -44,8 +43,20 @@ async def test_much_that_comes_is_sent_in_large_parts(monkeypatch: pytest.Monkey
             watches.grow(12, b"y\n")
             while watch.at < 14:
                 await asyncio.sleep(0.0)
-    assert sent.parts == [(0, b"x\n"), (2, b"x\nx\nx\nx\n"), (10, b"x\n"), (12, b"y\n")]
+    assert sent.parts == [(0, b"x\nx\nx\nx\nx\n"), (10, b"x\n"), (12, b"y\n")]
     assert late.parts == [(12, b"y\n")]
+
+
+def test_parts_wait_once_sending_them_takes_more_than_its_share() -> None:
+    pace, took = Pace(), 0.001 * SHARE
+    assert pace.wait(1.0) == 0.0
+    pace.took(1.0, 1.0 + took)
+    assert pace.wait(1.0 + took) > 0.0
+    assert pace.wait(1.0011) == 0.0
+    for _ in range(100):
+        pace.took(2.0, 2.0 + took)
+    assert pace.wait(2.0) == PERIOD
+    assert pace.wait(3.0) == 0.0
 
 
 def test_no_more_is_sent_than_there_is_room_for() -> None:
@@ -68,7 +79,7 @@ def test_a_watch_that_lacks_something_is_over() -> None:
 
 
 def test_a_watch_is_over_when_the_state_of_the_run_changes() -> None:
-    watches, watch = Watches(), Watch(0, 100, Sent().send)
+    watches, watch = Watches(Pace()), Watch(0, 100, Sent().send)
     with watches.having(watch):
         watches.turn()
     assert watch.over.is_set()
@@ -78,7 +89,7 @@ async def test_one_who_is_gone_holds_nobody_up() -> None:
     def fail(_start: int, _lines: bytes) -> None:
         raise RuntimeError("the session is closed")
 
-    sent, watches = Sent(), Watches()
+    sent, watches = Sent(), Watches(Pace())
     gone, there = Watch(0, 100, fail), Watch(0, 100, sent.send)
     with watches.having(gone), watches.having(there):
         watches.grow(0, b"one\n")
