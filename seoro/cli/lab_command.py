@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import re
-import secrets
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,10 +19,10 @@ from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import plain, table
 from seoro.cli.output import printable
 from seoro.errors import InvalidUse
-from seoro.people import whoami
 from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:
+    from seoro.client.lab import LabControl
     from seoro.lab.commanding import Outcome
     from seoro.lab.reading import Lab
 
@@ -144,7 +143,7 @@ def guessed(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 async def _status(options: argparse.Namespace) -> int:
-    from seoro.lab.seeing import asking, known_of, look, reaching  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.lab.seeing import asking, known_of, reaching  # noqa: PLC0415 - Zenoh, for this command only
 
     endpoints, lab = endpoints_of(options), _lab_of(options)
     known = [] if lab is None else known_of(lab)
@@ -156,49 +155,36 @@ async def _status(options: argparse.Namespace) -> int:
                 await anyio.sleep(PERIOD)
                 if any(not each.node or each.why for each in members):
                     break  # whoever was not there may be by now
-    members = await look(endpoints)
+    members = await _control(options).status()
     print(to_json(plain(members)) if options.json else table(members, known, quiet=guessed(options)))
     quiet = guessed(options)
     return Exit.ERROR if any(each.why and each.called not in quiet for each in members) else Exit.PASSED
 
 
 async def _lease(options: argparse.Namespace) -> int:
-    from seoro.lab.commanding import lease  # noqa: PLC0415 - Zenoh, for this command only
-
-    name = f"hand-{secrets.token_hex(4)}"
-    purpose = f"{options.purpose} - {whoami()}" if options.purpose else whoami()
-    until = time.time() + options.duration
-    outcomes = await lease(_places(options), endpoints_of(options), name, purpose, options.duration)
-    if any(each.error for each in outcomes):
-        return _told(outcomes)
-    print(f"leased until {time.strftime('%d %b %H:%M:%S', time.localtime(until))}: {', '.join(options.robots)}")
-    print(f"runs get them with `seoro exec --lease {name}`; `seoro lab release {name}` ends it")
+    found = await _control(options).lease(*options.robots, duration=options.duration, purpose=options.purpose)
+    until = time.strftime("%d %b %H:%M:%S", time.localtime(found.until))
+    print(f"leased until {until}: {', '.join(found.robots)}")
+    print(f"runs get them with `seoro exec --lease {found.name}`; `seoro lab release {found.name}` ends it")
     return Exit.PASSED
 
 
 async def _release(options: argparse.Namespace) -> int:
-    from seoro.lab.commanding import end_lease, release_all  # noqa: PLC0415 - Zenoh, for this command only
-
     if options.all:
-        if options.robots or not options.reason.strip():
-            raise InvalidUse(
-                "an emergency stop is released for everything, with a reason",
-                help='such as `seoro lab release --all --reason "nobody is inside"`',
-            )
-        return _told(await release_all(endpoints_of(options), whoami(), options.reason), quiet=guessed(options))
+        if options.robots:
+            raise InvalidUse("an emergency stop is released for everything", help="leave out the robots")
+        return _told(await _control(options).release_all(options.reason), quiet=guessed(options))
     if not options.robots:
         raise InvalidUse("it is not said what to release", help="name robots or a lease, or say `--all`")
-    return _told([await end_lease(endpoints_of(options), place) for place in _places(options)])
+    return _told([await _control(options).release(name) for name in options.robots])
 
 
 async def _stop(options: argparse.Namespace) -> int:
-    from seoro.lab.commanding import stop_robots  # noqa: PLC0415 - Zenoh, for this command only
-
     if options.all == bool(options.robots):
         raise InvalidUse("it is not said what to stop", help="name robots, or say `--all`")
     if options.all:
         return await stop_everything(options)
-    return _told(await stop_robots(_places(options), endpoints_of(options)))
+    return _told(await _control(options).stop(*options.robots))
 
 
 async def stop_everything(options: argparse.Namespace, *more: str) -> int:
@@ -208,22 +194,14 @@ async def stop_everything(options: argparse.Namespace, *more: str) -> int:
         options: Of the command line.
         more: Endpoints beside those of the lab.
     """
-    from seoro.lab.commanding import stop_all  # noqa: PLC0415 - Zenoh, for this command only
-
-    outcomes = await stop_all(endpoints_of(options, *more), whoami(), options.reason)
-    return _told(outcomes, quiet=guessed(options))
+    return _told(await _control(options, *more).stop_all(options.reason), quiet=guessed(options))
 
 
-def _places(options: argparse.Namespace) -> list[tuple[str, str | None]]:
-    """Names of robots at their nodes, by those in the lab file, each with its endpoint if that is known."""
-    lab = _lab_of(options)
-    places: list[tuple[str, str | None]] = []
-    for robot in options.robots:
-        if lab is not None and robot in lab.robots:
-            places.append((lab.called(robot), lab.address(lab.robots[robot].where)[0]))
-        else:
-            places.append((robot, None))
-    return places
+def _control(options: argparse.Namespace, *more: str) -> LabControl:
+    """The lab that the options name, and more endpoints."""
+    from seoro.client.lab import LabControl  # noqa: PLC0415 - Zenoh, for this command only
+
+    return LabControl(endpoints_of(options, *more), _lab_of(options))
 
 
 def _told(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:

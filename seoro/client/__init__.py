@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +41,7 @@ from seoro.lang.diagnostics import near
 from seoro.people import whoami
 
 if TYPE_CHECKING:
+    from seoro.client.lab import LabControl
     from seoro.keys.folder import Keys
 
 VARIABLE = "SEORO_EXECUTOR"  # of the environment, with the endpoint
@@ -196,6 +197,24 @@ class Client:
         await upload(reached, bundle)
         info = await reached.ask(wire.SUBMIT, submission)
         return RemoteRun(reached, info, stop_if_lost)
+
+    def lab(self, file: str | Path | None = None, connect: Sequence[str] = ()) -> LabControl:
+        """What looks after a lab: its robots, who has them, and stopping them. It makes connections of its own.
+
+        Args:
+            file: The lab file.
+            connect: Zenoh endpoints of more nodes, executors or routers. Without any, and without a file, the
+                lab is what is alive at the endpoint of the client.
+
+        Raises:
+            InvalidUse: There is no such lab file, or something is wrong in it.
+        """
+        from seoro.client.lab import LabControl  # noqa: PLC0415 - for those who look after labs only
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the same
+
+        lab = None if file is None else read_lab(Path(file))
+        named = (*(() if lab is None else lab.endpoints), *connect)
+        return LabControl(named or (self.endpoint,), lab, self._folder)
 
     async def revoke(self, revoked: bytes) -> list[str]:
         """Tell all executors who is revoked; returns their names. For those with the keys of an admin.

@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 import anyio
 
@@ -47,24 +48,25 @@ class Outcome:
     is_somebody: bool = True
 
 
-async def stop_all(endpoints: Sequence[str], by: str, reason: str) -> list[Outcome]:
+async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
     """Emergency stop: nothing moves from now on until it is released.
 
     Args:
         endpoints: Where nodes, executors or routers are.
         by: Who stops it, and `reason` why, for others.
+        keys: Folder of keys, as in `reaching`.
     """
     asked = wire.EmergencyStop(by=by, reason=reason)
-    found = await _stop_at(endpoints, asked)
+    found = await _stop_at(endpoints, asked, keys)
     again = {each.endpoint for each in found if each.error}
     if again:  # a connection may not come about on a machine that is busy
-        found = [each for each in found if each.endpoint not in again] + await _stop_at(sorted(again), asked)
+        found = [each for each in found if each.endpoint not in again] + await _stop_at(sorted(again), asked, keys)
     return found
 
 
-async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop) -> list[Outcome]:
+async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop, keys: Path | None) -> list[Outcome]:
     async with AsyncExitStack() as stack:
-        reached = await stack.enter_async_context(reaching(endpoints))
+        reached = await stack.enter_async_context(reaching(endpoints, keys))
         sessions = dict.fromkeys(each.session for each in reached if each.session is not None)
         publishers: list[Publisher] = []
         for session in sessions:
@@ -76,9 +78,9 @@ async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop) -> list[
         return await _ask_all(reached, wire.EMERGENCY_STOP, asked, sent)
 
 
-async def release_all(endpoints: Sequence[str], by: str, reason: str) -> list[Outcome]:
+async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
     """Let things move again."""
-    async with reaching(endpoints) as reached:
+    async with reaching(endpoints, keys) as reached:
         asked = wire.ReleaseStop(by=by, reason=reason)
         return await _ask_all(reached, wire.RELEASE_STOP, asked, math.inf)
 
@@ -134,7 +136,12 @@ def _in_words(verb: str, answer: wire.Message, what: str) -> str:
 
 
 async def lease(
-    places: Sequence[Place], endpoints: Sequence[str], name: str, purpose: str, duration: float
+    places: Sequence[Place],
+    endpoints: Sequence[str],
+    name: str,
+    purpose: str,
+    duration: float,
+    keys: Path | None = None,
 ) -> list[Outcome]:
     """Keep robots for somebody: all of them, or none.
 
@@ -144,8 +151,9 @@ async def lease(
         name: Id of the lease, which no other has.
         purpose: What for, for others.
         duration: For how long [s].
+        keys: Folder of keys, as in `reaching`.
     """
-    async with reaching(endpoints) as reached:
+    async with reaching(endpoints, keys) as reached:
         homes: dict[Reached, list[str]] = {}
         members = await asking(reached)
         for place in places:
@@ -162,14 +170,14 @@ async def lease(
         return outcomes
 
 
-async def end_lease(endpoints: Sequence[str], place: Place) -> Outcome:
+async def end_lease(endpoints: Sequence[str], place: Place, keys: Path | None = None) -> Outcome:
     """End a lease by its id, or those of a robot.
 
     Raises:
         InvalidUse: There is none.
     """
     name, _ = place
-    async with reaching(endpoints) as reached:
+    async with reaching(endpoints, keys) as reached:
         members = await asking(reached)
         for each, member in zip(reached, members, strict=True):
             for robot in () if member.state is None else member.state.robots:
@@ -182,9 +190,11 @@ async def end_lease(endpoints: Sequence[str], place: Place) -> Outcome:
     raise InvalidUse(f"nothing is leased by the name '{name}'", help="`seoro lab status` shows what is")
 
 
-async def stop_robots(places: Sequence[Place], endpoints: Sequence[str]) -> list[Outcome]:
+async def stop_robots(
+    places: Sequence[Place], endpoints: Sequence[str], keys: Path | None = None
+) -> list[Outcome]:
     """Stop robots, which may go on afterwards."""
-    async with reaching(endpoints) as reached:
+    async with reaching(endpoints, keys) as reached:
         members = await asking(reached)
         homes = [(_home(place, reached, members), place[0]) for place in places]
         return [await _ask(home, wire.STOP_ROBOT, wire.StopRobot(robot=robot)) for home, robot in homes]

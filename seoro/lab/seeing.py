@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import anyio
@@ -92,26 +93,29 @@ class Reached:
 
 
 @asynccontextmanager
-async def reaching(endpoints: Iterable[str]) -> AsyncIterator[list[Reached]]:
+async def reaching(endpoints: Iterable[str], folder: Path | None = None) -> AsyncIterator[list[Reached]]:
     """Be connected to all who are alive at endpoints, for as long as the block lasts.
 
     Args:
         endpoints: Zenoh endpoints of nodes, of executors, or of routers that these are connected to.
+        folder: Of keys; None for that of the environment variable `SEORO_KEYS`, else `~/.config/seoro/keys`.
     """
     async with background() as tasks:
         found: dict[str, list[Reached]] = {}
         over = anyio.Event()
         for endpoint in dict.fromkeys(endpoints):
-            found[endpoint] = await tasks.start(_reach, endpoint, over)
+            found[endpoint] = await tasks.start(_reach, endpoint, folder, over)
         try:
             yield [each for members in found.values() for each in members]
         finally:
             over.set()
 
 
-async def _reach(endpoint: str, over: anyio.Event, *, task_status: TaskStatus[list[Reached]]) -> None:
+async def _reach(
+    endpoint: str, folder: Path | None, over: anyio.Event, *, task_status: TaskStatus[list[Reached]]
+) -> None:
     try:
-        keys = keys_for(endpoint, ASKING)
+        keys = keys_for(endpoint, ASKING, folder)
         async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
             members = [replace(each, keys=keys) for each in await _members(session, endpoint)]
             task_status.started(members)
@@ -131,9 +135,9 @@ async def _members(session: AsyncSession, endpoint: str) -> list[Reached]:
     return [Reached(member, session) for member in members]
 
 
-async def look(endpoints: Iterable[str]) -> list[Member]:
-    """All who are alive at endpoints, nodes with how their robots are."""
-    async with reaching(endpoints) as reached:
+async def look(endpoints: Iterable[str], folder: Path | None = None) -> list[Member]:
+    """All who are alive at endpoints, nodes with how their robots are; arguments as those of `reaching`."""
+    async with reaching(endpoints, folder) as reached:
         return await asking(reached)
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
+from seoro.client import Client
+from seoro.errors import BackendError, InvalidUse
 from tests.bridges.robot.conftest import Rails
 from tests.lab.test_runs import ALONE
 
@@ -43,9 +45,9 @@ def test_a_lease_is_had_all_or_none_and_ends_by_its_id(lab: Path, capsys: pytest
     status, out, _ = seoro(capsys, "lab", "lease", "cart2", "--for", "2min", "--purpose", "new wheels", *at)
     assert status == 0
     name = out.partition("--lease ")[2].partition("`")[0]
-    status, out, _ = seoro(capsys, "lab", "lease", "cart1", "cart2", *at)
+    status, _, err = seoro(capsys, "lab", "lease", "cart1", "cart2", *at)
     assert status == 3
-    assert "'second' is leased until" in out
+    assert "error: nothing was leased: the node 'rails': 'second' is leased until" in err
     _, out, _ = seoro(capsys, "lab", "status", "--json", *at)
     robots = json.loads(out)["nodes"][0]["robots"]
     assert [robot["lease"] and robot["lease"]["lease"] for robot in robots] == [None, name]
@@ -115,3 +117,27 @@ def test_a_run_says_for_whom_it_waits_and_for_how_long(
     status, _, err = seoro(capsys, "exec", str(file), "--wait", "0.5")
     assert status == 2
     assert "`--lab` or `--connect` says what it has" in err
+
+
+async def test_a_program_looks_after_a_lab(start_rails: Callable[..., Rails], lab: Path) -> None:
+    hub = start_rails("--listen", f"unixsock-stream/{lab.parent}/hub", "third").endpoint
+    async with Client(hub) as client:
+        there = client.lab(lab)
+        async with there.leased("cart1", "cart2", purpose="new wheels") as lease:
+            (member,) = await there.status()
+            assert member.state is not None
+            assert {robot.lease and robot.lease.lease for robot in member.state.robots} == {lease.name}
+            with pytest.raises(
+                BackendError, match="nothing was leased: the node 'rails': 'second' is leased until"
+            ):
+                await there.lease("cart2")
+            with pytest.raises(InvalidUse, match="there is no robot 'third'"):
+                await there.lease("third")
+        assert [outcome.done for outcome in await there.stop("cart1")] == ["stopped"]
+        assert (await there.stop_all("smoke"))[0].done == "stopped line, second"
+        with pytest.raises(InvalidUse, match="with a reason"):
+            await there.release_all(" ")
+        assert [outcome.error for outcome in await there.release_all("toast")] == [""]
+        with pytest.raises(InvalidUse, match="nothing is leased"):
+            await there.release(lease.name)
+        assert [member.endpoint for member in await client.lab().status()] == [hub]
