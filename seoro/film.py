@@ -13,12 +13,19 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict, dataclass
 from io import FileIO
 from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused, InvalidUse
+from seoro.runtime.verdict import Verdict, unproved
+
+if TYPE_CHECKING:
+    from seoro.bridges.sim.node import SimulatorNode
+
+NAME: Final = "video.mp4"  # in a folder
+DESCRIPTION: Final = "film of the run"
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,10 @@ class Recording:
     """
 
     error: str = ""
+
+    def checked(self, verdict: Verdict) -> Verdict:
+        """The verdict of the run that is filmed: an error if the film does not show it to its end."""
+        return unproved(verdict, f"the film ends early: {self.error}") if self.error else verdict
 
 
 @asynccontextmanager

@@ -178,6 +178,11 @@ def is_installed(name: str) -> bool:
     return name not in SIMULATORS or find_spec(SIMULATORS[name]) is not None
 
 
+def can_film() -> bool:
+    """Whether simulators that are started here can be filmed."""
+    return find_spec("av") is not None
+
+
 def _how_to_install(name: str) -> str:
     if name == "pybullet" and sys.version_info >= PYBULLET_SOURCE:
         wanted = ".".join(map(str, PYBULLET_SOURCE))

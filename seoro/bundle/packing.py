@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +20,7 @@ from seoro.bundle.worlds import files_of_world, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
+from seoro.film import Film
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
@@ -43,7 +44,11 @@ class Bundle:
 
 
 def pack(
-    scenario: Scenario, options: Options, timeout: float | None = None, contents: Path | None = None
+    scenario: Scenario,
+    options: Options,
+    timeout: float | None = None,
+    contents: Path | None = None,
+    film: Film | None = None,
 ) -> Bundle:
     """Make a bundle.
 
@@ -52,6 +57,7 @@ def pack(
         options: How it is to be run; observers and the output folder stay here.
         timeout: [s] of the machine's clock after which the run is given up.
         contents: File with the text of the scenario, if that was read from elsewhere than from its own.
+        film: What is recorded of the run.
 
     Raises:
         InvalidUse: It needs something that cannot be sent, or is too large.
@@ -85,7 +91,7 @@ def pack(
         entry=packer.place(entry),
         shown=sources.entry.file.name,
         directory=packer.place(here) if here.is_relative_to(root) and here != root else ROOT,
-        options=_bundled(options, packer, timeout),
+        options=_bundled(options, packer, timeout, film),
     )
     return Bundle(manifest, packer.blobs)
 
@@ -204,7 +210,7 @@ def _files_below(folder: Path) -> Iterator[Path]:
 # ---------------------------------------------------------------- how it is run
 
 
-def _bundled(options: Options, packer: _Packer, timeout: float | None) -> wire.BundledOptions:
+def _bundled(options: Options, packer: _Packer, timeout: float | None, film: Film | None) -> wire.BundledOptions:
     return wire.BundledOptions(
         name=options.name,
         seed=options.seed,
@@ -219,6 +225,7 @@ def _bundled(options: Options, packer: _Packer, timeout: float | None) -> wire.B
         ),
         grace=options.grace,
         timeout=timeout,
+        film=None if film is None else wire.BundledFilm(**asdict(film)),
     )
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from seoro.cli.output import Progress, is_terminal, print_reason
-from seoro.cli.results import ResultFiles, result, unproved
+from seoro.cli.results import ResultFiles, result
 from seoro.errors import InvalidUse
 from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
-from seoro.runtime.verdict import Verdict
+from seoro.runtime.verdict import Verdict, unproved
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact

@@ -25,12 +25,13 @@ from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
 from seoro.cli.film_arguments import film_of
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
-from seoro.cli.results import STDOUT, ResultFiles, unproved
+from seoro.cli.results import STDOUT, ResultFiles
 from seoro.cli.run_arguments import settings_of
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, check_file, load
 from seoro.embed.starting import announcement, prepare
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.film import DESCRIPTION
 from seoro.lang.loader import read_file
 from seoro.reasons import fault_text
 from seoro.runtime.jsonl import to_json
@@ -161,8 +162,8 @@ class _Exec:
             async with self._recording(run) as recording, run.running():
                 verdict = await self._await_verdict(run)
             artifacts = await run.artifacts() if options.output_dir else ()
-        if recording is not None and recording.error:
-            verdict = unproved(verdict, f"the film ends early: {recording.error}")
+        if recording is not None:
+            verdict = recording.checked(verdict)
         return await self._conclude(verdict, run, artifacts)
 
     def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
@@ -172,7 +173,7 @@ class _Exec:
     async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
         files = [(file.path, file.description) for file in run.files]
         if self._film is not None:
-            files.append((self._film[1], "film of the run"))
+            files.append((self._film[1], DESCRIPTION))
         fault = run.fault
         found = Conclusion(
             verdict,

@@ -15,31 +15,34 @@ from seoro.cli.film_arguments import film_of
 from seoro.cli.following import Follower
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
-from seoro.cli.results import ResultFiles
+from seoro.cli.results import ResultFiles, check_place
 from seoro.cli.run_arguments import settings_of
 from seoro.client import Client
 from seoro.embed.checking import check_options
 from seoro.embed.scenarios import check_file
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.film import Film
 from seoro.lang.loader import read_file
 
 
 def run_remote(options: argparse.Namespace) -> int:
     """Run the command."""
-    film_of(options)  # what does not go together is refused as here
+    film = film_of(options)
     files = ResultFiles(options)
     try:
         with TemporaryDirectory() as folder:
-            bundle = _bundle(options, Path(folder))
+            bundle = _bundle(options, Path(folder), film and film[0])
+            if film is not None:
+                check_place(film[1])
             # Files are opened before there is a loop, which would keep Ctrl-C from one who waits for a pipe.
             with files:
-                return anyio.run(_submit, options, bundle, files)
+                return anyio.run(_submit, options, bundle, files, film and film[1])
     except (InvalidScenario, InvalidUse, BackendError) as error:
         files.write_unrun(shown_name(options.file), error, error_text(error))
         raise
 
 
-def _bundle(options: argparse.Namespace, folder: Path) -> Bundle:
+def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bundle:
     """What is sent; what is wrong with it is said here, as far as that can be known without its Python."""
     settings = replace(settings_of(options), leasing=leasing_of(options))
     check_options(settings)
@@ -55,10 +58,10 @@ def _bundle(options: argparse.Namespace, folder: Path) -> Bundle:
         scenario = check_file(options.file, import_python=False)
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
-    return pack(scenario, settings, options.timeout, contents)
+    return pack(scenario, settings, options.timeout, contents, film)
 
 
-async def _submit(options: argparse.Namespace, bundle: Bundle, files: ResultFiles) -> int:
+async def _submit(options: argparse.Namespace, bundle: Bundle, files: ResultFiles, film: Path | None) -> int:
     async with Client(options.executor) as client:
         run = await client.submit_bundle(options.on, bundle, options.stop_if_lost, options.priority or 0)
-        return await Follower(options, files, stops=True).follow(run)
+        return await Follower(options, files, stops=True, film=film).follow(run)

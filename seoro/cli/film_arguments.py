@@ -5,14 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seoro.errors import InvalidUse
+from seoro.film import NAME, Film
 
-if TYPE_CHECKING:
-    from seoro.film import Film
-
-NAME = "video.mp4"  # in a folder
 BESIDE = ""  # with the other results
 VIEWS = {"camera": "video_camera", "follow": "video_follow", "size": "video_size", "rate": "video_rate"}
 
@@ -65,8 +61,6 @@ def film_of(options: argparse.Namespace) -> tuple[Film, Path] | None:
         raise InvalidUse("a film is of a simulator, and there is none", help="add `--sim mujoco`")
     if "camera" in given and "size" in given:
         raise InvalidUse("a film of a camera is as large as its pictures", help="leave out `--video-size`")
-    from seoro.film import Film  # noqa: PLC0415 - with the messages of simulators
-
     if "size" in given:
         given["width"], given["height"] = given.pop("size")
     return Film(**given), _place(options)

@@ -19,7 +19,9 @@ from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.results import STDOUT, ResultFiles
 from seoro.client.runs import RemoteRun
 from seoro.embed.ends import Ended, LeftFile
-from seoro.errors import BackendError
+from seoro.errors import BackendError, InvalidUse
+from seoro.film import NAME
+from seoro.runtime.verdict import unproved
 
 QUIET = 1.0  # [s] for which a run may wait for its turn before that is said
 _LAST_WORDS = 2.0  # [s]
@@ -32,12 +34,16 @@ class Follower:
         options: Of the command line, with those of `add_result_arguments`.
         files: What is written.
         stops: Whether Ctrl-C stops the run; else it only ends the command.
+        film: Where its film goes, if not to what else it leaves.
     """
 
-    def __init__(self, options: argparse.Namespace, files: ResultFiles, *, stops: bool) -> None:
+    def __init__(
+        self, options: argparse.Namespace, files: ResultFiles, *, stops: bool, film: Path | None = None
+    ) -> None:
         self._options = options
         self._files = files
         self._stops = stops
+        self._film = film
         self._interrupted: Exit | None = None
         self._is_announced = False
         self._now = 0.0
@@ -120,25 +126,44 @@ class Follower:
                     stopping.start_soon(run.stop, f"interrupted by {name}")
 
     async def _conclude(self, run: RemoteRun, end: Ended) -> Exit:
-        folder: Path | None = self._options.output_dir
-        left = end.files if folder is not None else ()
-        if folder is not None:
-            await run.fetch(folder)
-        place = folder or Path()
+        verdict = end.verdict
+        left = [(path, each) for each in end.files if (path := self._home(each)) is not None]
+        try:
+            await self._bring(run)
+            artifacts = [_artifact(path, each) for path, each in left if each.is_artifact]
+        except InvalidUse as refused:
+            verdict, left, artifacts = unproved(verdict, str(refused)), [], []
         found = Conclusion(
-            end.verdict,
+            verdict,
             cast("dict[str, object]", end.parameters),
-            [(place / each.path, each.description) for each in left if not each.is_artifact],
+            [(path, each.description) for path, each in left if not each.is_artifact],
             end.fault,
             end.traceback,
-            [_artifact(place, each) for each in left if each.is_artifact],
+            artifacts,
         )
         verdict = await conclude(found, self._options, self._files, self._progress)
         return self._interrupted or OF_STATUS[verdict.status]
 
+    def _home(self, left: LeftFile) -> Path | None:
+        """Where a file goes that the run has left; None if it stays there."""
+        if left.path == NAME and self._film is not None:
+            return self._film
+        folder: Path | None = self._options.output_dir
+        return None if folder is None else folder / left.path
 
-def _artifact(folder: Path, left: LeftFile) -> Artifact:
+    async def _bring(self, run: RemoteRun) -> None:
+        """Bring what the run has left.
+
+        Raises:
+            InvalidUse: It cannot be written.
+            BackendError: The executor is gone.
+        """
+        if self._options.output_dir is not None:
+            await run.fetch(self._options.output_dir, {} if self._film is None else {NAME: self._film})
+        elif self._film is not None:
+            await run.fetch_file(NAME, self._film)
+
+
+def _artifact(path: Path, left: LeftFile) -> Artifact:
     """A file that was fetched, as the simulator gives it to a run here."""
-    return Artifact(
-        name=left.path, media_type="", description=left.description, data=(folder / left.path).read_bytes()
-    )
+    return Artifact(name=left.path, media_type="", description=left.description, data=path.read_bytes())

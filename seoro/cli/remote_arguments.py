@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from seoro.client.runs import RemoteRun
 
 _ELSEWHERE = {  # what is done here only, and why
-    "--record-video": ("record_video", "films are not sent yet"),
     "--dry-run": ("dry_run", "what a dry run shows is the same here"),
 }
 

@@ -8,7 +8,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Any, Self
 from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
 from seoro.lang.render import to_json as diagnostic_json
 from seoro.runtime.jsonl import JsonLines, to_json
-from seoro.runtime.verdict import RunStatus, Verdict
+from seoro.runtime.verdict import Verdict
 from seoro.runtime.writer import unbuffered
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ class ResultFiles:
             if path.resolve() in traces and path.resolve().parent != Path("/dev"):
                 raise InvalidUse(f"both the trace and the result would be written to {path}")
         for path in results:
-            _check_place(path)
+            check_place(path)
 
     @staticmethod
     def _trace(path: Path, opened: ExitStack) -> JsonLines:
@@ -191,14 +190,6 @@ def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
     return [(path, "what was sampled of coverage items")]
 
 
-def unproved(verdict: Verdict, why: str) -> Verdict:
-    """The verdict of a run whose trace or result could not be written."""
-    if verdict.status is RunStatus.ERROR:
-        return verdict
-    found = f"{verdict.status.value}, {verdict.reason}" if verdict.reason else verdict.status.value
-    return replace(verdict, status=RunStatus.ERROR, reason=f"{why}; the run itself: {found}")
-
-
 def result(
     verdict: Verdict, parameters: Mapping[str, object], files: Sequence[tuple[Path, str]]
 ) -> dict[str, Any]:
@@ -268,7 +259,7 @@ def _refusing(path: Path) -> Iterator[None]:
         raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
 
 
-def _check_place(path: Path) -> None:
+def check_place(path: Path) -> None:
     """Check that a file can be written, without writing it: an empty one would be taken for a result."""
     with _refusing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

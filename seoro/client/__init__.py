@@ -22,7 +22,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, Unpack
 
-from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.bridges.executor.asking import PATIENCE, Executor
@@ -31,12 +30,14 @@ from seoro.bridges.executor.finding import find_executor, find_executors, how_to
 from seoro.bridges.secured import CLIENTS, check_reached, keys_for, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bundle.packing import Bundle, pack
+from seoro.client.abilities import check_ability
 from seoro.client.runs import RemoteRun
 from seoro.client.uploading import upload
 from seoro.embed.checking import check_options
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidScenario, InvalidUse
+from seoro.film import Film
 from seoro.lang.diagnostics import near
 from seoro.people import whoami
 
@@ -143,6 +144,7 @@ class Client:
         timeout: float | None = None,
         stop_if_lost: float | None = None,
         priority: int = 0,
+        film: Film | None = None,
         **options: Unpack[OptionFields],
     ) -> RemoteRun:
         """Have a scenario run on an executor.
@@ -157,6 +159,7 @@ class Client:
             stop_if_lost: Stop the run when nobody has followed it by `records` or `result` for that many seconds;
                 by default, it goes on.
             priority: Of those that wait, runs of higher priority go first; from -100 to 100.
+            film: Of its simulator, which the run leaves as `video.mp4`.
             options: As `start`; observers stay here and are called by `records`, files are sent.
 
         Raises:
@@ -168,7 +171,7 @@ class Client:
         found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
         if found.checked.errors:
             raise InvalidScenario(found.checked.errors)
-        return await self.submit_bundle(executor, pack(found, wanted, timeout), stop_if_lost, priority)
+        return await self.submit_bundle(executor, pack(found, wanted, timeout, film=film), stop_if_lost, priority)
 
     async def submit_bundle(
         self, executor: str, bundle: Bundle, stop_if_lost: float | None = None, priority: int = 0
@@ -176,17 +179,7 @@ class Client:
         """The same with a bundle that was made before."""
         check_priority(priority)
         reached = await self._named(executor)
-        if priority and reached.minor < wire.PRIORITIES:
-            raise InvalidUse(
-                f"the executor '{executor}' is older than this seoro ({__version__}), and knows no priorities",
-                help="submit without, or renew the executor",
-            )
-        simulator = bundle.manifest.options.simulator
-        if simulator is not None and simulator.world_file is not None and reached.minor < wire.WORLD_FILES:
-            raise InvalidUse(
-                f"the executor '{executor}' is older than this seoro ({__version__}), and takes no world files",
-                help="name a world that its simulators have, or renew the executor",
-            )
+        await check_ability(reached, bundle.manifest.options, priority)
         submission = wire.Submission(
             run=secrets.token_hex(16),
             manifest=bundle.manifest,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator, Mapping
 from contextlib import aclosing
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import anyio
@@ -154,27 +155,42 @@ class RemoteRun:
         """Have the executor forget it; it must be over."""
         await self.executor.ask(wire.REMOVE_RUN, wire.OneRun(run=self.id))
 
-    async def fetch(self, folder: str | Path) -> list[Path]:
+    async def fetch(self, folder: str | Path, elsewhere: Mapping[str, Path] = MappingProxyType({})) -> list[Path]:
         """Bring what it has left in its output folder into one of ours; returns the files.
+
+        Args:
+            folder: Ours.
+            elsewhere: Files that go elsewhere, by their paths in its folder.
 
         Raises:
             InvalidUse: They cannot be written.
             BackendError: The executor is gone.
         """
         outputs = await self.executor.ask(wire.LIST_FILES, wire.OneRun(run=self.id))
-        return [await self._fetch(output.path, Path(folder)) for output in outputs.files]
-
-    async def _fetch(self, name: str, folder: Path) -> Path:
         try:
-            path = folder / check_place(name)
+            places = {each.path: Path(folder) / check_place(each.path) for each in outputs.files}
+        except InvalidPlace as error:
+            raise BackendError(f"the executor names a file that cannot be: {error}") from error
+        return [await self.fetch_file(name, elsewhere.get(name, place)) for name, place in places.items()]
+
+    async def fetch_file(self, name: str, path: Path) -> Path:
+        """Bring one file that it has left.
+
+        Args:
+            name: Its path in the output folder of the run.
+            path: Where to.
+
+        Raises:
+            InvalidUse: It cannot be written.
+            BackendError: There is none, or the executor is gone.
+        """
+        try:
             path.parent.mkdir(parents=True, exist_ok=True)
             async with await anyio.open_file(path, "wb") as file:
                 offset = 0
                 while data := (await self._part(name, offset)).data:
                     await file.write(data)
                     offset += len(data)
-        except InvalidPlace as error:
-            raise BackendError(f"the executor names a file that cannot be: {error}") from error
         except OSError as error:
             raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
         return path

@@ -18,7 +18,7 @@ import anyio.to_thread
 from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
-from seoro.bridges.launch import is_installed, known_simulators
+from seoro.bridges.launch import can_film, is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.wire import EMERGENCY_STOP, RELEASE_STOP, Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
@@ -56,6 +56,7 @@ class Server:
             jobs=jobs,
             allowed=tuple(sorted(policy.allowed)),
             simulators=tuple(name for name in known_simulators() if is_installed(name)),
+            films=can_film(),
         )
         self._policy = policy
         self._submitting = anyio.Lock()

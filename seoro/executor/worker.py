@@ -15,6 +15,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,6 +27,7 @@ import anyio
 import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
+from seoro.bridges.executor.messages import BundledFilm
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
@@ -34,6 +36,7 @@ from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor.frames import NOT_BEGUN, Job, read_frame
 from seoro.executor.policy import reader_of, vet_plan, vet_sources
 from seoro.executor.telling import Telling
+from seoro.film import DESCRIPTION, NAME, Film, Recording
 from seoro.reasons import fault_text
 
 UNHURRIED: Final = 19  # niceness of runs on the virtual clock, for the sake of those that may be late
@@ -167,17 +170,17 @@ async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) ->
     async with prepare(scenario, options) as run:
         telling.begin(announcement(run, options))
         stopping.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
-        async with run.running():
+        async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
             with anyio.move_on_after(manifest.options.timeout or math.inf):
                 await run.result()
             if run.verdict is None:
                 run.give_up(f"no verdict within {manifest.options.timeout:g} s of wall time (`--timeout`)")
             await run.result()
-        left = await _leave(run, Path(job.output))
+        left = await _leave(run, recording, Path(job.output))
     assert run.verdict is not None, "it was waited for"
     fault = run.fault
     return Ended(
-        verdict=run.verdict,
+        verdict=run.verdict if recording is None else recording.checked(run.verdict),
         parameters=run.parameters,
         files=left,
         fault="" if fault is None else fault_text(fault),
@@ -190,9 +193,16 @@ def _as_seen_from(directory: Path) -> Path:
     return Path(*[".."] * len(directory.parts))
 
 
-async def _leave(run: Run, output: Path) -> tuple[LeftFile, ...]:
+def _recording(run: Run, film: BundledFilm | None, output: Path) -> AbstractAsyncContextManager[Recording | None]:
+    """Record what is asked for while the block lasts."""
+    return nullcontext() if film is None else run.recording(Film(**film.model_dump()), output / NAME)
+
+
+async def _leave(run: Run, recording: Recording | None, output: Path) -> tuple[LeftFile, ...]:
     """What a run leaves in its output folder, with what its simulator has to show."""
     left = [LeftFile(file.path.relative_to(output).as_posix(), file.description) for file in run.files]
+    if recording is not None:
+        left.append(LeftFile(NAME, DESCRIPTION))
     for artifact in await run.artifacts():
         path = output / Path(artifact.name).name
         path.write_bytes(artifact.data)

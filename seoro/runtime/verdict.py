@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import Enum
 from typing import Any
 
@@ -123,3 +124,11 @@ class Verdict(Value):
     def passed(self) -> bool:
         """Whether the scenario passed."""
         return self.status is RunStatus.PASSED
+
+
+def unproved(verdict: Verdict, why: str) -> Verdict:
+    """The verdict of a run of which something that was asked for could not be written."""
+    if verdict.status is RunStatus.ERROR:
+        return verdict
+    found = f"{verdict.status.value}, {verdict.reason}" if verdict.reason else verdict.status.value
+    return replace(verdict, status=RunStatus.ERROR, reason=f"{why}; the run itself: {found}")

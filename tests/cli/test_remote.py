@@ -14,6 +14,7 @@ import pytest
 
 from seoro.cli.main import main
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
+from tests.sim_nodes.engines import needs_pictures
 
 FAILING = """import osc.helpers
 scenario broken:
@@ -252,6 +253,88 @@ def test_a_lab_file_goes_with_its_world(capsys: pytest.CaptureFixture[str]) -> N
     arguments = ["exec", write(DRIVE), "--seed", "3", "--lab", "labs/lab.yaml", "--on", NAME]
     assert main(arguments) == 0, capsys.readouterr().err
     assert "with world 'workshop'" in capsys.readouterr().out
+
+
+BRIEF = """import osc.types
+scenario brief:
+    do serial:
+        wait elapsed(200ms)
+"""
+FILMED = ("--rate", "max", "--video-size", "64x48", "--video-rate", "10", "--record-video")
+
+
+def needs_films(engine: str) -> None:
+    needs_pictures(engine)
+    pytest.importorskip("av", reason="PyAV is not installed")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("engine", "options", "film"),
+    [
+        pytest.param("mujoco", ("-o", "out"), "out/video.mp4", marks=pytest.mark.engine("mujoco")),
+        pytest.param("pybullet", ("-o", "out"), "out/video.mp4", marks=pytest.mark.engine("pybullet")),
+        pytest.param("mujoco", (), "run.mp4", marks=pytest.mark.engine("mujoco")),
+    ],
+)
+def test_a_run_leaves_its_film_as_one_here(
+    engine: str, options: tuple[str, ...], film: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    needs_films(engine)
+    place = [film] if film == "run.mp4" else []
+    arguments = ["exec", write(DRIVE), "--seed", "3", "--sim", engine, *options, *FILMED, *place]
+    found = []
+    for where in ([], ["--on", NAME]):
+        assert main([*arguments, *where]) == 0, capsys.readouterr().err
+        pictures = Path(film).read_bytes()
+        Path(film).unlink()
+        left = {path.name for path in Path("out").iterdir()} if options else set()
+        found.append((same(capsys.readouterr().out), left, pictures))
+        shutil.rmtree("out", ignore_errors=True)
+    assert found[1] == found[0]
+
+
+@pytest.mark.engine("mujoco")
+def test_a_film_comes_home_to_where_it_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    needs_films("mujoco")
+    film = "films/run.mp4"
+    assert main(["exec", write(BRIEF), "--sim", "mujoco", "-o", "out", *FILMED, film, "--on", NAME]) == 0
+    assert f"  {film}          film of the run\n" in capsys.readouterr().out
+    assert not Path("out/video.mp4").exists()
+    assert main(["get", only_run("passed", capsys), "-o", "got"]) == 0
+    assert Path("got/video.mp4").read_bytes() == Path(film).read_bytes()
+
+
+@pytest.mark.engine("mujoco")
+def test_what_cannot_be_filmed_is_told_as_here(capsys: pytest.CaptureFixture[str]) -> None:
+    needs_films("mujoco")
+    arguments = ["exec", write(BRIEF), "--sim", "mujoco", *FILMED, "film.mp4", "--on", NAME]
+    assert main([*arguments, "--video-follow", "ghost"]) == 2
+    assert capsys.readouterr().err.startswith("error: there is no entity 'ghost'")
+    assert not Path("film.mp4").exists()
+    Path("film.mp4/video.mp4").mkdir(parents=True)
+    assert main(arguments) == 2
+    assert "cannot write film.mp4/video.mp4: it is a folder" in capsys.readouterr().err
+
+
+def test_an_executor_that_cannot_film_says_so_before_anything_is_sent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with executor(tmp_path, before="sys.modules['av'] = None") as lab:
+        arguments = ["exec", write(DRIVE), "--sim", "mujoco", *FILMED, "film.mp4"]
+        assert main([*arguments, "--on", NAME, "--executor", lab.endpoint]) == 2
+    assert "the executor 'lab-a' cannot record films: PyAV is not installed there" in capsys.readouterr().err
+    assert list((tmp_path / "state/blobs").iterdir()) == []
+
+
+def test_what_cannot_be_brought_home_makes_the_run_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+    write(PYTHON, "seoro.libraries/mine.py")
+    text = 'import osc.mine\nscenario main:\n    do leave_file("hello")\n'
+    Path("out/left.txt").mkdir(parents=True)
+    assert main(["exec", write(text), "--on", NAME, "-o", "out"]) == 3
+    assert "cannot write out/left.txt: Is a directory; the run itself: passed" in capsys.readouterr().err
+    assert 'errors="1"' in Path("out/test.xml").read_text()
 
 
 def start(*arguments: str) -> subprocess.Popen[str]:

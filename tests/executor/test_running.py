@@ -9,9 +9,13 @@ import pytest
 import seoro
 from seoro.bridges.executor.messages import State
 from seoro.executor import queue
+from seoro.executor.frames import Job
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.executor.store import Finished, Store
+from seoro.film import Film
+from seoro.runtime.verdict import RunStatus
 from tests.executors import HELLO
+from tests.sim_nodes.engines import needs_pictures
 
 HANGING = """import time
 
@@ -75,6 +79,34 @@ async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
                 await anyio.sleep(0.02)
     assert list((tmp_path / "state" / "runs").iterdir()) == []
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
+
+
+@pytest.mark.engine("mujoco")
+async def test_a_film_that_cannot_be_kept_makes_the_run_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs_pictures("mujoco")
+    pytest.importorskip("av", reason="PyAV is not installed")
+    file = tmp_path / "hello.osc"
+    file.write_text(HELLO)
+    job = queue.Queue._job
+
+    def filled(self: queue.Queue, live: queue.LiveRun) -> Job:
+        found = job(self, live)
+        Path(found.output, "video.mp4").symlink_to("/dev/full")
+        return found
+
+    monkeypatch.setattr(queue.Queue, "_job", filled)
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
+    async with executing(options), seoro.Client(endpoint) as client:
+        simulator = seoro.Simulator(name="mujoco", world="empty")
+        film = Film(width=64, height=48, rate=1)
+        run = await client.submit("lab-a", file, simulator=simulator, film=film)
+        with anyio.fail_after(60.0):
+            verdict = await run.result()
+        assert (run.state, verdict.status) == (State.ERROR, RunStatus.ERROR)
+        assert verdict.reason == "the film ends early: No space left on device; the run itself: passed"
 
 
 @pytest.mark.parametrize("is_mended", [True, False])

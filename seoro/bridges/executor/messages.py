@@ -18,9 +18,10 @@ from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
 
-MINOR = 2  # of what is said here; grows with what is added
+MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
 WORLD_FILES = 2  # and world files
+FILMS = 3  # and films
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # of a bundle
 MAX_FILE = 256 << 20  # [bytes]
@@ -109,6 +110,16 @@ class BundledLeasing(Said):
     lease: Text = ""
 
 
+class BundledFilm(Said):
+    """As `seoro.film.Film`."""
+
+    camera: Text = ""
+    follow: Text = ""
+    width: int
+    height: int
+    rate: int
+
+
 class BundledOptions(Said):
     """How the scenario is to be run: as the options of `seoro.start`, with files of the bundle."""
 
@@ -123,6 +134,7 @@ class BundledOptions(Said):
     leasing: BundledLeasing = BundledLeasing()
     grace: float
     timeout: float | None = None  # [s] of the machine's clock
+    film: BundledFilm | None = None  # to be recorded, as `seoro.film.NAME` among what the run leaves
 
 
 class Manifest(Said):
@@ -275,6 +287,7 @@ class ExecutorInfo(Said):
     sent: float | None = None  # when this left, by the same
     free: int | None = None  # [bytes] of disk, where it keeps runs
     simulators: tuple[str, ...] | None = None  # that it can start
+    films: bool | None = None  # whether they can be filmed
 
 
 class Challenge(Said):
