@@ -45,6 +45,7 @@ class Job(Message):
     output: str  # folder for what it leaves
     log: str  # file for what its process prints
     allowed: tuple[str, ...]
+    reach: tuple[str, ...] = ()  # endpoints of other machines
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

@@ -2,6 +2,7 @@
 
     everybody:
       allow: [python]     # as `--allow`
+      reach: [tcp/192.168.0.7:7447]  # endpoints on other machines
       commands: 50        # a second, on average; ten times as many at once
     roles:
       operator:
@@ -42,6 +43,7 @@ class Limits(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     allow: tuple[str, ...] | None = None
+    reach: tuple[str, ...] | None = None
     commands: Positive | None = None
     bundle: Annotated[int, Field(ge=1, le=wire.MAX_BUNDLE // MEBIBYTE)] | None = None
     waiting: Count | None = None
@@ -57,6 +59,11 @@ class Limits(BaseModel):
     def allowed(self) -> tuple[str, ...]:
         """What scenarios may do that they else may not."""
         return self.allow or ()
+
+    @property
+    def reached(self) -> tuple[str, ...]:
+        """Endpoints on other machines that scenarios may reach."""
+        return self.reach or ()
 
     @property
     def rate(self) -> tuple[float, float]:
@@ -80,14 +87,19 @@ class Policy(BaseModel):
         """What those of a role may do; of an empty one, those who have no keys."""
         return self.roles.get(role, Limits()).over(self.everybody).over(DEFAULT)
 
-    def also(self, allowed: frozenset[str]) -> Policy:
-        """The same, and something that everybody may do."""
+    def also(self, allowed: frozenset[str], reach: frozenset[str] = frozenset()) -> Policy:
+        """The same, and something that everybody may do, and endpoints that everybody may reach."""
 
-        def extended(limits: Limits) -> Limits:
-            return limits.model_copy(update={"allow": tuple(sorted({*limits.allowed, *allowed}))})
+        def extended(limits: Limits, allow: tuple[str, ...] | None, to: tuple[str, ...] | None) -> Limits:
+            more = Limits(
+                allow=None if allow is None else tuple(sorted({*allow, *allowed})),
+                reach=None if to is None else tuple(sorted({*to, *reach})),
+            )
+            return more.over(limits)
 
-        roles = {name: limits if limits.allow is None else extended(limits) for name, limits in self.roles.items()}
-        return self.model_copy(update={"everybody": extended(self.everybody), "roles": roles})
+        roles = {name: extended(limits, limits.allow, limits.reach) for name, limits in self.roles.items()}
+        everybody = extended(self.everybody, self.everybody.allowed, self.everybody.reached)
+        return self.model_copy(update={"everybody": everybody, "roles": roles})
 
     @property
     def allowed(self) -> frozenset[str]:

@@ -2,7 +2,7 @@
 
 Two things let a scenario do on the executor's machine whatever its user can: programs that it starts, and
 Python that it brings or names. Both are found in the text before anything of it runs, and refused as an invalid
-scenario is.
+scenario is. So is what it wants to reach on other machines.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ from typing import Any, Final
 
 from seoro.actions.processes import RUNNING_PROGRAMS
 from seoro.bindings.modules import is_module, root_of
+from seoro.bridges.session import is_local
+from seoro.embed.options import Options
 from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lab.reading import read_lab
 from seoro.lang import ast
 from seoro.lang.diagnostic import Diagnostic, error
 from seoro.lang.frozen import Frozen
@@ -25,10 +28,12 @@ from seoro.lang.source import Span
 from seoro.runtime.invocations import invocations
 
 PYTHON: Final = "python"
+NETWORK: Final = "network"
 CODE: Final = "E0500"
 _FILES: Final = "check_data_external"  # runs Python of a file that it names
 PERMISSIONS: Final = {
     PYTHON: "Python that a scenario brings with it, or names with `external`",
+    NETWORK: "simulators, bridges and ROS 2 systems of other machines",
     **{name: f"the action `{name}`, which starts programs" for name in RUNNING_PROGRAMS},
 }
 
@@ -82,6 +87,35 @@ def vet_plan(plan: Plan, allowed: Collection[str]) -> None:
             found.append(_refused(invocation.span, f"this executor does not allow `{name}`", needed))
     if found:
         raise InvalidScenario(found)
+
+
+def vet_endpoints(options: Options, allowed: Collection[str], reach: Collection[str]) -> None:
+    """Refuse to reach what is on another machine.
+
+    Args:
+        options: How a scenario is to be run.
+        allowed: Names of permissions.
+        reach: Endpoints that may be reached all the same.
+
+    Raises:
+        InvalidUse: It would be reached, and that is not allowed.
+    """
+    for endpoint in _endpoints(options):
+        if NETWORK not in allowed and endpoint not in reach and not is_local(endpoint):
+            raise InvalidUse(
+                f"this executor does not let scenarios reach {endpoint}",
+                help=f"whoever runs it can allow it: `seoro serve --allow {NETWORK}`, or `reach` in its policy",
+            )
+
+
+def _endpoints(options: Options) -> Iterator[str]:
+    """All that a run would connect to."""
+    if options.simulator is not None and options.simulator.endpoint is not None:
+        yield options.simulator.endpoint
+    if options.ros is not None:
+        yield options.ros.endpoint
+    if options.lab is not None:
+        yield from read_lab(options.lab.file).endpoints
 
 
 def _refused(span: Span, what: str, permission: str) -> Diagnostic:

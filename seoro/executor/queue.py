@@ -303,6 +303,7 @@ class Queue:
             output=str(folder.output),
             log=str(folder.log),
             allowed=self._limits(live).allowed,
+            reach=self._limits(live).reached,
         )
 
     async def _follow(self, live: LiveRun, worker: Worker) -> bytes:

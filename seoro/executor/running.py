@@ -71,7 +71,8 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
         InvalidUse: The folder or the keys cannot be used, or another executor has the name.
         SessionError: The endpoint does not work.
     """
-    policy = options.policy.also(options.allowed)
+    # Robots live where the executor is connected to.
+    policy = options.policy.also(options.allowed, frozenset({options.connect} if options.connect else ()))
     check_permissions(policy.allowed)
     keys = keys_for(options.listen or options.connect or "", SERVING_RUNS, options.keys)
     if keys is not None and keys.identity.name != options.name:

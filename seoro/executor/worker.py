@@ -34,7 +34,7 @@ from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor.frames import NOT_BEGUN, Job, read_frame
-from seoro.executor.policy import reader_of, vet_plan, vet_sources
+from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
 from seoro.reasons import fault_text
@@ -167,6 +167,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) ->
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
     )
+    vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
         telling.begin(announcement(run, options))
         stopping.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))

@@ -112,15 +112,27 @@ async def test_a_scenario_with_too_many_files_is_refused(tmp_path: Path) -> None
             await client.submit("lab-a", file)
 
 
+async def test_a_scenario_that_wants_to_reach_another_machine_is_not_run(tmp_path: Path) -> None:
+    file = tmp_path / "hello.osc"
+    file.write_text(HELLO)
+    made = options(tmp_path, reach=["tcp/192.0.2.2:7447"])
+    async with executing(made), seoro.Client(made.listen) as client:
+        run = await client.submit("lab-a", file, ros=seoro.Ros("tcp/192.0.2.1:7447"))
+        with pytest.raises(InvalidUse, match=r"does not let scenarios reach tcp/192\.0\.2\.1:7447"):
+            await run.result()
+        assert run.state is State.INVALID
+
+
 def test_roles_have_limits_over_those_of_everybody(tmp_path: Path) -> None:
     file = tmp_path / "policy.yaml"
     file.write_text(
         "everybody:\n  allow: [python]\n  time: 60\nroles:\n  admin:\n    allow: [run_process]\n    commands: 7\n"
     )
-    policy = read_policy(file).also(frozenset({"ros_run"}))
+    policy = read_policy(file).also(frozenset({"ros_run"}), frozenset({"tls/hub:7447"}))
     admin, other = policy.of("admin"), policy.of("operator")
     assert (admin.allowed, admin.time, admin.rate) == (("ros_run", "run_process"), 60.0, (7.0, 70.0))
     assert (other.allowed, other.time, other.running) == (("python", "ros_run"), 60.0, None)
+    assert admin.reached == other.reached == ("tls/hub:7447",)
     assert policy.allowed == {"python", "run_process", "ros_run"}
 
 

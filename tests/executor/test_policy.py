@@ -7,8 +7,9 @@ import pytest
 
 import seoro
 from seoro.embed import check_file
+from seoro.embed.options import Options
 from seoro.errors import InvalidScenario, InvalidUse
-from seoro.executor.policy import check_permissions, reader_of, vet_plan, vet_sources
+from seoro.executor.policy import check_permissions, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.lang.frontend import lower
 
 EXTERNAL = """import osc.helpers
@@ -91,3 +92,33 @@ def test_a_file_of_this_machine_is_not_shown_to_who_imports_it(tmp_path: Path) -
 def test_what_cannot_be_allowed_is_told() -> None:
     with pytest.raises(InvalidUse, match="everything"):
         check_permissions({"everything"})
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        seoro.Simulator(endpoint="tcp/192.168.0.7:7450"),
+        seoro.Ros("tcp/192.168.0.7:7450"),
+        "bridges:\n  floor: {connect: tcp/192.168.0.7:7450}\nrobots:\n  leader: {in: floor}\n",
+    ],
+)
+def test_other_machines_are_reached_only_if_that_is_allowed(
+    options: seoro.Simulator | seoro.Ros | str, tmp_path: Path
+) -> None:
+    match options:
+        case seoro.Simulator():
+            wanted = Options(simulator=options)
+        case seoro.Ros():
+            wanted = Options(ros=options)
+        case text:
+            wanted = Options(lab=seoro.Lab(write(tmp_path / "lab.yaml", text)))
+    with pytest.raises(InvalidUse, match=r"does not let scenarios reach tcp/192\.168\.0\.7:7450") as caught:
+        vet_endpoints(wanted, ["python"], ["tcp/192.168.0.8:7450"])
+    assert "--allow network" in (caught.value.help or "")
+    vet_endpoints(wanted, ["network"], ())
+    vet_endpoints(wanted, (), ["tcp/192.168.0.7:7450"])
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:7450", "unixsock-stream//tmp/hub", "tcp/[::1]:7450"])
+def test_what_is_on_the_machine_of_the_executor_is_reached(endpoint: str) -> None:
+    vet_endpoints(Options(simulator=seoro.Simulator(endpoint=endpoint)), (), ())
