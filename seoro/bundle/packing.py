@@ -16,7 +16,7 @@ from typing import Final
 from seoro.bridges.executor import messages as wire
 from seoro.bundle.named import named_files
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
-from seoro.bundle.worlds import files_of_world, is_world_file
+from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
@@ -169,6 +169,10 @@ def _single_files(options: Options) -> Iterator[Path]:
 def _world_files(options: Options) -> Iterator[Path]:
     """The files of the world, if it is one of the user's."""
     world = options.simulator.world if options.simulator is not None else None
+    if options.simulator is not None and options.simulator.name == OF_ROS:
+        if world is not None and (file := file_here(world)) is not None:
+            yield from files_of_foreign_world(file)
+        return
     if options.lab is not None:
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
 
@@ -230,14 +234,18 @@ def _bundled(options: Options, packer: _Packer, timeout: float | None, film: Fil
 
 
 def _simulator(given: Simulator, packer: _Packer) -> wire.BundledSimulator:
-    if given.name == OF_ROS:
-        raise InvalidUse("the simulator of a ROS 2 system cannot be used over the network yet")
-    is_file = given.world is not None and is_world_file(given.world)
+    file: Path | None = None
+    if given.world is not None:
+        if given.name == OF_ROS:
+            file = file_here(given.world)
+        elif is_world_file(given.world):
+            file = Path(given.world)
     return wire.BundledSimulator(
         name=given.name,
         endpoint=given.endpoint,
-        world=None if is_file else given.world,
-        world_file=packer.place(Path(given.world)) if given.world is not None and is_file else None,
+        world=given.world if file is None else None,
+        world_file=None if file is None else packer.place(file),
+        world_by_uri=file is not None and given.world is not None and is_file_uri(given.world),
         rate=given.rate,
         model_path=_places(given.model_path, packer),
         snapshot=None if given.snapshot is None else packer.place(given.snapshot),

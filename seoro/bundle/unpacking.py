@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from seoro.bridges.executor import messages as wire
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed.checking import check_options
-from seoro.embed.options import ClockName, Lab, Leasing, Options, Ros, Simulator
+from seoro.embed.options import OF_ROS, ClockName, Lab, Leasing, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 from seoro.lab.reading import read_lab
 
@@ -38,7 +38,10 @@ def check_manifest(manifest: wire.Manifest) -> None:
     options = manifest.options
     simulator, lab = options.simulator, options.lab
     world = simulator.world if simulator is not None else None
-    if world is not None and not is_world_name(world):
+    if simulator is not None and simulator.name == OF_ROS:
+        if world is not None and not world.isprintable():
+            raise InvalidBundle(f"{world!r} is no world of a simulator")
+    elif world is not None and not is_world_name(world):
         raise InvalidBundle(f"{world!r} is not the name of a world")
     if sum(file.size for file in manifest.files) > wire.MAX_BUNDLE:
         raise InvalidBundle(f"the bundle is larger than {wire.MAX_BUNDLE >> 20} MiB")
@@ -113,11 +116,15 @@ def _simulator(given: wire.BundledSimulator, folder: Path) -> Simulator:
     return Simulator(
         name=given.name,
         endpoint=given.endpoint,
-        world=given.world if given.world_file is None else str((folder / given.world_file).resolve()),
+        world=given.world if given.world_file is None else _world(given, (folder / given.world_file).resolve()),
         rate=given.rate,
         model_path=[folder / path for path in given.model_path],
         snapshot=None if given.snapshot is None else folder / given.snapshot,
     )
+
+
+def _world(given: wire.BundledSimulator, file: Path) -> str:
+    return file.as_uri() if given.world_by_uri else str(file)
 
 
 def _ros(given: wire.BundledRos, folder: Path) -> Ros:

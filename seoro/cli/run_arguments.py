@@ -9,7 +9,7 @@ from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import add_folders, domain, positive, rate, seed
-from seoro.embed.options import Lab, Options, Ros, Simulator
+from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -145,17 +145,20 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
     return Simulator(
         name=options.sim,
         endpoint=options.connect,
-        world=_world(options.world),
+        world=_world(options.world, options.sim),
         rate=DEFAULT_RATE if options.rate is None else options.rate,
         model_path=options.model_path,
         snapshot=options.from_snapshot,
     )
 
 
-def _world(world: str | None) -> str | None:
+def _world(world: str | None, simulator: str | None) -> str | None:
     """The world as the simulator is to be told, which may run in another folder."""
-    is_file = world is not None and Path(world).suffix in {".yaml", ".yml"}
-    return str(Path(world).resolve()) if world is not None and is_file else world
+    if world is None:
+        return None
+    # What simulators of ROS 2 systems call their worlds is theirs, unless it is a file that is here.
+    is_file = Path(world).is_file() if simulator == OF_ROS else Path(world).suffix in {".yaml", ".yml"}
+    return str(Path(world).resolve()) if is_file else world
 
 
 def overrides_of(settings: Sequence[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.wire.message import Empty
+from seoro.embed.options import OF_ROS
 from seoro.errors import InvalidUse
 
 
@@ -26,6 +27,12 @@ async def check_ability(executor: Executor, options: wire.BundledOptions, priori
     lacking = (
         (priority != 0, wire.PRIORITIES, "knows no priorities", "submit without"),
         (has_world_file, wire.WORLD_FILES, "takes no world files", "name a world that its simulators have"),
+        (
+            simulator is not None and simulator.name == OF_ROS,
+            wire.ROS_SIMULATORS,
+            "uses no simulators of ROS 2 systems",
+            "name another simulator",
+        ),
         (options.film is not None, wire.FILMS, "records no films", "run it without a film"),
     )
     for is_wanted, minor, lacks, instead in lacking:
@@ -34,7 +41,7 @@ async def check_ability(executor: Executor, options: wire.BundledOptions, priori
                 f"the executor '{executor.name}' is older than this seoro ({__version__}), and {lacks}",
                 help=f"{instead}, or renew the executor",
             )
-    if options.film is not None and simulator is not None and simulator.name is not None:
+    if options.film is not None and simulator is not None and simulator.name not in (None, OF_ROS):
         await _check_films(executor)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro.bundle.packing import Bundle, pack
+from seoro.bundle.unpacking import check_manifest, options_of
 from seoro.embed import check_file
 from seoro.embed.options import Lab, Options, Simulator
 from seoro.errors import InvalidUse
@@ -118,6 +119,58 @@ def test_a_world_that_is_neither_a_name_nor_a_file_is_refused(tmp_path: Path) ->
     simulator = Simulator(name="mujoco", world="hall.world")
     with pytest.raises(InvalidUse, match="neither the name of a world nor a world file"):
         bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+
+
+SDF = """<sdf><world name='hall'>
+  <include><uri>model://sun</uri></include>
+  <include><uri>models/box</uri></include>
+  <light><uri>https://example.org/light.sdf</uri></light>
+  <mesh filename='../meshes/wall.dae'/><mesh filename='missing.dae'/><mesh filename='/etc/hostname'/>
+</world></sdf>"""
+
+
+def hall(folder: Path) -> Path:
+    write(folder / "worlds/models/box/model.sdf", "<sdf><uri>skin.png</uri></sdf>")
+    write(folder / "worlds/models/box/skin.png")
+    write(folder / "meshes/wall.dae", "x")
+    write(folder / "worlds/unrelated.dae")
+    return write(folder / "worlds/hall.sdf", SDF)
+
+
+@pytest.mark.parametrize("by_uri", [False, True])
+def test_a_world_file_of_a_foreign_simulator_comes_with_what_it_names_by_its_place(
+    tmp_path: Path, by_uri: bool
+) -> None:
+    file = hall(tmp_path)
+    simulator = Simulator(name="ros", world=file.as_uri() if by_uri else str(file))
+    found = bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+    box = "worlds/models/box"
+    assert paths(found) == [
+        "main.osc",
+        "meshes/wall.dae",
+        "worlds/hall.sdf",
+        f"{box}/model.sdf",
+        f"{box}/skin.png",
+    ]
+    sent = found.manifest.options.simulator
+    assert sent is not None
+    assert (sent.world, sent.world_file, sent.world_by_uri) == (None, "worlds/hall.sdf", by_uri)
+
+
+@pytest.mark.parametrize("world", ["hall", "/opt/worlds/hall.sdf", "file:///nowhere/hall.sdf", "gz://hall", None])
+def test_what_a_foreign_simulator_calls_its_worlds_is_left_alone(tmp_path: Path, world: str | None) -> None:
+    found = bundle(write(tmp_path / "main.osc"), Options(simulator=Simulator(name="ros", world=world)))
+    assert paths(found) == ["main.osc"]
+    check_manifest(found.manifest)
+    simulator = options_of(found.manifest, tmp_path).simulator
+    assert simulator is not None
+    assert simulator.world == world
+
+
+def test_a_world_file_of_a_foreign_simulator_that_is_broken_is_told(tmp_path: Path) -> None:
+    world = write(tmp_path / "hall.sdf", "<sdf>")
+    with pytest.raises(InvalidUse, match=r"cannot read the world file .*hall\.sdf: no element found"):
+        bundle(write(tmp_path / "main.osc"), Options(simulator=Simulator(name="ros", world=str(world))))
 
 
 PLAY = "import osc.ros\nscenario main:\n    do bag_play('{source}')\n"

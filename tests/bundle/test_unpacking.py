@@ -63,6 +63,7 @@ def test_two_files_at_one_place_are_refused(other: str) -> None:
         {"simulator": {"name": "mujoco", "rate": 1.0, "model_path": ["/etc"]}},
         {"simulator": {"name": "mujoco", "rate": 1.0, "world": "/etc/world.yaml"}},
         {"simulator": {"name": "mujoco", "rate": 1.0, "world_file": "../hall.yaml"}},
+        {"simulator": {"name": "ros", "rate": 1.0, "world_file": "../hall.sdf"}},
         {"lab": {"file": "lab.yaml"}},
         {"ros": {"endpoint": "tcp/127.0.0.1:7447", "interfaces": [".."]}},
     ],
@@ -110,3 +111,7 @@ def test_worlds_are_those_of_the_bundle(tmp_path: Path) -> None:
     simulator = options_of(manifest(simulator=given), tmp_path).simulator
     assert simulator is not None
     assert simulator.world == str(tmp_path / "hall.yaml")
+    given = {"name": "ros", "rate": 1.0, "world_file": "hall.yaml", "world_by_uri": True}
+    simulator = options_of(manifest(simulator=given), tmp_path).simulator
+    assert simulator is not None
+    assert simulator.world == f"file://{tmp_path}/hall.yaml"

@@ -22,6 +22,7 @@ MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
 WORLD_FILES = 2  # and world files
 FILMS = 3  # and films
+ROS_SIMULATORS = 3  # and simulators of ROS 2 systems, with worlds that are theirs
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # of a bundle
 MAX_FILE = 256 << 20  # [bytes]
@@ -83,6 +84,7 @@ class BundledSimulator(Said):
     model_path: tuple[Place, ...] = ()
     snapshot: Place | None = None
     world_file: Place | None = None  # instead of a name of a world
+    world_by_uri: bool = False  # whether the simulator is told that file as `file://`
 
 
 class BundledRos(Said):
