@@ -61,7 +61,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="let scenarios do what they else may not: python, network, run_process, ros_run, ros_launch (repeatable)",
+        help="let scenarios do what they else may not: python, network, run_process, ros_run, ros_launch "
+        "(repeatable)",
     )
     parser.add_argument(
         "--policy", type=Path, metavar="FILE", help="what those of each role may do, and how much of it (YAML)"
