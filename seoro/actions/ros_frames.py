@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Awaitable, Callable
 from functools import partial
 
 import anyio
@@ -20,7 +21,7 @@ from seoro.runtime.actions import action
 from seoro.runtime.capabilities import MobileRobots
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Position3D
-from seoro.runtime.ros_system import FramePose, Ros2System, RosFrames
+from seoro.runtime.ros_system import FramePose, Ros2System, RosClock, RosFrames
 from seoro.runtime.values import Actor
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -109,27 +110,98 @@ async def assert_tf_moving(
     use_sim_time: bool,
 ) -> None:
     """Watch a frame; that it does not move or turn fast enough for too long is a failure."""
-    movement = _Movement(threshold_translation, threshold_rotation)
-    begun = not wait_for_first_transform
-    rested = time.monotonic()  # since when, as far as is known
+    movement, system = _Movement(threshold_translation, threshold_rotation), system_of(ctx)
+
+    def note(text: str) -> None:
+        ctx.relay([text])
+
     with failing():
-        async with system_of(ctx).frames(tf_topic_namespace, lambda text: ctx.relay([text])) as frames:
+        async with system.frames(tf_topic_namespace, note) as frames, system.clock(note) as followed:
+            clock = _SystemTime(followed) if use_sim_time else _MachineTime()
+            poses = partial(frames.next_pose, frame_id, parent_frame_id)
+            rested = await meanwhile(ctx, clock.started())  # since when, as far as is known
+            if wait_for_first_transform:
+                movement.take(await meanwhile(ctx, poses()))
+                rested = clock.now()
             while True:
-                left = max(rested + timeout - time.monotonic(), 0.0) if begun and not use_sim_time else None
-                pose = await meanwhile(ctx, _pose_within(frames, frame_id, parent_frame_id, left))
-                if pose is None:
+                pose = await meanwhile(ctx, _until(poses, clock, rested + timeout))
+                is_moving = pose is not None and movement.take(pose)
+                if clock.has_jumped() or is_moving:
+                    rested = clock.now()
+                elif clock.now() >= rested + timeout:
                     absence = frames.absence(frame_id, parent_frame_id)
                     raise ActionFailed(absence or movement.rest(frame_id, parent_frame_id, timeout))
-                if movement.take(pose) or not begun:
-                    begun, rested = True, time.monotonic()
-                elif use_sim_time and movement.rested >= timeout:
-                    raise ActionFailed(movement.rest(frame_id, parent_frame_id, timeout))
 
 
-async def _pose_within(frames: RosFrames, frame: str, parent: str, limit: float | None) -> FramePose | None:
-    with anyio.move_on_after(limit):
-        return await frames.next_pose(frame, parent)
-    return None
+class _MachineTime:
+    """The time of this machine [s]."""
+
+    async def started(self) -> float:
+        """Now, when there is a time."""
+        return self.now()
+
+    def now(self) -> float:
+        """Now."""
+        return time.monotonic()
+
+    async def wait_until(self, moment: float) -> None:
+        """Wait until it is so late."""
+        await anyio.sleep(moment - self.now())
+
+    def has_jumped(self) -> bool:
+        """It does not jump."""
+        return False
+
+
+class _SystemTime:
+    """The time of a ROS 2 system [s], which may stand still.
+
+    Args:
+        clock: Tells it.
+    """
+
+    def __init__(self, clock: RosClock) -> None:
+        self._clock = clock
+        self._jumps = clock.jumps
+        self._now = -math.inf  # the last one, which holds while a clock that is new has told nothing yet
+
+    async def started(self) -> float:
+        """Now, when there is a time."""
+        await self._clock.wait_until(-math.inf)
+        return self.now()
+
+    def now(self) -> float:
+        """Now."""
+        found = self._clock.at(time.time())
+        self._now = self._now if found is None else found
+        return self._now
+
+    async def wait_until(self, moment: float) -> None:
+        """Wait until it is so late, or the time jumps."""
+        await self._clock.wait_until(moment)
+
+    def has_jumped(self) -> bool:
+        """Whether it has jumped since this was asked the last time."""
+        before, self._jumps = self._jumps, self._clock.jumps
+        return self._jumps != before
+
+
+async def _until(
+    poses: Callable[[], Awaitable[FramePose]], clock: _MachineTime | _SystemTime, moment: float
+) -> FramePose | None:
+    """The next pose, if it is not too late before there is one."""
+    pose: FramePose | None = None
+
+    async def take() -> None:
+        nonlocal pose
+        pose = await poses()
+        tasks.cancel_scope.cancel()
+
+    async with anyio.create_task_group() as tasks:
+        tasks.start_soon(take)
+        await clock.wait_until(moment)
+        tasks.cancel_scope.cancel()
+    return pose
 
 
 class _Movement:
@@ -144,14 +216,13 @@ class _Movement:
         self._thresholds = speed, rate
         self._from: FramePose | None = None  # where the speed is measured from
         self._now = 0.0  # the last stamp [s]
-        self._moved = 0.0  # when it moved last, by stamps [s]
         self._speeds = 0.0, 0.0
 
     def take(self, pose: FramePose) -> bool:
         """The next pose; whether the frame has been found to move by it."""
         now = self._now if pose.stamp is None else pose.stamp
         if self._from is None or self._from.stamp is None or now < self._from.stamp:  # time was set back
-            self._from, self._now, self._moved = pose, now, now
+            self._from, self._now = pose, now
             return False
         self._now = now
         period = now - self._from.stamp
@@ -160,15 +231,7 @@ class _Movement:
         moved = math.dist(pose.position, self._from.position)
         turned = _angle(pose.rotation, self._from.rotation)
         self._from, self._speeds = pose, (moved / period, turned / period)
-        is_moving = any(found >= least for found, least in zip(self._speeds, self._thresholds, strict=True))
-        if is_moving:
-            self._moved = now
-        return is_moving
-
-    @property
-    def rested(self) -> float:
-        """How long it has not been found to move, by stamps [s]."""
-        return self._now - self._moved
+        return any(found >= least for found, least in zip(self._speeds, self._thresholds, strict=True))
 
     def rest(self, frame: str, parent: str, timeout: float) -> str:
         """That it does not move, for people."""

@@ -128,6 +128,10 @@ class RosClock(Protocol):
         """The time [s] when something arrived [s since the epoch]; None if the system tells none yet."""
         ...
 
+    async def wait_until(self, moment: float) -> None:
+        """Wait until it is so late [s], or the time jumps."""
+        ...
+
     @property
     def jumps(self) -> int:
         """How often it has jumped."""

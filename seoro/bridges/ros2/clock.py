@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -15,6 +16,7 @@ from anyio.abc import TaskGroup, TaskStatus
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
+from seoro.changes import Changes
 from seoro.errors import BackendError, InvalidUse
 
 TOPIC: Final = "/clock"
@@ -43,10 +45,12 @@ class SimClock:
 
     Attributes:
         jumps: How often it has jumped.
+        changes: Told of each time that arrives.
     """
 
     def __init__(self, on_note: Note, on_back: Callable[[], None] = _nothing) -> None:
         self.jumps = 0
+        self.changes = Changes()
         self._on_note = on_note
         self._on_back = on_back
         self._told: deque[tuple[int, int]] = deque(maxlen=KEPT)  # when by this machine, and the time [ns]
@@ -77,6 +81,7 @@ class SimClock:
             self._look_for_jump(now, arrived)
         self._told.append((arrived, now))
         self._started.set()
+        self.changes.tell()
 
     async def follow(self, subscription: Subscription) -> None:
         """Take over what arrives, until the subscription ends."""
@@ -139,6 +144,16 @@ class SharedClock:
         if self._clock.has_started:
             return self._clock.at(round(arrived * SECOND)) / SECOND
         return None if self._is_there else arrived
+
+    async def wait_until(self, moment: float) -> None:
+        """Wait until it is so late [s], or the time jumps."""
+        jumps = self.jumps
+        while self.jumps == jumps and ((now := self.at(time.time())) is None or now < moment):
+            if now is None or self._clock.has_started:
+                await self._clock.changes.wait()
+            else:
+                with anyio.move_on_after(moment - now):
+                    await self._clock.changes.wait()
 
     @asynccontextmanager
     async def used(self, note: Note, on_back: Callable[[], None] = _nothing) -> AsyncIterator[SharedClock]:

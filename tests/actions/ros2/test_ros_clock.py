@@ -46,6 +46,17 @@ async def test_latencies_are_those_of_the_time_of_the_simulation(
     assert ran.verdict.reason.startswith("`assert_topic_latency` failed: the latency of /scan is 0.0")
 
 
+async def test_a_frame_that_is_not_told_of_any_more_is_noticed_in_the_time_of_the_simulation(
+    tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
+) -> None:
+    ran = await run(
+        tmp_path,
+        simulated,
+        "    do assert_tf_moving('bus', 'odom', 0.3s, wait_for_first_transform: false, use_sim_time: true)",
+    )
+    assert ran.verdict.reason.endswith("there is no frame `bus`; there are `base_link`, `odom`")
+
+
 @pytest.mark.parametrize(
     ("jump", "told"), [(-0.95, "/clock jumped back from 100"), (3600.0, "/clock jumped ahead from 100")]
 )

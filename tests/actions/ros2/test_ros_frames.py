@@ -87,6 +87,10 @@ scenario main:
             "there is no frame `bus`; there are `base_link`, `box`",
             marks=pytest.mark.slow,
         ),
+        (
+            "'bus', timeout: 0.3s, wait_for_first_transform: false, use_sim_time: true",
+            "there is no frame `bus`; there are `base_link`, `box`",
+        ),
     ],
 )
 async def test_what_rests_fails(invocation: str, reason: str, run_ros: RunRos) -> None:
