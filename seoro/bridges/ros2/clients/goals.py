@@ -153,7 +153,8 @@ async def pursuing(
         topic, message = f"{action}/_action/feedback", f"{type_name}_FeedbackMessage"
         told = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(told)
-        pursued = await _send(clients, goal, action, Goal(new_number(node.node.session), clients), lost)
+        sent = Goal(new_number(node.node.session), clients)
+        pursued = await _send(clients, goal, action, sent, note or log.warning, lost)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(pursued.fetch)
         tasks.start_soon(_listen, messages, pursued.number, feedback, note or log.warning)
@@ -195,15 +196,17 @@ async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name:
     return clients
 
 
-async def _send(clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, lost: Lose) -> Goal:
+async def _send(
+    clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, note: Note, lost: Lose
+) -> Goal:
     """Send a goal; if that is cancelled after it has been sent, or has no answer, it is called off."""
     request = {"goal_id": {"uuid": list(goal.number)}, "goal": members}
     sending = asyncio.ensure_future(clients.send.call(request, ANSWER_WITHIN))
     try:
         response = await asyncio.shield(sending)
     except asyncio.CancelledError:
-        with anyio.CancelScope(shield=True), suppress(SeoroError):
-            await _recall(sending, goal)
+        with anyio.CancelScope(shield=True):
+            await _recall(sending, action, goal, note, lost)
         raise
     except BackendError:
         with anyio.CancelScope(shield=True):
@@ -215,15 +218,15 @@ async def _send(clients: _Clients, members: Mapping[str, Any], action: str, goal
     return goal
 
 
-async def _recall(sending: asyncio.Future[Any], goal: Goal) -> None:
+async def _recall(sending: asyncio.Future[Any], action: str, goal: Goal, note: Note, lost: Lose) -> None:
     """Call a goal off of which it is not known whether the server has accepted it."""
-    with anyio.move_on_after(CANCEL_WITHIN):
+    with anyio.move_on_after(CANCEL_WITHIN), suppress(BackendError):  # it may have been taken nevertheless
         if not (await sending).accepted:
             return
     sending.cancel()
     async with background() as tasks:
         tasks.start_soon(goal.fetch)
-        await goal.cancel()
+        await _leave(goal, action, note, lost)
 
 
 async def _listen(messages: Subscription, number: bytes, feedback: Callable[[Members], None], note: Note) -> None:
