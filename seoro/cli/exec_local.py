@@ -146,7 +146,7 @@ class _Exec:
         options = self._options
         settings = replace(
             settings_of(options),
-            leasing=leasing_of(options, self._progress.say),
+            leasing=leasing_of(options, lambda why: self._progress.say(f"waiting: {why}")),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
         )

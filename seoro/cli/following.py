@@ -46,6 +46,7 @@ class Follower:
         self._film = film
         self._interrupted: Exit | None = None
         self._is_announced = False
+        self._waits = ""
         self._now = 0.0
         self._progress = progress_of(
             options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout
@@ -85,6 +86,7 @@ class Follower:
         async with background() as waiting:
             waiting.start_soon(self._tell_of_waiting, run)
             async for info, records in run.parts():
+                self._tell_for_whom_it_waits(info)
                 self._announce(info)
                 for record in records:
                     self._record(record)
@@ -96,6 +98,11 @@ class Follower:
             with suppress(OSError):  # said when it is finished
                 trace.record(record)
 
+    def _tell_for_whom_it_waits(self, info: RunInfo) -> None:
+        if info.waits and info.waits != self._waits:
+            self._note(f"run {info.run[:8]} waits: {info.waits}")
+        self._waits = info.waits
+
     def _announce(self, info: RunInfo) -> None:
         if info.announcement and not self._is_announced:
             self._is_announced = True
@@ -103,7 +110,7 @@ class Follower:
 
     async def _tell_of_waiting(self, run: RemoteRun) -> None:
         await anyio.sleep(QUIET)
-        if run.state is State.QUEUED:
+        if run.state is State.QUEUED and not run.info.waits:
             place = f", at place {run.info.place} of those that wait" if run.info.place is not None else ""
             self._note(f"run {run.id[:8]} waits for its turn on {run.executor.name}{place}")
 

@@ -26,8 +26,9 @@ EXAMPLES = """examples:
   seoro ps --on lab-a --json
   seoro ps --verbose
 
-Of runs that wait, `queued #3` is the third. Times are right though the executor's clock may not be."""
-_TITLES = ("RUN", "EXECUTOR", "STATE", "SINCE", "TOOK", "BY", "FILE")
+Of runs that wait, `queued #3` is the third; for whom others wait that need robots is in the last column. Times
+are right though the executor's clock may not be."""
+_TITLES = ("RUN", "EXECUTOR", "STATE", "SINCE", "TOOK", "BY", "FILE", "WAITING FOR")
 _EXECUTOR_TITLES = ("EXECUTOR", "VERSION", "AT A TIME", "RUNNING", "WAITING", "CLOCK", "ROUND TRIP")
 PATIENCE = 2.0  # [s] with an executor that does not answer
 _UNITS = ((86_400, "d"), (3_600, "h"), (60, "min"))
@@ -64,7 +65,10 @@ def run(options: argparse.Namespace) -> int:
     if not found:
         print("there are no runs")
     else:
-        _print_table([_TITLES, *(_row(each, time.time() + ahead[each.executor.name]) for each in found)])
+        rows = [_row(each, time.time() + ahead[each.executor.name]) for each in found]
+        if not any(each.info.waits for each in found):
+            rows = [row[:-1] for row in rows]
+        _print_table([_TITLES[: len(rows[0])], *rows])
     return status
 
 
@@ -103,7 +107,8 @@ def _row(run: RemoteRun, now: float) -> tuple[str, ...]:
     info = run.info
     took = "" if info.started is None else _span((info.ended or now) - info.started)
     since = _span(now - (info.ended or info.started or info.submitted))
-    return run.id[:8], run.executor.name, _state(info), since, took, printable(info.by), printable(info.file)
+    told = map(printable, (info.by, info.file, info.waits))
+    return run.id[:8], run.executor.name, _state(info), since, took, *told
 
 
 def _state(info: RunInfo) -> str:

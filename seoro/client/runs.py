@@ -77,6 +77,7 @@ class RemoteRun:
             at=at,
             state=self.info.state,
             is_announced=bool(self.info.announcement),
+            waits=self.info.waits,
             wait=wait,
             keeps_alive=allowed is not None,
             in_parts=True,

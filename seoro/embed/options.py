@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypedDict
@@ -82,12 +82,14 @@ class Leasing:
         priority: Of its place in line; higher ones come first.
         lease: Id of a lease by hand under which it has them.
         say: Called with who has them, while it waits.
+        turn: Awaited when it has those that it has waited for, before it goes on.
     """
 
     wait: float | None = None
     priority: int = 0
     lease: str = ""
     say: Callable[[str], object] | None = None
+    turn: Callable[[], Awaitable[object]] | None = None
 
 
 @dataclass(frozen=True)

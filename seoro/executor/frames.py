@@ -1,8 +1,8 @@
 """What an executor and the process of a run say to each other, over two pipes: frames of a kind and some bytes.
 
-One pipe has the job and, later, that it is to stop; its end means that the executor is gone. The other has what
-the run begins with, the lines of its trace as they are made, and its end. What is told of processes has a
-pipe of its own.
+One pipe has the job and, later, that it is to go on or to stop; its end means that the executor is gone. The
+other has what the run begins with, the lines of its trace as they are made, and its end; before that, if it needs
+robots that others have, for whom it waits, and that it has them. What is told of processes has a pipe of its own.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ class Frame(IntEnum):
     BEGIN = 3  # what the run begins with, as text for people
     TRACE = 4  # lines
     END = 5  # `seoro.embed.ends`
+    WAITS = 6  # for whom it waits, as text: others may go on meanwhile
+    READY = 7  # it has what it has waited for, and waits for its turn
+    GO = 8  # it has its turn
 
 
 class Told(IntEnum):

@@ -9,7 +9,7 @@
         bundle: 256       # [MiB] that a scenario may have
         waiting: 20       # runs of one that wait at most
         running: 2        # runs of one that go on at a time
-        time: 3600        # [s] that a run may take
+        time: 3600        # [s] that a run may take, beside what it waits for robots
         memory: 4096      # [MiB] that the processes of a run may have together
 
 What a role does not say is as for everybody.

@@ -6,6 +6,7 @@ import asyncio
 import logging
 import sqlite3
 import time
+from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 from typing import Final
@@ -21,95 +22,19 @@ from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor import frames
 from seoro.executor.frames import Frame, Job
 from seoro.executor.limits import Limits, Policy
+from seoro.executor.live import STOP_TIMEOUT, LiveRun
 from seoro.executor.memory import exceeds
 from seoro.executor.order import Waiting
 from seoro.executor.store import Finished, Store
-from seoro.executor.watching import Pace, Watches
+from seoro.executor.turns import Turns
+from seoro.executor.watching import Pace
 from seoro.executor.workers import Pool, Worker
 
-STOP_TIMEOUT: Final = 30.0  # [s] that a run may take to clean up when it is stopped
 KEEP_PAUSE: Final = 5.0  # [s] until it is tried again to keep the end of a run
+HAS_ROBOTS: Final = "the robots are held for it until it has its turn"
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
 
 log = logging.getLogger(__name__)
-
-
-class LiveRun:
-    """A run that is not over.
-
-    Args:
-        info: What is known of it.
-        submission: What it was submitted with.
-        pace: Of what is sent to those who follow runs.
-    """
-
-    def __init__(self, info: RunInfo, submission: wire.Submission, pace: Pace) -> None:
-        self.info = info
-        self.submission = submission
-        self.killed = ""  # why it was, if it was
-        self.size = 0  # of its trace so far [bytes]
-        self.changes = Changes()  # of all of that
-        self.watches = Watches(pace)  # of the same, at once
-        self._worker: Worker | None = None
-        self._stop_reason: str | None = None
-        self._watched = time.monotonic()
-        self._killing: asyncio.TimerHandle | None = None
-
-    @property
-    def stop_reason(self) -> str | None:
-        """Why it was asked to stop; None if it was not."""
-        return self._stop_reason
-
-    def set(self, **changed: object) -> None:
-        """Something about it has changed."""
-        self.info = self.info.model_copy(update=changed)
-        self.watches.turn()
-        self.changes.tell()
-
-    def grow(self, lines: bytes) -> None:
-        """Its trace has grown."""
-        start = self.size
-        self.size += len(lines)
-        self.watches.grow(start, lines)
-        self.changes.tell()
-
-    def have(self, worker: Worker) -> None:
-        """It has a process."""
-        self._worker = worker
-        if self._stop_reason is not None:
-            self._stop(worker, self._stop_reason)
-
-    def stop(self, reason: str) -> None:
-        """Stop it, in order; a process that does not end is killed."""
-        if self._stop_reason is None:
-            self._stop_reason = reason
-            if self._worker is not None:
-                self._stop(self._worker, reason)
-            self.changes.tell()
-
-    def _stop(self, worker: Worker, reason: str) -> None:
-        worker.stop(reason)
-        self._killing = asyncio.get_running_loop().call_later(STOP_TIMEOUT, worker.kill)
-
-    def release(self) -> None:
-        """Its process has ended."""
-        self._worker = None
-        if self._killing is not None:
-            self._killing.cancel()
-
-    def note_watcher(self) -> None:
-        """Whoever is to be there for it to go on has given a sign of life."""
-        self._watched = time.monotonic()
-
-    @property
-    def patience(self) -> float | None:
-        """How much longer it goes on without a sign of life [s]; None if it does so for ever, or is stopped."""
-        allowed = self.submission.stop_if_lost
-        return (
-            None
-            if allowed is None or self._stop_reason is not None
-            else self._watched + allowed - time.monotonic()
-        )
 
 
 class Queue:
@@ -127,13 +52,13 @@ class Queue:
         self._store = store
         self._pool = pool
         self._tasks = tasks
-        self._jobs = self._free = jobs
         self._policy = policy
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
         self._pace = Pace()
         self._ends: dict[str, Finished] = {}
         self._changes = Changes()
+        self._turns = Turns(jobs, policy, self._changes)
         self._is_closing = False
         self._held_back = ""
 
@@ -144,16 +69,17 @@ class Queue:
     @property
     def running(self) -> int:
         """How many runs go on."""
-        return self._jobs - self._free
+        return self._turns.taken
 
     @property
     def waiting(self) -> int:
-        """How many wait."""
-        return len(self._waiting)
+        """How many wait, for their turn or for robots."""
+        return len(self._waiting) + len(self._turns.lent)
 
     def waiting_of(self, submitter: str) -> int:
         """How many of somebody's runs wait."""
-        return sum(self._live[run].info.by == submitter for run in self._waiting)
+        waiting = (*(self._live[run] for run in self._waiting), *self._turns.lent)
+        return sum(live.info.by == submitter for live in waiting)
 
     def placed(self, info: RunInfo) -> RunInfo:
         """What is known of a run, with its place if it waits; of one that is not over, more than the store has."""
@@ -178,23 +104,14 @@ class Queue:
         """Start runs as there is room for them; runs as long as the executor."""
         while True:
             run = self._waiting.take(await self._changes.wait_for(self._next))
-            self._free -= 1
+            self._turns.take(self._live[run])
             self._tasks.start_soon(self._carry, self._live[run])
 
     def _next(self) -> str | None:
         """The run to start now, if there is one."""
-        if self._free <= 0 or self._is_closing or self._held_back:
+        if self._is_closing or self._held_back:
             return None
-        return self._waiting.first(self._may_run)
-
-    def _may_run(self, run: str) -> bool:
-        """Whether its submitter may have one more that goes on."""
-        live = self._live[run]
-        most = self._limits(live).running
-        if most is None:
-            return True
-        going_on = [other for name, other in self._live.items() if name not in self._waiting]
-        return sum(other.info.by == live.info.by for other in going_on) < most
+        return self._waiting.first(lambda run: self._turns.is_free_for(self._live[run]))
 
     def _limits(self, live: LiveRun) -> Limits:
         return self._policy.of(live.submission.role)
@@ -243,15 +160,17 @@ class Queue:
                 self._ends.pop(run, None)
 
     async def close(self) -> int:
-        """Stop what runs, and wait for its clean-up; what waits is left for the next start of the executor.
+        """Stop what runs, and wait for its clean-up; what waits, also for robots, is left for the next start.
 
         Returns:
             How many runs were stopped.
         """
         self._is_closing = True
+        for live in self._turns.lent:
+            live.leave()
         running = [self._live[run] for run in self.stop_running("the executor ends")]
         for live in running:
-            await live.changes.wait_for(lambda live=live: live.info.state.is_final)  # type: ignore[misc]
+            await live.changes.wait_for(lambda live=live: _is_done_with(live))  # type: ignore[misc]
         await self._keep_again()
         return len(running)
 
@@ -276,8 +195,7 @@ class Queue:
             log.exception("fault in the run %s", live.info.run)
             await self._finish(live, State.ERROR, f"fault in the executor: {type(error).__name__}: {error}", b"")
         finally:
-            self._free += 1
-            self._changes.tell()
+            self._turns.end(live)
 
     async def _carry_by(self, live: LiveRun, worker: Worker) -> None:
         """Have a process carry a run out; whoever waits for its end need not wait for that of the process."""
@@ -286,11 +204,13 @@ class Queue:
         async with background() as duties:
             duties.start_soon(_hold_to_time, live, self._limits(live).time)
             duties.start_soon(_hold_to_memory, live, worker, self._limits(live).memory)
-            end = await self._follow(live, worker)
+            end = await self._follow(live, worker, duties)
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
         _drop_empty(self._store.folder(live.info.run).log)
+        if live.is_left and code == frames.NOT_BEGUN:
+            return
         state, reason = _outcome(end, code, live.stop_reason)
         await self._finish(live, state, reason if end else live.killed or reason, end)
 
@@ -306,7 +226,7 @@ class Queue:
             reach=self._limits(live).reached,
         )
 
-    async def _follow(self, live: LiveRun, worker: Worker) -> bytes:
+    async def _follow(self, live: LiveRun, worker: Worker, duties: TaskGroup) -> bytes:
         """Keep what the process of a run tells; returns the end of the run, empty if it told none.
 
         Raises:
@@ -327,13 +247,36 @@ class Queue:
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
                         await self._store.announce(live.info.run, live.info.announcement)
+                    case Frame.WAITS:
+                        await self._lend_turn(live, data.decode())
+                    case Frame.READY:
+                        duties.start_soon(self._give_turn, live, worker)
                     case Frame.END:
                         end = data
-                    case Frame.TRACE | Frame.JOB | Frame.STOP:  # what is not kept, and what goes the other way
+                    case Frame.TRACE | Frame.JOB | Frame.STOP | Frame.GO:  # what is not kept, and the other way
                         pass
         if failed is not None:
             raise failed
         return end
+
+    async def _lend_turn(self, live: LiveRun, for_whom: str) -> None:
+        """A run waits for robots, and others may go on meanwhile."""
+        if self._turns.lend(live):
+            with suppress(sqlite3.Error):  # a full disk: it is lost, then, if the executor dies
+                await self._store.wait(live.info.run)
+        live.set(state=State.QUEUED, started=None, waits=for_whom)
+
+    async def _give_turn(self, live: LiveRun, worker: Worker) -> None:
+        """A run has its robots, and goes on when it has a turn, too."""
+        live.set(waits=HAS_ROBOTS)
+        await self._turns.take_again(live)
+        try:
+            await self._store.start(live.info.run)
+        except sqlite3.Error as error:  # a full disk: nobody must take it for one that has not begun
+            live.stop(f"the executor cannot keep the run: {error}")
+            return
+        live.set(state=State.RUNNING, started=time.time(), waits="")
+        worker.go()
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
         finished = Finished(state, reason, end, time.time())
@@ -353,11 +296,19 @@ class Queue:
         return True
 
 
+def _is_done_with(live: LiveRun) -> bool:
+    return live.info.state.is_final or (live.is_left and not live.has_process)
+
+
 async def _hold_to_time(live: LiveRun, limit: float | None) -> None:
-    """Stop a run that takes longer than it may [s]."""
-    if limit is not None:
-        await asyncio.sleep(limit)
-        live.stop(f"it took longer than the {limit:g} s that it may")
+    """Stop a run that takes longer than it may [s], for which it does not matter how long it waits."""
+    if limit is None:
+        return
+    with suppress(TimeoutError):
+        while True:
+            await live.changes.wait_for(lambda: live.info.state is State.QUEUED, limit)
+            await live.changes.wait_for(lambda: live.info.state is State.RUNNING)
+    live.stop(f"it took longer than the {limit:g} s that it may")
 
 
 async def _hold_to_memory(live: LiveRun, worker: Worker, limit: int | None) -> None:

@@ -27,7 +27,8 @@ from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.executor.blobs import Blobs
 from seoro.executor.emergency import Emergency
 from seoro.executor.limits import Policy, check_submission
-from seoro.executor.queue import LiveRun, Queue
+from seoro.executor.live import LiveRun
+from seoro.executor.queue import Queue
 from seoro.executor.store import Store
 from seoro.executor.watching import Watch
 
@@ -223,8 +224,9 @@ class Server:
 
 def _is_news(live: LiveRun, request: wire.AskRecords) -> bool:
     """Whether there is something that whoever asks does not know."""
-    is_known = (live.info.state, bool(live.info.announcement)) == (request.state, request.is_announced)
-    return live.size > request.at or not is_known
+    info = live.info
+    is_known = (info.state, bool(info.announcement)) == (request.state, request.is_announced)
+    return live.size > request.at or not is_known or request.waits not in (None, info.waits)
 
 
 async def _watch(live: LiveRun, request: wire.AskRecords, send: Callable[[bytes], None]) -> int:

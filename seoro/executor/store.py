@@ -174,6 +174,10 @@ class Store:
         """A run has its process."""
         await self._set(run, state=State.RUNNING.value, started=time.time())
 
+    async def wait(self, run: str) -> None:
+        """A run waits for others before it begins: if the executor dies, the next one has it to begin."""
+        await self._set(run, state=State.QUEUED.value, started=None)
+
     async def announce(self, run: str, announcement: str) -> None:
         """It is known what a run runs with."""
         await self._set(run, announcement=announcement)

@@ -37,6 +37,14 @@ class Telling:
         self._news = threading.Event()
         threading.Thread(target=self._work, name="tells the executor", daemon=True).start()
 
+    def wait(self, for_whom: str) -> None:
+        """Tell for whom the run waits, before it begins."""
+        self._put((Frame.WAITS, for_whom.encode()))
+
+    def be_ready(self) -> None:
+        """Tell that the run has what it has waited for."""
+        self._put((Frame.READY, b""))
+
     def begin(self, announcement: str) -> None:
         """Tell what the run begins with."""
         self._put((Frame.BEGIN, announcement.encode()))

@@ -33,7 +33,7 @@ from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.executor.frames import NOT_BEGUN, Job, read_frame
+from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
 from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
@@ -44,8 +44,8 @@ SWITCH: Final = 0.0002  # [s] for which the run may keep other threads from work
 ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
 
 
-class Stopping:
-    """That a run is to stop, which may be said before there is one. From a thread that reads the pipe.
+class Orders:
+    """That a run is to go on, or to stop, also before there is one. From a thread that reads the pipe.
 
     Args:
         control: The pipe.
@@ -56,6 +56,7 @@ class Stopping:
         self._lock = threading.Lock()
         self._reason: str | None = None
         self._stop: Callable[[str], object] | None = None
+        self._go: Callable[[], object] = lambda: None
 
     def start(self) -> None:
         """Begin to listen."""
@@ -68,9 +69,19 @@ class Stopping:
             if self._reason is not None:
                 stop(self._reason)
 
+    async def turn(self, ask: Callable[[], object]) -> None:
+        """Ask for a turn, and wait for it."""
+        loop, has_it = asyncio.get_running_loop(), asyncio.Event()
+        self._go = lambda: loop.call_soon_threadsafe(has_it.set)
+        ask()
+        await has_it.wait()
+
     def _listen(self) -> None:
         while (frame := read_frame(self._control)) is not None:
-            self.ask(frame[1].decode())
+            if frame[0] is Frame.GO:
+                self._go()
+            else:
+                self.ask(frame[1].decode())
         self.ask("the executor is gone")
         time.sleep(ORPHANED)
         os._exit(1)
@@ -105,10 +116,10 @@ def work(control_pipe: int, data_pipe: int) -> None:
         os.nice(UNHURRIED)
     else:
         sys.setswitchinterval(SWITCH)
-    telling, stopping = Telling(data_pipe), Stopping(control)
-    stopping.start()
+    telling, orders = Telling(data_pipe), Orders(control)
+    orders.start()
     try:
-        status, end = 0, pack_end(anyio.run(_carry_out, job, telling, stopping))
+        status, end = 0, pack_end(anyio.run(_carry_out, job, telling, orders))
     except StoppedBefore:
         status, end = NOT_BEGUN, b""
     sys.stdout.flush()  # before clients are told that all is there
@@ -125,9 +136,9 @@ def _redirect(log: Path) -> None:
         os.dup2(file.fileno(), 2)
 
 
-async def _carry_out(job: Job, telling: Telling, stopping: Stopping) -> End:
+async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End:
     try:
-        return await _run(job, telling, stopping)
+        return await _run(job, telling, orders)
     except (InvalidScenario, InvalidUse, BackendError) as error:
         return not_run(error)
     except StoppedBefore:
@@ -138,18 +149,18 @@ async def _carry_out(job: Job, telling: Telling, stopping: Stopping) -> End:
         return not_run(BackendError(f"internal error of the executor: {type(found).__name__}: {found}"))
 
 
-async def _run(job: Job, telling: Telling, stopping: Stopping) -> End:
+async def _run(job: Job, telling: Telling, orders: Orders) -> End:
     task = asyncio.current_task()
     assert task is not None, "this is one"
     if job.manifest.options.leasing.wait is not None:  # for robots, until which there is no run
-        stopping.when_asked(lambda reason: task.get_loop().call_soon_threadsafe(task.cancel))
+        orders.when_asked(lambda reason: task.get_loop().call_soon_threadsafe(task.cancel))
     try:
-        return await _run_unless_stopped(job, telling, stopping)
+        return await _run_unless_stopped(job, telling, orders)
     except asyncio.CancelledError:
         raise StoppedBefore from None
 
 
-async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) -> End:
+async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End:
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
     scenario = check_file(
@@ -161,8 +172,10 @@ async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) ->
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
     loop = asyncio.get_running_loop()
+    asked = options_of(manifest, _as_seen_from(Path(manifest.directory)))
     options = replace(
-        options_of(manifest, _as_seen_from(Path(manifest.directory))),
+        asked,
+        leasing=replace(asked.leasing, say=telling.wait, turn=partial(orders.turn, telling.be_ready)),
         observers=(telling,),
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
@@ -170,7 +183,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, stopping: Stopping) ->
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
         telling.begin(announcement(run, options))
-        stopping.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
+        orders.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
         async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
             with anyio.move_on_after(manifest.options.timeout or math.inf):
                 await run.result()

@@ -58,6 +58,11 @@ class Worker:
         with suppress(BrokenPipeError):  # it has died, which its other pipe tells
             self._write(Frame.JOB, wire.encode(job))
 
+    def go(self) -> None:
+        """Tell it that its run has its turn."""
+        with suppress(OSError):
+            self._write(Frame.GO, b"")
+
     def stop(self, reason: str) -> None:
         """Ask it to stop its run."""
         with suppress(OSError):

@@ -44,7 +44,9 @@ async def when_free(
             except RobotsTaken as taken:
                 if not waits:
                     raise
-                if leasing.say is not None and said != (said := str(taken)):
-                    leasing.say(f"waiting: {said}")
+                if said != (said := str(taken)) and leasing.say is not None:
+                    leasing.say(said)
             await anyio.sleep(random.uniform(*RETRY))  # noqa: S311 - nobody gains from guessing it
+        if said and leasing.turn is not None:
+            await leasing.turn()
         yield opened

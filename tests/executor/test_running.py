@@ -8,8 +8,10 @@ import pytest
 
 import seoro
 from seoro.bridges.executor.messages import State
+from seoro.executor import live as live_runs
 from seoro.executor import queue
 from seoro.executor.frames import Job
+from seoro.executor.live import LiveRun
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.executor.store import Finished, Store
 from seoro.film import Film
@@ -51,7 +53,7 @@ def hanging(tmp_path: Path) -> Path:
 async def test_a_run_that_does_not_end_is_killed(
     tmp_path: Path, hanging: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(queue, "STOP_TIMEOUT", 0.5)
+    monkeypatch.setattr(live_runs, "STOP_TIMEOUT", 0.5)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
     options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint, allowed=frozenset({"python"}))
     async with executing(options), seoro.Client(endpoint) as client:
@@ -91,7 +93,7 @@ async def test_a_film_that_cannot_be_kept_makes_the_run_an_error(
     file.write_text(HELLO)
     job = queue.Queue._job
 
-    def filled(self: queue.Queue, live: queue.LiveRun) -> Job:
+    def filled(self: queue.Queue, live: LiveRun) -> Job:
         found = job(self, live)
         Path(found.output, "video.mp4").symlink_to("/dev/full")
         return found

@@ -13,7 +13,6 @@ import seoro
 from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.conftest import Rails
-from tests.executors import NAME, executor
 from tests.lab.test_runs import ALONE, floor, lab_of
 
 pytestmark = pytest.mark.anyio
@@ -64,22 +63,6 @@ async def test_a_run_waits_for_as_long_as_it_says(rails: Rails, scenario: seoro.
     async with connect_robots(rails.endpoint, "the first run"):
         with pytest.raises(RobotsTaken):
             await verdict_of(scenario, lab, seoro.Leasing(wait=0.5))
-
-
-async def test_a_run_on_an_executor_that_waits_can_be_stopped(
-    rails: Rails, scenario: seoro.Scenario, tmp_path: Path
-) -> None:
-    lab = lab_of(tmp_path, floor(rails, "leader=line"))
-    with executor(tmp_path) as running:
-        async with seoro.Client(running.endpoint) as client, connect_robots(rails.endpoint, "the first run"):
-            run = await client.submit(NAME, tmp_path / "go.osc", lab=lab, leasing=seoro.Leasing(wait=60.0))
-            with anyio.fail_after(20.0):
-                while (await client.run(run.id, NAME)).state.value != "running":
-                    await anyio.sleep(0.05)
-                await anyio.sleep(0.5)
-                await run.stop("the test is over")
-                with pytest.raises(seoro.BackendError, match="the run is cancelled: the test is over"):
-                    await run.result()
 
 
 async def test_those_who_wait_all_come_and_the_more_urgent_first(

@@ -188,7 +188,8 @@ class RunInfo(Said):
     reason: str = ""  # of its end, in a line
     announcement: str = ""  # what it runs with, once that is known
     priority: int = 0
-    place: int | None = None  # in the queue, from 1 on; None if it does not wait
+    place: int | None = None  # in the queue, from 1 on; None if it does not wait, or for something else
+    waits: str = ""  # for robots: which, and who has them
 
 
 class Runs(Said):
@@ -229,6 +230,7 @@ class AskRecords(OneRun):
     at: Annotated[int, Field(ge=0)] = 0
     state: State | None = None  # as far as the asker knows
     is_announced: bool = False  # whether the asker knows what it runs with
+    waits: str | None = None  # for whom it waits, as far as the asker knows; None from one who does not want to
     wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0
     keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
     in_parts: bool = False  # whether to send what comes at once, `WINDOW` bytes at most, and then the answer
