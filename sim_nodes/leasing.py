@@ -15,7 +15,7 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.latch import Latch
-from seoro.bridges.leasing.leases import Hold, Leases, called
+from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, silence
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.wire import Result, SimulationState
 from seoro.bridges.wire.refusal import RequestRefused
@@ -127,16 +127,15 @@ class Leasing:
     def stop_overdue(self) -> None:
         """Stop robots whose holders should have given a sign of life."""
         for hold in self._leases.overdue():
-            self._lapse(hold, f"no sign of life for {wire.HOLD_DEADLINE:g} s")
+            self._lapse(hold, silence(hold))
 
     def token_changed(self, token: str, *, is_alive: bool) -> None:
         """A holder has appeared, or its process has died."""
         holder = token.rpartition("/")[2]
-        hold = self._leases.hold_of(holder)
         if is_alive:
             self._leases.see(holder)
-        elif hold is not None and hold.is_alive:
-            self._lapse(hold, "its process has died, or the connection to it is lost")
+        elif (hold := self._leases.lose(holder)) is not None:
+            self._lapse(hold, GONE)
 
     def _lapse(self, hold: Hold, why: str) -> None:
         hold.is_alive = False

@@ -21,6 +21,7 @@ from seoro.bridges.wire.results import LabResult, Result
 
 MOST_WAITING = 1000  # clients in line
 MOST_LEASES = 1000  # by hand
+GONE = "its process has died, or the connection to it is lost"  # why robots are stopped
 UNSEEN = 5.0  # [s] that the token of a client that gives no signs of life may take to be seen
 
 
@@ -82,6 +83,7 @@ class Leases:
         self._line: dict[str, _Place] = {}
         self._leases: dict[str, _Lease] = {}
         self._numbers = count()
+        self._present: set[str] = set()  # clients whose tokens are there
 
     # ------------------------------------------------------------ runs
 
@@ -111,7 +113,8 @@ class Leases:
         gone = tuple(hold for hold in self._holds.values() if _overlap(hold.holder.robots, asked.robots))
         for hold in gone:
             del self._holds[hold.holder.holder]
-        self._holds[asked.holder] = Hold(asked, self._clock(), began=now)
+        is_seen = asked.holder in self._present
+        self._holds[asked.holder] = Hold(asked, self._clock(), is_seen=is_seen, began=now)
         return tuple(hold for hold in gone if hold.holder.holder != asked.holder)
 
     def renew(self, holder: str) -> Hold:
@@ -214,10 +217,17 @@ class Leases:
         return float("inf") if hold.is_seen else hold.last + UNSEEN - self._clock()
 
     def see(self, holder: str) -> None:
-        """The token of a client is there."""
+        """The token of a client is there, which may be before it takes anything."""
+        self._present.add(holder)
         hold = self._holds.get(holder)
         if hold is not None:
             hold.is_seen = True
+
+    def lose(self, holder: str) -> Hold | None:
+        """The token of a client is gone; what it holds, if it was alive."""
+        self._present.discard(holder)
+        hold = self._holds.get(holder)
+        return hold if hold is not None and hold.is_alive else None
 
     # ------------------------------------------------------------ leases by hand
 
@@ -322,6 +332,11 @@ class Leases:
         for robot in robots:
             if robot not in known:
                 raise RequestRefused(Result.NOT_FOUND, f"there is no robot '{robot}': there are {listed(known)}")
+
+
+def silence(hold: Hold) -> str:
+    """Why robots are stopped whose holder is overdue, in words."""
+    return f"no sign of life for {HOLD_DEADLINE:g} s" if hold.holder.gives_signs else f"not seen for {UNSEEN:g} s"
 
 
 def called(holder: Holder) -> str:

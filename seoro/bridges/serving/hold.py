@@ -9,8 +9,7 @@ import anyio
 from anyio.abc import TaskGroup
 
 from seoro.bridges import wire
-from seoro.bridges.leasing.leases import Hold, Leases, called
-from seoro.bridges.wire import HOLD_DEADLINE
+from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, silence
 from seoro.changes import Changes
 
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
@@ -50,17 +49,18 @@ class Watchdog:
                 continue
             await anyio.sleep(ARRIVED)
             for hold in leases.overdue():
-                self._lapse(hold, f"no sign of life for {HOLD_DEADLINE:g} s")
+                self._lapse(hold, silence(hold))
 
     async def watch_tokens(self, tokens: AsyncIterator[tuple[str, bool]], namespace: str) -> None:
         """Stop robots when the token of who holds them is gone, which is as soon as its process has died."""
         async for token, alive in tokens:
             holder = token.rpartition("/")[2]
-            hold = self._leases.hold_of(holder)
+            if token != wire.holder_token(namespace, holder):
+                continue
             if alive:
                 self._leases.see(holder)
-            elif hold is not None and hold.is_alive and token == wire.holder_token(namespace, holder):
-                self._lapse(hold, "its process has died, or the connection to it is lost")
+            elif (hold := self._leases.lose(holder)) is not None:
+                self._lapse(hold, GONE)
 
     def _lapse(self, hold: Hold, why: str) -> None:
         hold.is_alive, hold.is_stopping = False, True

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from seoro.bridges.leasing.leases import Leases
+from seoro.bridges.leasing.leases import UNSEEN, Leases, silence
 from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
 from seoro.bridges.wire.lab import LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused
@@ -201,3 +201,31 @@ def test_everybody_gets_their_robots_of_several_nodes_in_the_end(seed: int) -> N
         if len(done) == len(wishes):
             return
     pytest.fail(f"{sorted(wishes.keys() - done)} wait for ever")
+
+
+@pytest.mark.parametrize("is_seen_first", [True, False])
+def test_who_gives_no_signs_of_life_has_its_token_to_be_seen_by(
+    leases: Leases, clock: Clock, *, is_seen_first: bool
+) -> None:
+    quiet = want("one", "a").model_copy(update={"gives_signs": False})
+    if is_seen_first:  # it is declared before the robots are asked for
+        leases.see("one")
+    leases.take(quiet, 0.0)
+    if not is_seen_first:
+        leases.see("one")
+    clock.now += 10.0 * UNSEEN
+    assert leases.within() is None
+    assert not leases.overdue()
+    hold = leases.lose("one")
+    assert hold is not None
+    assert hold.has("a")
+    leases.release("one")
+    leases.take(quiet, 0.0)
+    clock.now += UNSEEN
+    assert [silence(late) for late in leases.overdue()] == ["not seen for 5 s"]
+
+
+def test_who_holds_nothing_loses_nothing(leases: Leases) -> None:
+    leases.see("one")
+    assert leases.lose("one") is None
+    assert leases.lose("two") is None
