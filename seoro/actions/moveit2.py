@@ -1,8 +1,8 @@
 """Actions of `osc.moveit2`: motions of arms.
 
-In a simulator the node plans and moves. Poses are those of the tool in the frame of the arm's base. Names of
-topics and of groups have a meaning for MoveIt only. Nothing appears on the way that would ask for another plan, so
-that `replan` is honoured whatever it says.
+Who serves the arm plans and moves: a simulator, or MoveIt on the robot. Poses are those of the tool in the frame
+of the arm's base, as the actor's `base_link` calls it. Names of topics and groups are those of the robot, which
+its bridge knows.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ async def move_to_joint_pose(
     """Move the joints of the arm, or the fingers of its gripper, to positions."""
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "move_action"))
     arms, name = ctx.home(arm, Arms)
-    manner = Manner(max_velocity_scaling_factor, tolerance, (), plan_only)
+    manner = Manner(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
     start: Callable[[Reporter], Awaitable[str]]
     if move_group.member == "gripper":
         _refuse_planning(plan_only)
@@ -67,10 +67,11 @@ async def move_to_pose(
     """Move the tool to a pose in the frame of the arm's base."""
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "move_action"))
     arms, name = ctx.home(arm, Arms)
-    manner = Manner(max_velocity_scaling_factor, tolerance, (), plan_only)
+    manner = Manner(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
+    frame = str(arm.fields.get("base_link") or BASE_FRAME)
 
     def start(report: Reporter) -> Awaitable[str]:
-        return arms.move_tool(name, goal_pose, BASE_FRAME, manner, report, straight=False)
+        return arms.move_tool(name, goal_pose, frame, manner, report, straight=False)
 
     await _carry_out(ctx, start, arms, success_on_acceptance=success_on_acceptance)
 

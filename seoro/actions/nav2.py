@@ -1,7 +1,7 @@
 """Actions of `osc.nav2`: a robot that drives by itself.
 
-In a simulator the node's own navigation carries them out. The parameters that name topics and frames of Nav2 have
-a meaning only there; elsewhere a value other than the default is refused.
+In a simulator the node's own navigation carries them out, behind a bridge the robot's. Parameters that name topics
+and frames of Nav2 have their defaults: the bridge knows what its robot calls them.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Coroutine, Sequence
 from typing import Any
 
+from seoro.actions.localization import wait_for_localization
 from seoro.actions.reports import finish
 from seoro.actions.ros_only import refuse_unless
 from seoro.errors import ActionFailed
@@ -33,12 +34,14 @@ async def init_nav2(
     wait_for_amcl: bool,
 ) -> None:
     """Make navigation ready, and tell the robot where it is."""
-    # `wait_for_amcl` is met at once: the localisation of a simulated robot answers when it is ready.
+    # `wait_for_amcl` is met in any case: who tells a localisation where it is waits until that has taken it, and
+    # goals wait for the navigation.
     refuse_unless(base_frame_id=(base_frame_id, "base_link"), namespace_override=(namespace_override, ""))
-    refuse_unless(wait_for_initial_pose=(wait_for_initial_pose, False))
     if use_initial_pose:
         robots, name = ctx.home(robot, MobileRobots)
         await ctx.ask(robots.set_initial_pose(name, initial_pose))
+    if wait_for_initial_pose:
+        await wait_for_localization(ctx, robot)
 
 
 @action("differential_drive_robot.nav_to_pose", home=MobileRobots, uses=BASE)

@@ -1,4 +1,4 @@
-"""Parameters that have a meaning for ROS 2 robots only."""
+"""Parameters that name parts of a robot of ROS 2, which a scenario does not: it runs on robots of any kind."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from seoro.errors import ActionFailed
 
 
 def refuse_unless(**parameters: tuple[object, object]) -> None:
-    """Refuse values that cannot be honoured where the robot lives.
+    """Refuse names that the robot does not take from scenarios.
 
     Args:
         parameters: For each name the value that was given, and the default, which asks for nothing.
@@ -16,4 +16,7 @@ def refuse_unless(**parameters: tuple[object, object]) -> None:
     """
     for name, (value, default) in parameters.items():
         if value != default:
-            raise ActionFailed(f"`{name}` has a meaning for robots behind a ROS 2 bridge only; leave it out here")
+            raise ActionFailed(
+                f"`{name}` cannot be chosen here; leave it out: a simulator has no such names, and those of a "
+                "robot behind a bridge are told to the bridge (`--robot PROFILE:NAME@NAMESPACE`, and its profile)"
+            )

@@ -91,13 +91,15 @@ class Manner(Value):
 
     `scaling` is the part of its speed that it may use, `tolerance` how near its joints have to come to their goal
     [rad], or the gripper to its opening [m]; `may_touch` are entities that it may collide with. With `plan_only` a
-    motion is found and checked, and nothing moves.
+    motion is found and checked, and nothing moves; with `replan` another is looked for when something new is in
+    the way of the first.
     """
 
     scaling: float = 1.0
     tolerance: float = 1e-3
     may_touch: tuple[str, ...] = ()
     plan_only: bool = False
+    replan: bool = False
 
 
 class ArmState(Value):

@@ -77,7 +77,7 @@ def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[s
         ("robot.grip()", "ur10e closed its gripper, and does not hold anything that can be lifted"),
         (
             "robot.move_to_pose(above, namespace_override: 'x')",
-            "`namespace_override` has a meaning for robots behind",
+            "`namespace_override` cannot be chosen here; leave it out",
         ),
         ("robot.move_to_joint_pose([0.01, 0.02], move_group: move_group_type!gripper)", "or the same for each"),
     ],

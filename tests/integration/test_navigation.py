@@ -171,4 +171,4 @@ def test_a_parameter_for_ros_robots_is_refused_in_a_simulator(
     file = tmp_path / "ros.osc"
     file.write_text(text)
     assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
-    assert "`namespace_override` has a meaning for robots behind a ROS 2 bridge only" in capsys.readouterr().err
+    assert "`namespace_override` cannot be chosen here; leave it out" in capsys.readouterr().err

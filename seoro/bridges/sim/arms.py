@@ -83,4 +83,5 @@ def _motion(manner: Manner) -> dict[str, Any]:
         "tolerance": manner.tolerance,
         "may_touch": manner.may_touch,
         "plan_only": manner.plan_only,
+        "replan": manner.replan,
     }

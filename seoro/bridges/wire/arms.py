@@ -21,7 +21,8 @@ class ArmMotion(Message):
 
     An arm makes one motion at a time. What is out of reach, or would collide with anything but the entities in
     `may_touch`, is refused before the arm moves; with `plan_only` it does not move at all. A motion aborts when
-    something stops the arm, or when its joints do not come within `tolerance` [rad] of where they should be.
+    something stops the arm, or when its joints do not come within `tolerance` [rad] of where they should be; with
+    `replan`, robots that see what comes into their way may look for another first.
     """
 
     id: str
@@ -30,6 +31,7 @@ class ArmMotion(Message):
     tolerance: float = 1e-3
     may_touch: tuple[str, ...] = ()
     plan_only: bool = False
+    replan: bool = False
 
 
 class FollowJointTrajectory(ArmMotion):

@@ -89,7 +89,7 @@ def _planned(group: MoveGroup, constraints: Fields, motion: wire.ArmMotion) -> F
             "max_velocity_scaling_factor": motion.max_velocity_scaling_factor,
             "max_acceleration_scaling_factor": motion.max_velocity_scaling_factor,
         },
-        "planning_options": {"plan_only": motion.plan_only},
+        "planning_options": {"plan_only": motion.plan_only, "replan": motion.replan},
     }
 
 

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import anyio
 
 from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.errors import SeoroError
+from seoro.errors import BackendError, SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult
+
+ACTIVE, FINAL = "active", "finalized"  # states of a life cycle: in which goals are taken, and which is never left
 
 log = logging.getLogger(__name__)
 
@@ -85,13 +89,24 @@ class _Answer:
 
 
 async def _find(link: Link, goal: ActionGoal) -> None:
-    name = link.node.resolve(goal.action)
-    try:
-        await link.node.graph.wait_for(lambda graph: graph.action_servers(name) or None, FOUND_WITHIN)
-    except TimeoutError:
-        raise RequestRefused(
-            Result.INCORRECT_STATE, f"nobody on the robot serves the action {name} ({goal.type})"
-        ) from None
+    """Wait until the action is served, and until who does that is active if it has a life cycle, as Nav2 has."""
+    graph, name = link.node.graph, link.node.resolve(goal.action)
+    missing = f"nobody on the robot serves the action {name} ({goal.type})"
+    with anyio.move_on_after(FOUND_WITHIN):
+        servers = await graph.wait_for(lambda seen: seen.action_servers(name))
+        missing = ""
+        for other in sorted({server.node.full_name for server in servers if server.node is not None}):
+            if not graph.servers(f"{other}/get_state"):
+                continue
+            with suppress(BackendError):  # it does not tell; then its answer to the goal will
+                async with following_lifecycle(link.node, other) as states:
+                    async for state in states:
+                        is_active = state == ACTIVE
+                        missing = "" if is_active else f"{other}, which serves {name}, is {state}, not active"
+                        if is_active or state == FINAL:
+                            break
+    if missing:
+        raise RequestRefused(Result.INCORRECT_STATE, missing)
 
 
 def _judged(goal: ActionGoal, end: GoalResult) -> str:

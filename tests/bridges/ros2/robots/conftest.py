@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import seoro
+from seoro.runtime.verdict import Verdict
 from tests.routers import free_endpoint, process, router_process
 
 FAKE_ROBOT = Path(__file__).with_name("fake_robot.py")
@@ -56,6 +58,15 @@ class Bridged:
         if not motions or len(velocities) == motions[-1] + 1:
             return None
         return velocities[motions[-1] + 1][0]
+
+
+async def run_on_robot(folder: Path, text: str, endpoint: str, actor: str, robot: str) -> Verdict:
+    """Run a scenario in which an actor is a robot behind a bridge."""
+    (folder / "main.osc").write_text(text)
+    lab = folder / "lab.yaml"
+    lab.write_text(f"bridges:\n  b: {{connect: {endpoint}}}\nrobots:\n  {actor}: {{in: b, as: {robot}}}\n")
+    async with seoro.start(seoro.load(folder / "main.osc"), lab=seoro.Lab(lab)) as run:
+        return await run.result()
 
 
 @pytest.fixture(scope="package")

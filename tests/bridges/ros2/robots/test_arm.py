@@ -14,8 +14,9 @@ from seoro.bridges.robot.connecting import connect_robots
 from seoro.errors import BackendRefused
 from seoro.runtime.capabilities import Manner
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
+from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.test_connecting import Ends
-from tests.bridges.ros2.robots.conftest import BRIDGE
+from tests.bridges.ros2.robots.conftest import BRIDGE, run_on_robot
 from tests.routers import free_endpoint, process, router_process
 
 pytestmark = pytest.mark.anyio
@@ -90,6 +91,26 @@ async def test_tools_are_moved_to_poses_straight_or_not(arm: BridgedArm) -> None
     place = usual["goal_constraints"][0]["position_constraints"][0]
     assert (place["link_name"], place["header"]["frame_id"]) == ("tool0", "base_link")
     assert place["constraint_region"]["primitive_poses"][0]["position"] == {"x": 0.5, "y": 0.0, "z": 0.4}
+
+
+async def test_scenarios_say_in_which_frame_poses_are_and_whether_to_plan_again(
+    arm: BridgedArm, tmp_path: Path
+) -> None:
+    text = """import osc.moveit2
+scenario main:
+    ur: arm with:
+        keep(it.base_link == 'base')
+        keep(it.arm_group == '')
+        keep(it.gripper_group == '')
+        keep(it.end_effector == '')
+    do ur.move_to_pose(pose_3d(position_3d(x: 0.5m)), replan: WORTH_IT)
+"""
+    for replan in ("true", "false"):
+        verdict = await run_on_robot(tmp_path, text.replace("WORTH_IT", replan), arm.endpoint, "ur", "planned")
+        assert verdict.status is RunStatus.PASSED, verdict.reason
+    first, second = arm.goals("MoveGroup")[-2:]
+    assert first["request"]["goal_constraints"][0]["position_constraints"][0]["header"]["frame_id"] == "base"
+    assert [goal["planning_options"]["replan"] for goal in (first, second)] == [True, False]
 
 
 async def test_without_a_planner_the_controller_is_told_a_trajectory_in_time(arm: BridgedArm) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import anyio
 import pytest
@@ -17,8 +18,9 @@ from seoro.runtime.contracts import (
     TranslationalVelocity3D,
     Velocity6D,
 )
+from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.test_connecting import Ends
-from tests.bridges.ros2.robots.conftest import Bridged
+from tests.bridges.ros2.robots.conftest import Bridged, run_on_robot
 
 pytestmark = pytest.mark.anyio
 
@@ -48,6 +50,24 @@ async def test_a_robot_is_localised_drives_to_poses_and_tells_of_it(bridged: Bri
     assert name == "navigation_feedback"
     assert isinstance(arguments, dict)
     assert (arguments["robot"], arguments["number_of_recoveries"]) == ("tb", 2)
+
+
+NAV2 = "import osc.nav2\nscenario main:\n    tb: differential_drive_robot\n    do serial:\n"
+
+
+async def test_where_a_robot_is_may_be_told_by_others(bridged: Bridged, tmp_path: Path) -> None:
+    waiting = "        tb.init_nav2(pose_3d(), use_initial_pose: false, wait_for_initial_pose: true)\n"
+    async with connect_robots(bridged.endpoint, "a test") as node:
+        await node.set_initial_pose("tb", at(1.0))
+    verdict = await run_on_robot(tmp_path, NAV2 + waiting, bridged.endpoint, "tb", "tb")
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert len(bridged.notes("told")) == 1
+
+
+async def test_names_that_the_bridge_knows_are_refused_in_scenarios(bridged: Bridged, tmp_path: Path) -> None:
+    named = "        tb.nav_to_pose(pose_3d(), action_topic: 'go_there')\n"
+    verdict = await run_on_robot(tmp_path, NAV2 + named, bridged.endpoint, "tb", "tb")
+    assert "`action_topic` cannot be chosen here; leave it out" in verdict.reason
 
 
 @pytest.mark.parametrize("stop_at_each", [False, True])

@@ -1,0 +1,83 @@
+"""Goals of a robot's actions: whom they are sent to, and when."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import Any
+
+import anyio
+import pytest
+
+from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.work import Work
+from seoro.bridges.wire.refusal import RequestRefused
+from tests.bridges.ros2.systems import two_nodes
+
+pytestmark = pytest.mark.anyio
+
+SPIN = "nav2_msgs/action/Spin"
+EVENT = "lifecycle_msgs/msg/TransitionEvent"
+INACTIVE, ACTIVE, FINALIZED = (
+    {"id": number, "label": label} for number, label in ((2, "inactive"), (3, "active"), (4, "finalized"))
+)
+
+
+class Navigator:
+    """A node with a life cycle that serves an action."""
+
+    def __init__(self) -> None:
+        self.state: dict[str, Any] = INACTIVE
+        self.goals = 0
+        self.asked = anyio.Event()
+        self.done = anyio.Event()
+
+    async def get_state(self, _request: object) -> dict[str, Any]:
+        self.asked.set()
+        return {"current_state": self.state}
+
+    async def spin(self, _goal: ServedGoal) -> GoalEnd:
+        assert self.state is ACTIVE
+        self.goals += 1
+        self.done.set()
+        return GoalEnd(Status.SUCCEEDED)
+
+
+@asynccontextmanager
+async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Work, Navigator, Any]]:
+    """A link to a navigator that is not active yet, and what tells of its transitions."""
+    navigator = Navigator()
+    async with (
+        two_nodes(router, types) as (robot, here),
+        serving_action(robot, "/spin", SPIN, navigator.spin),
+        robot.serving("~/get_state", "lifecycle_msgs/srv/GetState", navigator.get_state),
+        robot.publishing("~/transition_event", EVENT) as events,
+        AsyncExitStack() as stack,
+        anyio.create_task_group() as tasks,
+    ):
+        yield Link(here, stack, tasks), Work(tasks, HappeningLog()), navigator, events
+        tasks.cancel_scope.cancel()
+
+
+async def test_goals_wait_until_who_serves_them_is_active(router: str, types: TypeStore) -> None:
+    async with linked(router, types) as (link, work, navigator, events), anyio.create_task_group() as tasks:
+        tasks.start_soon(pursue, link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+        await navigator.asked.wait()
+        navigator.state = ACTIVE
+        await events.wait_for_subscription(5.0)
+        assert not navigator.goals
+        events.publish({"start_state": INACTIVE, "goal_state": ACTIVE})
+        with anyio.fail_after(30.0):
+            await navigator.done.wait()
+
+
+async def test_goals_are_refused_if_who_serves_them_will_not_be_active(router: str, types: TypeStore) -> None:
+    async with linked(router, types) as (link, work, navigator, _):
+        navigator.state = FINALIZED
+        with pytest.raises(RequestRefused, match="/robot, which serves /spin, is finalized, not active"):
+            await pursue(link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+        assert navigator.goals == 0
