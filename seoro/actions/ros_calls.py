@@ -52,6 +52,8 @@ async def action_call(
     result_member_name: str,
 ) -> None:
     """Send a goal to an action, and wait for its end; it is canceled when this is."""
+    if success_on_acceptance and isinstance(result_variable, Variable):
+        raise ActionFailed("with `success_on_acceptance` there is no result that `result_variable` could hold")
     goal = to_members(data, f"a goal of {action_name}")
     _note_absence(ctx, Wanted("action", action_name))
     feedback = _Feedback(ctx, action_name).take

@@ -17,6 +17,7 @@ from seoro.errors import ActionFailed, InvalidUse
 from seoro.runtime.values import Struct
 
 CLOSE = 1e-6  # numbers that differ by less of their size are equal: a `float32` has seven digits
+TEXT_AS_IT_IS = "with `eval_expected_value: false` what is expected is the text as it is"
 MOST_DIFFERENCES = 5  # that are shown
 
 
@@ -56,9 +57,10 @@ def read_expected(value: object, *, is_text: bool) -> Any:
     if not isinstance(value, str) or is_text:
         return value
     try:
-        return read_message(value)
+        found = read_message(value)
     except InvalidUse as error:
         raise ActionFailed(f"`expected_value`: {error}") from error
+    return "" if found is None else found  # nothing is written for an empty text
 
 
 def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
@@ -67,9 +69,11 @@ def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
     Of structures, the members that are expected are compared, and other members may be what they are.
 
     Raises:
-        ActionFailed: They have no order.
+        ActionFailed: They have no order, or no message can ever be equal to what is expected.
     """
     if operator in (Operator.eq, Operator.ne):
+        if misfit := _misfit(actual, expected):
+            raise ActionFailed(f"{what}: {misfit}")
         return (next(differences(actual, expected), None) is None) is (operator is Operator.eq)
     try:
         return _ORDERS[operator](actual, expected)
@@ -89,21 +93,57 @@ def difference(actual: Any, operator: Operator, expected: Any) -> str:
 
 
 def differences(actual: Any, expected: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Where they differ: the path of a member, its value, and what was expected of it."""
+    """Where they differ, if they may be equal: the path of a member, its value, and what was expected of it."""
     match actual, expected:
+        case Mapping(), "":
+            return  # nothing is expected of any member
         case Mapping(), Mapping():
             for name, value in expected.items():
-                within = f"{path}.{name}" if path else str(name)
-                if name in actual:
-                    yield from differences(actual[name], value, within)
-                else:
-                    yield within, "nothing", value
+                yield from differences(actual[name], value, f"{path}.{name}" if path else str(name))
         case list(), list() if len(actual) == len(expected):
             for place, pair in enumerate(zip(actual, expected, strict=True)):
                 yield from differences(*pair, f"{path}.{place}" if path else str(place))
         case _:
             if not _is_equal(actual, expected):
                 yield path, actual, expected
+
+
+def _misfit(actual: Any, expected: Any, path: str = "") -> str:
+    """Why they are not equal whatever the values in the messages are; empty if they may be."""
+    match actual, expected:
+        case Mapping(), "":
+            return ""
+        case Mapping(), Mapping():
+            for name, value in expected.items():
+                within = f"{path}.{name}" if path else str(name)
+                if name not in actual:
+                    return f"there is no `{within}`; there are {', '.join(map(str, actual))}"
+                if misfit := _misfit(actual[name], value, within):
+                    return misfit
+        case list(), list():
+            pairs = enumerate(zip(actual, expected, strict=False))
+            return next(filter(None, (_misfit(*pair, f"{path}.{i}" if path else str(i)) for i, pair in pairs)), "")
+        case _ if _kind(actual) != _kind(expected):
+            never = f"{f'`{path}`' if path else 'it'} is {_kind(actual)}, and never equals {_kind(expected)}"
+            hint = f"; {TEXT_AS_IT_IS}" if isinstance(actual, str) else ""
+            return f"{never}, `{shown(expected)}`{hint}"
+    return ""
+
+
+def _kind(value: Any) -> str:
+    match value:
+        case bool():
+            return "a truth value"
+        case int() | float():
+            return "a number"
+        case str():
+            return "a text"
+        case list():
+            return "a list"
+        case Mapping():
+            return "a structure"
+        case _:
+            return "nothing"
 
 
 def _is_equal(actual: Any, expected: Any) -> bool:

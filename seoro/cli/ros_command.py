@@ -174,7 +174,7 @@ def _add_bags(bags: Kinds) -> None:
     recording.add_argument(
         "--compression", choices=("none", "lz4", "zstd"), default="none", help="of the messages (default: none)"
     )
-    _add_hidden(recording)
+    _add_hidden(recording, ", and all topics if none is named and there is no pattern")
     playing = _leaf(bags, "play", "publish what is in a bag", "bags.play_bag")
     playing.add_argument("bag", type=Path, metavar="BAG", help="a folder as rosbag2 makes it, or a file")
     playing.add_argument(
@@ -187,8 +187,8 @@ def _add_bags(bags: Kinds) -> None:
     playing.add_argument("--clock", type=_positive, metavar="HZ", help="publish /clock, at this rate")
 
 
-def _add_hidden(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--all", action="store_true", help="hidden ones, too, whose names begin with `_`")
+def _add_hidden(parser: argparse.ArgumentParser, more: str = "") -> None:
+    parser.add_argument("--all", action="store_true", help=f"hidden ones, too, whose names begin with `_`{more}")
 
 
 def _add_json(parser: argparse.ArgumentParser) -> None:

@@ -241,6 +241,14 @@ def test_topics_are_recorded_and_played(ros: Ros, tmp_path: Path) -> None:
     assert (status, out) == (0, f"/scan: {count} message{'' if count == 1 else 's'}\n")
 
 
+def test_all_topics_are_recorded_if_none_is_named(ros: Ros, tmp_path: Path) -> None:
+    folder = str(tmp_path / "all")
+    status, out, _ = ros("bag", "record", "--all", "-o", folder, "--duration", "0.3")
+    assert status == 0
+    assert "/scan " in out
+    assert "/chatter " in out
+
+
 def test_recording_says_what_is_wrong(ros: Ros, tmp_path: Path) -> None:
     status, _, err = ros("bag", "record")
     assert status == 2

@@ -30,7 +30,7 @@ async def record_topics(options: argparse.Namespace) -> int:
             node,
             folder,
             options.names,
-            pattern=options.pattern or "",
+            pattern=options.pattern or ("" if options.names or not options.all else ".*"),
             hidden=options.all,
             use_sim_time=options.use_sim_time,
             compression=options.compression,

@@ -133,6 +133,20 @@ scenario main:
     assert ran.verdict.duration < 10.0
 
 
+async def test_a_goal_whose_end_is_not_waited_for_has_no_result(run_ros: RunRos) -> None:
+    ran = await run_ros(
+        f"""
+scenario main:
+    var result: string = ""
+    do action_call("/fibonacci", "{FIBONACCI}", "{{order: 5}}", success_on_acceptance: true,
+        result_variable: result)
+"""
+    )
+    expect_failure(
+        ran.verdict, "with `success_on_acceptance` there is no result that `result_variable` could hold"
+    )
+
+
 async def test_an_accepted_goal_is_canceled_at_the_end_of_the_run(run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""

@@ -46,6 +46,10 @@ async def test_data_that_compares_is_found(
         ),
         (f'check_data({COUNT}, "x", comparison_operator: comparison_operator!lt)', "has no order with `x`"),
         (
+            f'check_data({SCAN}, "{{header: {{frame: base}}}}", comparison_operator: comparison_operator!ne)',
+            "a message of /scan: there is no `header.frame`; there are stamp, frame_id",
+        ),
+        (
             f'check_data("/silent", {EMPTY}, "", fail_if_no_data: true, wait_for_first_message: false)',
             "nothing has come on /silent within 0.2 s",
         ),

@@ -305,7 +305,7 @@ async def record(
 
 def _wanted(node: RosNode, topics: Sequence[str], pattern: str, hidden: bool) -> Wanted:
     if not topics and not pattern:
-        raise RefusedRecording("nothing is to be recorded", help="name topics, or give a pattern such as '.*'")
+        raise RefusedRecording("nothing is to be recorded", help="name topics, or give the pattern '.*' for all")
     names = tuple(dict.fromkeys(node.resolve(topic) for topic in topics))
     for name in names:
         if is_hidden(name) and not hidden:
