@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from seoro.cli.files import shown_name
 from seoro.cli.output import Progress, is_terminal, print_reason
 from seoro.cli.results import ResultFiles, result
 from seoro.errors import InvalidUse
@@ -73,6 +74,22 @@ async def _print(found: Conclusion, options: argparse.Namespace, progress: Progr
         print(found.traceback.rstrip() if options.debug else found.fault, file=sys.stderr)
     if options.json:
         print(to_json(result(verdict, found.parameters, found.files)))
+
+
+def tell_dry_run(
+    options: argparse.Namespace,
+    progress: Progress | LiveTree,
+    seed: int,
+    parameters: Mapping[str, object],
+    **more: object,
+) -> None:
+    """Tell which values a run would have; with more that is known of it, for `--json`."""
+    if options.json:
+        print(to_json({"seed": seed, "parameters": parameters, **more}))
+        return
+    progress.say(f"{shown_name(options.file)} can be run: seed {seed}")
+    for name, value in parameters.items():
+        progress.say(f"  {name} = {to_json(value)}")
 
 
 def progress_of(options: argparse.Namespace, file: TextIO) -> Progress | LiveTree:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import anyio
 
 from seoro.background import background
-from seoro.cli.concluding import Conclusion, conclude, progress_of
+from seoro.cli.concluding import Conclusion, conclude, progress_of, tell_dry_run
 from seoro.cli.exits import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
 from seoro.cli.film_arguments import film_of
@@ -34,7 +34,6 @@ from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.film import DESCRIPTION
 from seoro.lang.loader import read_file
 from seoro.reasons import fault_text
-from seoro.runtime.jsonl import to_json
 from seoro.runtime.trace import unwritten
 from seoro.runtime.verdict import Verdict
 
@@ -153,7 +152,7 @@ class _Exec:
         loop = asyncio.get_running_loop()
         async with prepare(self._scenario, settings) as run:
             if options.dry_run:
-                self._print_parameters(run)
+                tell_dry_run(options, self._progress, run.seed, run.parameters)
                 return Exit.PASSED
             self._progress.say(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
             self._run = run
@@ -192,13 +191,3 @@ class _Exec:
             return await run.result()
         run.give_up(f"no verdict within {limit:g} s of wall time (`--timeout`)")
         return await run.result()
-
-    # -------------------------------------------------------- output
-
-    def _print_parameters(self, run: Run) -> None:
-        if self._options.json:
-            print(to_json({"seed": run.seed, "parameters": run.parameters}))
-            return
-        self._progress.say(f"{shown_name(self._options.file)} can be run: seed {run.seed}")
-        for name, value in run.parameters.items():
-            self._progress.say(f"  {name} = {to_json(value)}")

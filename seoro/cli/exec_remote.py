@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,7 +11,9 @@ from tempfile import TemporaryDirectory
 import anyio
 
 from seoro.bundle.packing import Bundle, pack
-from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
+from seoro.cli.concluding import progress_of, tell_dry_run
+from seoro.cli.exits import Exit
+from seoro.cli.files import STDIN, STDIN_NAME, count, read_stdin, shown_name
 from seoro.cli.film_arguments import film_of
 from seoro.cli.following import Follower
 from seoro.cli.lease_arguments import leasing_of
@@ -32,6 +35,8 @@ def run_remote(options: argparse.Namespace) -> int:
     try:
         with TemporaryDirectory() as folder:
             bundle = _bundle(options, Path(folder), film and film[0])
+            if options.dry_run:
+                return anyio.run(_try, options, bundle)
             if film is not None:
                 check_place(film[1])
             # Files are opened before there is a loop, which would keep Ctrl-C from one who waits for a pipe.
@@ -59,6 +64,18 @@ def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bun
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
     return pack(scenario, settings, options.timeout, contents, film)
+
+
+async def _try(options: argparse.Namespace, bundle: Bundle) -> int:
+    async with Client(options.executor) as client:
+        found = await client.dry_run_bundle(options.on, bundle)
+    progress = progress_of(options, sys.stderr if options.json else sys.stdout)
+    sent = {"files": found.files, "bytes": found.size, "known": found.known}
+    tell_dry_run(options, progress, found.seed, found.parameters, bundle=sent)
+    await progress.finish()
+    there = f", {found.known} of which {options.on} has already" if found.known else ""
+    print(f"note: {count(found.files)} with {found.size} bytes would be sent{there}", file=sys.stderr)
+    return Exit.PASSED
 
 
 async def _submit(options: argparse.Namespace, bundle: Bundle, files: ResultFiles, film: Path | None) -> int:

@@ -15,10 +15,6 @@ from seoro.errors import InvalidUse
 if TYPE_CHECKING:
     from seoro.client.runs import RemoteRun
 
-_ELSEWHERE = {  # what is done here only, and why
-    "--dry-run": ("dry_run", "what a dry run shows is the same here"),
-}
-
 
 def add_on_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare those of `seoro exec`."""
@@ -52,10 +48,6 @@ def check_on(options: argparse.Namespace) -> None:
         for name, value in remote.items():
             if value is not None:
                 raise InvalidUse(f"`{name}` is about an executor, and the run is here", help="add `--on NAME`")
-        return
-    for name, (key, why) in _ELSEWHERE.items():
-        if getattr(options, key):
-            raise InvalidUse(f"`{name}` does not go with `--on`: {why}", help=f"leave out `{name}`, or `--on`")
 
 
 def add_executor_argument(parser: Container) -> None:

@@ -32,7 +32,8 @@ from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_s
 from seoro.bundle.packing import Bundle, pack
 from seoro.client.abilities import check_ability
 from seoro.client.runs import RemoteRun
-from seoro.client.uploading import upload
+from seoro.client.trying import DryRun, try_bundle
+from seoro.client.uploading import with_files
 from seoro.embed.checking import check_options
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.scenarios import Scenario, check_file
@@ -166,12 +167,8 @@ class Client:
             InvalidScenario, InvalidUse: It cannot be run like this; nothing was sent.
             BackendError: The executor refuses it, or is gone.
         """
-        wanted = Options(**options)
-        check_options(wanted)
-        found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
-        if found.checked.errors:
-            raise InvalidScenario(found.checked.errors)
-        return await self.submit_bundle(executor, pack(found, wanted, timeout, film=film), stop_if_lost, priority)
+        bundle = _packed(scenario, Options(**options), timeout, film)
+        return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
     async def submit_bundle(
         self, executor: str, bundle: Bundle, stop_if_lost: float | None = None, priority: int = 0
@@ -187,9 +184,30 @@ class Client:
             stop_if_lost=stop_if_lost,
             priority=priority,
         )
-        await upload(reached, bundle)
-        info = await reached.ask(wire.SUBMIT, submission)
+        info = await with_files(reached, bundle, lambda _: reached.ask(wire.SUBMIT, submission))
         return RemoteRun(reached, info, stop_if_lost)
+
+    async def dry_run(
+        self, executor: str, scenario: str | Path | Scenario, **options: Unpack[OptionFields]
+    ) -> DryRun:
+        """Find out whether a scenario could be run on an executor, with which values, and what would be sent.
+
+        It is checked with what is installed and allowed there, its simulator is started and robots are reached; it
+        is not run, and nothing stays there.
+
+        Args:
+            executor: Name of the executor.
+            scenario: As `submit`.
+            options: As `submit`.
+
+        Raises:
+            InvalidScenario, InvalidUse, BackendError: It cannot be run there.
+        """
+        return await self.dry_run_bundle(executor, _packed(scenario, Options(**options)))
+
+    async def dry_run_bundle(self, executor: str, bundle: Bundle) -> DryRun:
+        """The same with a bundle that was made before."""
+        return await try_bundle(await self._named(executor), bundle)
 
     def lab(self, file: str | Path | None = None, connect: Sequence[str] = ()) -> LabControl:
         """What looks after a lab: its robots, who has them, and stopping them. It makes connections of its own.
@@ -278,3 +296,13 @@ class Client:
             for info in (await executor.ask(wire.LIST_RUNS, request)).runs
         ]
         return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
+
+
+def _packed(
+    scenario: str | Path | Scenario, options: Options, timeout: float | None = None, film: Film | None = None
+) -> Bundle:
+    check_options(options)
+    found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
+    if found.checked.errors:
+        raise InvalidScenario(found.checked.errors)
+    return pack(found, options, timeout, film=film)

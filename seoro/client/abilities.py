@@ -10,13 +10,16 @@ from seoro.embed.options import OF_ROS
 from seoro.errors import InvalidUse
 
 
-async def check_ability(executor: Executor, options: wire.BundledOptions, priority: int) -> None:
+async def check_ability(
+    executor: Executor, options: wire.BundledOptions, priority: int = 0, *, is_dry: bool = False
+) -> None:
     """Refuse what an executor cannot do.
 
     Args:
         executor: The executor.
         options: How a scenario is to be run there.
         priority: Of the run.
+        is_dry: Whether it is only tried.
 
     Raises:
         InvalidUse: It is too old, or has not installed what that takes.
@@ -33,6 +36,7 @@ async def check_ability(executor: Executor, options: wire.BundledOptions, priori
             "uses no simulators of ROS 2 systems",
             "name another simulator",
         ),
+        (is_dry, wire.DRY_RUNS, "makes no dry runs", "try it without `--on`"),
         (options.film is not None, wire.FILMS, "records no films", "run it without a film"),
     )
     for is_wanted, minor, lacks, instead in lacking:

@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
 from pathlib import Path
+from typing import TypeVar
 
 import anyio
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bundle.packing import Bundle
-from seoro.errors import InvalidUse
+from seoro.errors import BackendRefused, InvalidUse
+
+T = TypeVar("T")
 
 
-async def upload(executor: Executor, bundle: Bundle) -> None:
-    """Send what is missing.
+async def with_files(executor: Executor, bundle: Bundle, ask: Callable[[tuple[str, ...]], Awaitable[T]]) -> T:
+    """Send what is missing, and ask for something that needs it.
+
+    Args:
+        executor: The executor.
+        bundle: What it has to have.
+        ask: Gets the hashes of what was sent; is called once more if some of it was removed meanwhile.
+
+    Raises:
+        InvalidUse, BackendError: As `upload`, and what `ask` raises.
+    """
+    sent = await upload(executor, bundle)
+    try:
+        return await ask(sent)
+    except BackendRefused as refused:
+        if refused.code != wire.LACKING:
+            raise
+    return await ask((*sent, *await upload(executor, bundle)))
+
+
+async def upload(executor: Executor, bundle: Bundle) -> tuple[str, ...]:
+    """Send what is missing; returns the hashes of that.
 
     Raises:
         InvalidUse: A file has changed since the bundle was made.
@@ -23,6 +47,7 @@ async def upload(executor: Executor, bundle: Bundle) -> None:
     sizes = {file.hash: file.size for file in bundle.manifest.files}
     for digest in missing.hashes:
         await _send(executor, digest, bundle.blobs[digest], sizes[digest])
+    return missing.hashes
 
 
 async def _send(executor: Executor, digest: str, path: Path, size: int) -> None:

@@ -65,6 +65,11 @@ class Blobs:
         for digest in digests:
             os.utime(self.path(digest))
 
+    def drop(self, digests: Iterable[str]) -> None:
+        """Remove blobs; whoever was to use them sends them again."""
+        for digest in digests:
+            self.path(digest).unlink(missing_ok=True)
+
     def forget(self, before: float) -> None:
         """Remove those that were used last before a time."""
         for path in self._folder.iterdir():

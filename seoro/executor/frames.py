@@ -31,6 +31,7 @@ class Frame(IntEnum):
     WAITS = 6  # for whom it waits, as text: others may go on meanwhile
     READY = 7  # it has what it has waited for, and waits for its turn
     GO = 8  # it has its turn
+    TRIED = 9  # what a dry run would begin with: `messages.Tried`
 
 
 class Told(IntEnum):
@@ -49,6 +50,7 @@ class Job(Message):
     log: str  # file for what its process prints
     allowed: tuple[str, ...]
     reach: tuple[str, ...] = ()  # endpoints of other machines
+    is_dry: bool = False  # whether it is only tried
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 REFUSALS: Final = (1.0, 20.0)  # a second and at once, that are written down for each caller
 _UNSAID: Final = READING | {"missing_blobs", "put_blob"}  # of which only refusals are written down
+_SUBMITTING: Final = frozenset({wire.SUBMIT.name, wire.DRY_RUN.name})
 _VERBS: Final = {verb.name: verb for verb in wire.EXECUTOR_VERBS}
 
 log = logging.getLogger(__name__)
@@ -53,8 +54,8 @@ class Gate:
             RequestRefused: It cannot be carried out, or not for who asks.
         """
         if self._lock is None:
-            if verb == wire.SUBMIT.name:
-                payload = _stamped(payload, None)
+            if verb in _SUBMITTING:
+                payload = _stamped(verb, payload, None)
             return await self._server.carry_out(verb, payload, request.reply_part)
         if verb == wire.CHALLENGE.name:
             return self._lock.prove(decoded(wire.CHALLENGE, payload))
@@ -65,7 +66,7 @@ class Gate:
             self._note_taken(who, verb, payload)
             if verb == wire.REVOKE.name:
                 return self._lock.revoke(decoded(wire.REVOKE, payload))
-            said = _stamped(payload, who) if verb == wire.SUBMIT.name else payload
+            said = _stamped(verb, payload, who) if verb in _SUBMITTING else payload
             return await self._server.carry_out(verb, said, request.reply_part)
         except RequestRefused as refused:
             self._note_refused(who, verb, payload, refused)
@@ -120,9 +121,9 @@ class Gate:
         self._lock.audit.write(**entry)
 
 
-def _stamped(payload: bytes, who: Identity | None) -> bytes:
+def _stamped(verb: str, payload: bytes, who: Identity | None) -> bytes:
     """A submission by whom it really is."""
-    submission = decoded(wire.SUBMIT, payload)
+    submission = decoded(_VERBS[verb], payload)
     by = {"role": ""} if who is None else {"by": who.name, "role": who.role.value}
     return encode(submission.model_copy(update=by))
 

@@ -253,7 +253,7 @@ class Queue:
                         duties.start_soon(self._give_turn, live, worker)
                     case Frame.END:
                         end = data
-                    case Frame.TRACE | Frame.JOB | Frame.STOP | Frame.GO:  # what is not kept, and the other way
+                    case Frame.TRACE | Frame.TRIED | Frame.JOB | Frame.STOP | Frame.GO:  # not kept, or theirs
                         pass
         if failed is not None:
             raise failed

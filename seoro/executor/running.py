@@ -24,6 +24,7 @@ from seoro.executor.queue import Queue
 from seoro.executor.reaching import Reached
 from seoro.executor.serving import Server, days_ago
 from seoro.executor.store import open_store
+from seoro.executor.trying import DryRuns
 from seoro.executor.workers import open_pool
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
             emergency = Emergency(queue, options.folder)
-            server = Server(store, queue, options.jobs, policy, emergency)
+            server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
             gate, reached = _opened(options, server, policy, keys, stack)
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import sqlite3
 import time
@@ -29,7 +30,8 @@ from seoro.executor.emergency import Emergency
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
 from seoro.executor.queue import Queue
-from seoro.executor.store import Store
+from seoro.executor.store import RunFolder, Store
+from seoro.executor.trying import DryRuns
 from seoro.executor.watching import Watch
 
 PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
@@ -43,13 +45,17 @@ class Server:
     Args:
         store: Of runs.
         queue: Of those that are not over.
+        dry_runs: Those that are only tried.
         jobs: How many go on at a time.
         policy: What submitters may.
         emergency: Stops them all.
     """
 
-    def __init__(self, store: Store, queue: Queue, jobs: int, policy: Policy, emergency: Emergency) -> None:
+    def __init__(
+        self, store: Store, queue: Queue, dry_runs: DryRuns, jobs: int, policy: Policy, emergency: Emergency
+    ) -> None:
         self._store = store
+        self._dry_runs = dry_runs
         self._queue = queue
         self._blobs = Blobs(store.blobs)
         self._info = wire.ExecutorInfo(
@@ -66,6 +72,7 @@ class Server:
             wire.MISSING_BLOBS: self._missing_blobs,
             wire.PUT_BLOB: self._put_blob,
             wire.SUBMIT: self._submit,
+            wire.DRY_RUN: self._dry_run,
             wire.LIST_RUNS: self._list_runs,
             wire.GET_RUN: self._get_run,
             wire.STOP_RUN: self._stop_run,
@@ -129,7 +136,7 @@ class Server:
             with suppress(KeyError):
                 return await self._store.info(request.run)
             check_submission(request, self._policy.of(request.role), self._queue.waiting_of(request.by))
-            await anyio.to_thread.run_sync(self._unpack, request)
+            await anyio.to_thread.run_sync(self._unpack, request, self._store.folder(request.run))
             try:
                 info = await self._store.add(request)
             except sqlite3.Error as error:  # a full disk
@@ -138,13 +145,25 @@ class Server:
         self._queue.add(info, request)
         return self._queue.placed(info)
 
-    def _unpack(self, request: wire.Submission) -> None:
+    async def _dry_run(self, request: wire.DryRun) -> wire.Tried:
+        limits = self._policy.of(request.role)
+        check_submission(request, limits, self._queue.waiting_of(request.by))
+        folder = self._store.folder(secrets.token_hex(16))  # not that of a run, whatever the client says
+        with self._dry_runs.one():
+            try:
+                async with self._submitting:
+                    await anyio.to_thread.run_sync(self._unpack, request, folder)
+                return await self._dry_runs.carry_out(request.manifest, folder, limits)
+            finally:
+                shutil.rmtree(folder.path, ignore_errors=True)
+                self._blobs.drop(request.sent)
+
+    def _unpack(self, request: wire.Submission, folder: RunFolder) -> None:
         """Lay the bundle of a run out, before the run is known: half of one is removed with the next start."""
         hashes = {file.hash for file in request.manifest.files}
         if missing := self._blobs.missing(hashes):
-            raise RequestRefused(Result.INCORRECT_STATE, f"{len(missing)} blobs of the bundle are missing")
+            raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
         self._blobs.use(hashes)
-        folder = self._store.folder(request.run)
         try:
             check_manifest(request.manifest)
             unpack(request.manifest, self._blobs.path, folder.files)

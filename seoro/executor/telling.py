@@ -49,6 +49,10 @@ class Telling:
         """Tell what the run begins with."""
         self._put((Frame.BEGIN, announcement.encode()))
 
+    def tried(self, found: bytes) -> None:
+        """Tell what a dry run would begin with."""
+        self._put((Frame.TRIED, found))
+
     def record(self, record: dict[str, Any]) -> None:
         """Tell of a record."""
         self._put(record)

@@ -27,7 +27,7 @@ import anyio
 import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
-from seoro.bridges.executor.messages import BundledFilm
+from seoro.bridges.executor.messages import BundledFilm, Tried
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
@@ -38,6 +38,7 @@ from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_source
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
 from seoro.reasons import fault_text
+from seoro.runtime.jsonl import to_json
 
 UNHURRIED: Final = 19  # niceness of runs on the virtual clock, for the sake of those that may be late
 SWITCH: Final = 0.0002  # [s] for which the run may keep other threads from working
@@ -119,7 +120,8 @@ def work(control_pipe: int, data_pipe: int) -> None:
     telling, orders = Telling(data_pipe), Orders(control)
     orders.start()
     try:
-        status, end = 0, pack_end(anyio.run(_carry_out, job, telling, orders))
+        found = anyio.run(_carry_out, job, telling, orders)
+        status, end = 0, b"" if found is None else pack_end(found)
     except StoppedBefore:
         status, end = NOT_BEGUN, b""
     sys.stdout.flush()  # before clients are told that all is there
@@ -136,7 +138,7 @@ def _redirect(log: Path) -> None:
         os.dup2(file.fileno(), 2)
 
 
-async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End:
+async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End | None:
     try:
         return await _run(job, telling, orders)
     except (InvalidScenario, InvalidUse, BackendError) as error:
@@ -149,7 +151,7 @@ async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End:
         return not_run(BackendError(f"internal error of the executor: {type(found).__name__}: {found}"))
 
 
-async def _run(job: Job, telling: Telling, orders: Orders) -> End:
+async def _run(job: Job, telling: Telling, orders: Orders) -> End | None:
     task = asyncio.current_task()
     assert task is not None, "this is one"
     if job.manifest.options.leasing.wait is not None:  # for robots, until which there is no run
@@ -160,7 +162,8 @@ async def _run(job: Job, telling: Telling, orders: Orders) -> End:
         raise StoppedBefore from None
 
 
-async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End:
+async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End | None:
+    """How a run ended; None of a dry run that could be."""
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
     scenario = check_file(
@@ -182,6 +185,10 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     )
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
+        if job.is_dry:
+            tried = Tried(seed=run.seed, parameters=to_json(run.parameters).encode())
+            telling.tried(wire.encode(tried))
+            return None
         telling.begin(announcement(run, options))
         orders.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
         async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():

@@ -143,7 +143,6 @@ def test_what_the_executor_refuses_is_an_invalid_scenario(capsys: pytest.Capture
     [
         (["--stop-if-lost", "3"], "`--stop-if-lost` is about an executor"),
         (["--executor", "tcp/127.0.0.1:1"], "`--executor` is about an executor"),
-        (["--on", NAME, "-n"], "`--dry-run` does not go with `--on`"),
         (["--on", "other"], "there is no executor 'other' here"),
         (["--on", NAME, "--sim", "mujoco", "--world", "hall.yaml"], "cannot read the world file"),
         (["--on", NAME, "--executor", "tcp/127.0.0.1:1"], "nothing answers there"),
@@ -260,6 +259,61 @@ scenario brief:
     do serial:
         wait elapsed(200ms)
 """
+
+
+def kept(lab: RunningExecutor) -> set[str]:
+    """What lies at the executor of runs and of their contents."""
+    return {str(path.name) for name in ("runs", "blobs") for path in (lab.folder / "state" / name).iterdir()}
+
+
+def test_a_dry_run_says_what_one_here_says_and_leaves_nothing(
+    lab: RunningExecutor, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = kept(lab)
+    arguments = ["exec", write(PARAMETERS + "# tried\n"), "--scenario", "first", "--seed", "3", "-n", "-o", "out"]
+    assert main(arguments) == 0
+    here = capsys.readouterr().out
+    assert "distance = " in here
+    assert main([*arguments, "--on", NAME]) == 0
+    out, err = capsys.readouterr()
+    size = Path("test.osc").stat().st_size
+    assert (out, err) == (here, f"note: 1 file with {size} bytes would be sent\n")
+    assert (kept(lab), Path("out").exists()) == (before, False)
+    assert main([*arguments[:-3], "--clock", "virtual", "--on", NAME]) == 0
+    capsys.readouterr()
+    assert main([*arguments, "--on", NAME, "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["bundle"] == {"files": 1, "bytes": size, "known": 1}
+    assert err == f"note: 1 file with {size} bytes would be sent, 1 of which {NAME} has already\n"
+    assert len(kept(lab) - before) == 2  # the run and the file
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "status", "message"),
+    [
+        ('import osc.helpers\nscenario main:\n    do run_process("ls")\n', [], 2, "test.osc:3:8"),
+        (HELLO, ["--sim", "nonsense"], 2, "nonsense"),
+        (HELLO, ["--set", "count=1"], 2, "count"),
+        ("import osc.mine\nscenario main:\n    do leave_file()\n", [], 3, "its process died"),
+    ],
+)
+def test_a_dry_run_tells_what_cannot_be_run_there(
+    text: str,
+    options: list[str],
+    status: int,
+    message: str,
+    lab: RunningExecutor,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    if "mine" in text:
+        write("action leave_file\n", "seoro.libraries/mine.osc")
+        write("import os\nos._exit(1)\n", "seoro.libraries/mine.py")
+    before = kept(lab)
+    assert main(["exec", write(text + "# tried, too\n"), *options, "-n", "--on", NAME]) == status
+    assert message in capsys.readouterr().err
+    assert kept(lab) == before
+
+
 FILMED = ("--rate", "max", "--video-size", "64x48", "--video-rate", "10", "--record-video")
 
 

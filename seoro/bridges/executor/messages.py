@@ -22,6 +22,7 @@ MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
 WORLD_FILES = 2  # and world files
 FILMS = 3  # and films
+DRY_RUNS = 3  # and dry runs
 ROS_SIMULATORS = 3  # and simulators of ROS 2 systems, with worlds that are theirs
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # of a bundle
@@ -30,10 +31,12 @@ MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
 DENIED = 102  # the code of a refusal: the keys of who asks, or their role, do not allow it
+LACKING = 104  # the code of a refusal: blobs of the bundle are not there, and have to be sent
 STALE = 103  # the code of a refusal: what was sealed has to be sealed anew, after a challenge
 UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 HIGHEST_PRIORITY = 100  # and the lowest, below 0
 WINDOW = 256 << 10  # [bytes] of a trace that are sent to one who asks once: a link has room for them
+LONGEST_DRY_RUN = 90.0  # [s]
 LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -173,6 +176,20 @@ class Submission(Said):
     role: Text = ""  # as what, by their keys; set by the executor
     stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
     priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
+
+
+class DryRun(Submission):
+    """A run that is tried and not carried out; of it, and of the blobs that were sent for it, nothing is kept."""
+
+    sent: Annotated[tuple[Hash, ...], Field(max_length=MAX_FILES)] = ()
+
+
+class Tried(Said):
+    """How a dry run went: what the run would have begun with, or why it cannot be (`seoro.embed.ends`)."""
+
+    seed: int | None = None
+    parameters: bytes = b""  # the chosen values, as JSON
+    end: bytes = b""
 
 
 class RunInfo(Said):
@@ -320,6 +337,7 @@ DESCRIBE = Verb("describe", Empty, ExecutorInfo)
 MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes)
 PUT_BLOB = Verb("put_blob", PutBlob, Empty)
 SUBMIT = Verb("submit", Submission, RunInfo)
+DRY_RUN = Verb("dry_run", DryRun, Tried)
 LIST_RUNS = Verb("list_runs", ListRuns, Runs)
 GET_RUN = Verb("get_run", OneRun, Details)
 STOP_RUN = Verb("stop_run", StopRun, RunInfo)
@@ -329,6 +347,6 @@ READ_FILE = Verb("read_file", ReadFile, FilePart)
 REMOVE_RUN = Verb("remove_run", OneRun, Empty)
 REVOKE = Verb("revoke", Revoke, Empty)
 EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
-    CHALLENGE, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS, LIST_FILES,
-    READ_FILE, REMOVE_RUN, REVOKE,
+    CHALLENGE, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, DRY_RUN, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS,
+    LIST_FILES, READ_FILE, REMOVE_RUN, REVOKE,
 )  # fmt: skip

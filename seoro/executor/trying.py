@@ -1,0 +1,125 @@
+"""Dry runs: a scenario is checked with all that is installed here and allowed, and its values are chosen.
+
+That is done by a process such as runs have, which ends where the run would begin. It waits for no turn; there is
+one at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+import anyio
+
+from seoro.background import background
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.wire import Result, decode
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.executor.frames import Frame, Job
+from seoro.executor.limits import Limits
+from seoro.executor.memory import exceeds
+from seoro.executor.store import RunFolder
+from seoro.executor.workers import NoProcess, Pool, Worker
+
+LONGEST: Final = wire.LONGEST_DRY_RUN - 5.0  # [s]; whoever asks waits a little longer
+
+
+class DryRuns:
+    """The dry runs of an executor.
+
+    Args:
+        pool: Of processes.
+    """
+
+    def __init__(self, pool: Pool) -> None:
+        self._pool = pool
+        self._is_busy = False
+
+    @contextmanager
+    def one(self) -> Iterator[None]:
+        """Make room for a dry run, for as long as the block lasts.
+
+        Raises:
+            RequestRefused: There is one already.
+        """
+        if self._is_busy:
+            raise RequestRefused(wire.UNAVAILABLE, "the executor is busy with another dry run")
+        self._is_busy = True
+        try:
+            yield
+        finally:
+            self._is_busy = False
+
+    async def carry_out(self, manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> wire.Tried:
+        """Try a bundle that lies in a folder.
+
+        Args:
+            manifest: Of the bundle.
+            folder: Where its files are.
+            limits: Of who has sent it.
+
+        Raises:
+            RequestRefused: Whether it can be run could not be found out.
+        """
+        try:
+            return await self._try(_job(manifest, folder, limits), limits.memory)
+        except (NoProcess, OSError) as error:
+            raise _not_known(str(error)) from error
+
+    async def _try(self, job: Job, memory: int | None) -> wire.Tried:
+        worker = await self._pool.take()
+        try:
+            worker.begin(job)
+            return await _told(worker, memory)
+        except BaseException:
+            worker.kill()
+            raise
+        finally:
+            worker.close()
+            with anyio.CancelScope(shield=True):
+                await worker.wait()
+
+
+def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> Job:
+    folder.output.mkdir()
+    options = manifest.options
+    at_once = options.model_copy(update={"leasing": options.leasing.model_copy(update={"wait": None})})
+    return Job(
+        manifest=manifest.model_copy(update={"options": at_once}),
+        files=str(folder.files),
+        output=str(folder.output),
+        log=str(folder.log),
+        allowed=limits.allowed,
+        reach=limits.reached,
+        is_dry=True,
+    )
+
+
+async def _told(worker: Worker, memory: int | None) -> wire.Tried:
+    """What the process of a dry run tells, to its end."""
+    killed = ""
+
+    async def hold_to_memory(limit: int) -> None:
+        nonlocal killed
+        killed = (
+            f"it took {await exceeds(worker.process, limit)} MiB of memory, more than the {limit} MiB that it may"
+        )
+        worker.kill()
+
+    tried = wire.Tried()
+    with anyio.move_on_after(LONGEST):
+        async with background() as duties:
+            if memory is not None:
+                duties.start_soon(hold_to_memory, memory)
+            async for kind, data in worker.frames():
+                if kind is Frame.TRIED:
+                    tried = decode(wire.Tried, data)
+                elif kind is Frame.END:
+                    return wire.Tried(end=data) if data else tried
+            raise _not_known(killed or "its process died")
+    raise _not_known(f"it was not over within {LONGEST:g} s")
+
+
+def _not_known(reason: str) -> RequestRefused:
+    return RequestRefused(Result.OPERATION_FAILED, f"the dry run came to no end: {reason}")
