@@ -195,7 +195,7 @@ class Leasing:
             self._simulator.simulation.forget_watches(own_id(hold.holder.holder, ""))
 
     def _state(self, _request: wire.Empty) -> wire.LabState:
-        features = self._simulator.features()
+        received, features = time.time(), self._simulator.features()
         everything = self._leases.holder_of_all
         return wire.LabState(
             kind=features.engine,
@@ -204,6 +204,8 @@ class Leasing:
             stopped=self._latch.stopped,
             clock="real" if features.state is SimulationState.PLAYING else "granted",
             holder="" if everything is None else called(everything.holder),
+            received=received,
+            sent=time.time(),
         )
 
     def _state_of(self, info: wire.RobotInfo) -> wire.RobotState:

@@ -10,24 +10,28 @@ import anyio
 
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.exits import Exit
+from seoro.cli.lab_command import LOCAL, add_lab_arguments, endpoints_of, guessed, lab_of
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.doctor.findings import Finding, Health
 from seoro.doctor.installed import look_here
+from seoro.errors import InvalidUse
 from seoro.runtime.jsonl import to_json
 
 EXAMPLES = """examples:
   seoro doctor
-  seoro doctor --on lab-a
+  seoro doctor --on lab-a --lab hall.yaml
+  seoro doctor --connect tcp/192.168.0.5:7447
   seoro doctor --executor tls/lab.example.org:7470 --json
 
 exit status: 0 if nothing has failed, warnings or not; 1 if something has"""
-_VARIABLE = "SEORO_EXECUTOR"
+VARIABLE = "SEORO_EXECUTOR"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--on", metavar="EXECUTOR", help="check the way to this executor (default: to all)")
     add_executor_argument(parser)
+    add_lab_arguments(parser)
     parser.add_argument(
         "--json", action="store_true", help="print a JSON list instead, with an object for each line"
     )
@@ -55,13 +59,27 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _look_along(options: argparse.Namespace, tell: Callable[[Finding], None]) -> None:
-    from seoro.doctor.path import look_along  # noqa: PLC0415 - Zenoh; what is installed is told even without
+    from seoro.doctor.lab import Places, look_at_lab  # noqa: PLC0415 - Zenoh; what is installed is told even without
+    from seoro.doctor.path import look_along  # noqa: PLC0415 - the same
 
-    asked = options.executor or os.environ.get(_VARIABLE)
-    if asked is None and options.on is None and not await _listens(ENDPOINT):
-        tell(Finding("executor", Health.OK, f"none listens at {ENDPOINT}, and none was asked for"))
-        return
-    async for finding in look_along(asked or ENDPOINT, options.on, options.keys):
+    chosen = options.executor or os.environ.get(VARIABLE)
+    is_asked = chosen is not None or options.on is not None
+    endpoint = chosen or ENDPOINT
+    if not is_asked and not await _listens(endpoint):
+        tell(Finding("executor", Health.OK, f"none listens at {endpoint}, and none was asked for"))
+        endpoint = ""
+    try:
+        lab, named = lab_of(options), endpoints_of(options)
+    except InvalidUse as error:
+        tell(Finding("lab file", Health.FAILED, str(error), error.help or "correct it"))
+        lab, named = None, tuple(options.connect)
+    if guessed(options):
+        named = tuple([each for each in LOCAL if each != ENDPOINT and await _listens(each)])
+    places = Places(named, lab)
+    if endpoint:
+        async for finding in look_along(endpoint, options.on, options.keys, places):
+            tell(finding)
+    async for finding in look_at_lab(places, options.keys, endpoint, is_needed=not is_asked):
         tell(finding)
 
 

@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     )
 
 
-def _lab_of(options: argparse.Namespace) -> Lab | None:
+def lab_of(options: argparse.Namespace) -> Lab | None:
     """The lab file that the options name, or the environment does."""
     from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
 
@@ -131,7 +131,7 @@ def _lab_of(options: argparse.Namespace) -> Lab | None:
 
 def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
     """Where the lab is reached that the options name; what runs on this machine if they name none."""
-    lab = _lab_of(options)
+    lab = lab_of(options)
     named = () if lab is None else lab.endpoints
     return tuple(dict.fromkeys((*named, *options.connect, *more, *guessed(options))))
 
@@ -145,7 +145,7 @@ def guessed(options: argparse.Namespace) -> tuple[str, ...]:
 async def _status(options: argparse.Namespace) -> int:
     from seoro.lab.seeing import asking, known_of, reaching  # noqa: PLC0415 - Zenoh, for this command only
 
-    endpoints, lab = endpoints_of(options), _lab_of(options)
+    endpoints, lab = endpoints_of(options), lab_of(options)
     known = [] if lab is None else known_of(lab)
     while options.watch:
         async with reaching(endpoints) as reached:
@@ -201,7 +201,7 @@ def _control(options: argparse.Namespace, *more: str) -> LabControl:
     """The lab that the options name, and more endpoints."""
     from seoro.client.lab import LabControl  # noqa: PLC0415 - Zenoh, for this command only
 
-    return LabControl(endpoints_of(options, *more), _lab_of(options))
+    return LabControl(endpoints_of(options, *more), lab_of(options))
 
 
 def _told(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:

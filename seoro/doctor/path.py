@@ -12,36 +12,41 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.executor.clocks import describe
-from seoro.bridges.executor.finding import find_executor, find_executors
-from seoro.bridges.secured import CLIENTS, check_reached, keys_for, security_of
-from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
-from seoro.bridges.wire.keys import NAMESPACE, node_tokens, token_node
+from seoro.bridges.executor.finding import find_executor, find_executors, how_to_see_some
+from seoro.bridges.executor.sight import PlaceSeen
+from seoro.bridges.secured import CLIENTS, keys_for, security_of
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+from seoro.bridges.wire.keys import MAJOR
 from seoro.bridges.wire.message import Empty
 from seoro.doctor.endpoint import look_at_endpoint
 from seoro.doctor.findings import Finding, Health, failed, ok, warning
 from seoro.doctor.installed import in_bytes
+from seoro.doctor.lab import HERE, NOWHERE, Places, look_from
+from seoro.doctor.measured import RELEASE, tell_clock, tell_latency, tell_version
+from seoro.doctor.nodes import tell_place
 from seoro.errors import BackendError, InvalidUse
+from seoro.keys.roles import executor_verbs
+from seoro.lab.examining import EXCHANGES, examine_nodes, quantiles, who_asks, why_unreached
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
-EXCHANGES: Final = 100  # for the latency
-SLOW: Final = 0.1  # [s] of a round trip that people notice
 LITTLE: Final = 1 << 30  # [bytes] of free disk
-TIMEOUT: Final = 2.0  # [s] for tokens
 
 
-async def look_along(endpoint: str, name: str | None, keys: Path | None = None) -> AsyncIterator[Finding]:
+async def look_along(
+    endpoint: str, name: str | None, keys: Path | None = None, places: Places = NOWHERE
+) -> AsyncIterator[Finding]:
     """Look at one hop after another.
 
     Args:
         endpoint: Where executors are reached.
         name: Of the executor; None for all that are there.
         keys: Folder of keys, as for commands.
+        places: Of a lab, at which executors are asked to look.
     """
     there = await look_at_endpoint(endpoint)
     yield there
@@ -57,49 +62,42 @@ async def look_along(endpoint: str, name: str | None, keys: Path | None = None) 
     try:
         async with open_session(connect=endpoint, security=security) as session:
             yield ok("session", f"Zenoh answers at {endpoint}")
-            async for finding in _look_behind(session, name, own, is_secured=is_secured(endpoint)):
+            async for finding in _look_behind(session, endpoint, name, own, places):
                 yield finding
     except SessionError as error:
-        yield _no_session(endpoint, error, security)
-
-
-def _no_session(endpoint: str, error: SessionError, security: Security | None) -> Finding:
-    try:
-        check_reached(endpoint, security)
-    except InvalidUse as why:
-        return failed("session", str(why), why.help or "")
-    return failed(
-        "session",
-        f"something listens at {endpoint}, but it does not speak Zenoh with us: {error}",
-        "check that an executor or a router of seoro listens there, and not another program; one that stands "
-        "still (`kill -STOP`, a debugger) answers nobody",
-    )
+        yield failed("session", *why_unreached(endpoint, error, security))
 
 
 async def _look_behind(
-    session: AsyncSession, name: str | None, keys: Keys | None, *, is_secured: bool
+    session: AsyncSession, endpoint: str, name: str | None, keys: Keys | None, places: Places
 ) -> AsyncIterator[Finding]:
+    has_keys = is_secured(endpoint)
+    executors: list[Executor] = []
     try:
         if name is None:
-            executors = await find_executors(session, keys, is_secured=is_secured)
+            executors = await find_executors(session, keys, is_secured=has_keys)
         else:
-            executors = [await find_executor(session, name, keys, is_secured=is_secured)]
+            executors = [await find_executor(session, name, keys, is_secured=has_keys)]
+        if not executors:
+            yield failed("executor", "none is seen there", how_to_see_some("seoro serve", has_keys))
     except InvalidUse as error:
-        yield failed("executor", str(error), error.help or "")
-        return
-    if not executors:
-        yield failed("executor", "there is none behind this endpoint", "start one with `seoro serve`")
+        yield failed("executor", str(error), error.help)
     for executor in executors:
         executor.patience = 0.0
-        async for finding in _look_at(executor):
+        async for finding in _look_at(executor, keys):
             yield finding
-    for node in sorted(
-        {token_node(token)[0] for token in await session.list_tokens(node_tokens(NAMESPACE), TIMEOUT)}
-    ):
-        yield ok("node", f"'{node}', a simulator or bridge, is connected there")
+    names = places.names(endpoint)
+    nodes = await examine_nodes(session, endpoint, keys, names)
+    if nodes or endpoint in places.endpoints:
+        seen = PlaceSeen(endpoint=endpoint, who=who_asks(endpoint, keys), nodes=nodes)
+        for finding in tell_place(seen, places.wanted(endpoint), names, HERE):
+            yield finding
+    for executor in executors:
+        async for finding in look_from(executor, places):
+            yield finding
 
 
-async def _look_at(executor: Executor) -> AsyncIterator[Finding]:
+async def _look_at(executor: Executor, keys: Keys | None) -> AsyncIterator[Finding]:
     what = executor.name
     try:
         info, clock = await describe(executor)
@@ -108,15 +106,13 @@ async def _look_at(executor: Executor) -> AsyncIterator[Finding]:
         advice = "if it stands still, end it with `kill -9` and start it again: it goes on with its queue"
         yield failed(what, str(error), advice)
         return
-    yield _compare(what, info)
-    yield ok(what, f"lets us ask; {info.running} runs go on, {info.jobs} at a time, and {info.waiting} wait")
-    if clock is None:
-        yield warning(what, "does not tell its clock", "it is older than this seoro: renew it")
-    elif clock.is_wrong:
-        yield warning(what, f"its clock is {clock}", "have both machines set their clocks by NTP")
-    else:
-        yield ok(what, f"its clock is {clock}, give or take {1000.0 * clock.round_trip / 2.0:.1f} ms")
-    yield _latency(what, sorted(times))
+    theirs = info.version, f"{MAJOR}.{executor.minor}"
+    yield tell_version(what, "", theirs, f"{MAJOR}.{wire.MINOR}")
+    yield ok(what, f"{_rights(keys)}; {info.running} runs go on, {info.jobs} at a time, and {info.waiting} wait")
+    if info.stopped:
+        yield failed(what, f"begins no runs: {info.stopped}", RELEASE)
+    yield tell_clock(what, clock)
+    yield tell_latency(what, *quantiles(times), len(times))
     if info.free is not None:
         free = f"has {in_bytes(info.free)} of disk left for runs"
         yield ok(what, free) if info.free > LITTLE else warning(what, free, "`seoro rm` forgets runs")
@@ -126,12 +122,13 @@ async def _look_at(executor: Executor) -> AsyncIterator[Finding]:
         yield warning(what, "has no simulators", "install `seoro[mujoco]` there, if runs need one")
 
 
-def _compare(what: str, info: wire.ExecutorInfo) -> Finding:
-    if info.version == __version__:
-        return ok(what, f"is of seoro {info.version}, as this is")
-    return warning(
-        what, f"is of seoro {info.version}, and this is {__version__}", "use the same version on both sides"
-    )
+def _rights(keys: Keys | None) -> str:
+    """What an executor lets us do, in words."""
+    if keys is None:
+        return "lets us submit runs"
+    if wire.SUBMIT.name in executor_verbs(keys.identity.role):
+        return f"lets us, {keys.identity}, submit runs"
+    return f"lets us, {keys.identity}, look; submitting runs is for operators"
 
 
 async def _round_trip(executor: Executor) -> float:
@@ -140,9 +137,3 @@ async def _round_trip(executor: Executor) -> float:
     took = time.perf_counter() - began
     await anyio.sleep(0.0)
     return took
-
-
-def _latency(what: str, times: list[float]) -> Finding:
-    half, most = times[len(times) // 2], times[int(0.99 * len(times))]
-    text = f"answers in {1000.0 * half:.1f} ms (p50), {1000.0 * most:.1f} ms (p99 of {len(times)})"
-    return ok(what, text) if most < SLOW else warning(what, text, "the network or the machine is slow or busy")

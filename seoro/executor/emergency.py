@@ -27,6 +27,11 @@ class Emergency:
         self._latch = Latch(folder / FILE)
         queue.hold_back(self._latch.reason)
 
+    @property
+    def reason(self) -> str:
+        """Why no run begins; empty if nothing speaks against it."""
+        return self._latch.reason
+
     async def stop(self, asked: wire.EmergencyStop) -> wire.EmergencyStopped:
         """Stop all runs; those that wait go on waiting."""
         began = time.monotonic()

@@ -10,6 +10,7 @@ import logging
 from typing import TYPE_CHECKING, Any, Final
 
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.sight import LOOK
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.session import Request
 from seoro.bridges.wire import Message, Result, encode
@@ -54,9 +55,7 @@ class Gate:
             RequestRefused: It cannot be carried out, or not for who asks.
         """
         if self._lock is None:
-            if verb in _SUBMITTING:
-                payload = _stamped(verb, payload, None)
-            return await self._server.carry_out(verb, payload, request.reply_part)
+            return await self._server.carry_out(verb, _stamped(verb, payload, None), request.reply_part)
         if verb == wire.CHALLENGE.name:
             return self._lock.prove(decoded(wire.CHALLENGE, payload))
         who: Identity | None = None
@@ -66,8 +65,7 @@ class Gate:
             self._note_taken(who, verb, payload)
             if verb == wire.REVOKE.name:
                 return self._lock.revoke(decoded(wire.REVOKE, payload))
-            said = _stamped(verb, payload, who) if verb in _SUBMITTING else payload
-            return await self._server.carry_out(verb, said, request.reply_part)
+            return await self._server.carry_out(verb, _stamped(verb, payload, who), request.reply_part)
         except RequestRefused as refused:
             self._note_refused(who, verb, payload, refused)
             raise
@@ -122,9 +120,14 @@ class Gate:
 
 
 def _stamped(verb: str, payload: bytes, who: Identity | None) -> bytes:
-    """A submission by whom it really is."""
+    """A request with whose it really is, of those that say it."""
+    role = "" if who is None else who.role.value
+    if verb == LOOK.name:
+        return encode(decoded(LOOK, payload).model_copy(update={"role": role}))
+    if verb not in _SUBMITTING:
+        return payload
     submission = decoded(_VERBS[verb], payload)
-    by = {"role": ""} if who is None else {"by": who.name, "role": who.role.value}
+    by = {"role": role} if who is None else {"by": who.name, "role": role}
     return encode(submission.model_copy(update=by))
 
 

@@ -101,11 +101,16 @@ def vet_endpoints(options: Options, allowed: Collection[str], reach: Collection[
         InvalidUse: It would be reached, and that is not allowed.
     """
     for endpoint in _endpoints(options):
-        if NETWORK not in allowed and endpoint not in reach and not is_local(endpoint):
-            raise InvalidUse(
-                f"this executor does not let scenarios reach {endpoint}",
-                help=f"whoever runs it can allow it: `seoro serve --allow {NETWORK}`, or `reach` in its policy",
-            )
+        vet_endpoint(endpoint, allowed, reach)
+
+
+def vet_endpoint(endpoint: str, allowed: Collection[str], reach: Collection[str]) -> None:
+    """Refuse to reach an endpoint on another machine; see `vet_endpoints`."""
+    if NETWORK not in allowed and endpoint not in reach and not is_local(endpoint):
+        raise InvalidUse(
+            f"this executor does not let scenarios reach {endpoint}",
+            help=f"whoever runs it can allow it: `seoro serve --allow {NETWORK}`, or `reach` in its policy",
+        )
 
 
 def _endpoints(options: Options) -> Iterator[str]:

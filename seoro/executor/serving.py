@@ -19,21 +19,26 @@ import anyio.to_thread
 from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
+from seoro.bridges.executor.sight import LOOK, Hop, Look, PlaceSeen, Sight
 from seoro.bridges.launch import can_film, is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.wire import EMERGENCY_STOP, RELEASE_STOP, Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
+from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
 from seoro.executor.emergency import Emergency
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
+from seoro.executor.policy import vet_endpoint
 from seoro.executor.queue import Queue
 from seoro.executor.store import RunFolder, Store
 from seoro.executor.trying import DryRuns
 from seoro.executor.watching import Watch
+from seoro.lab.examining import examine
 
+LOOKS: Final = 20  # at each node, for who asks what is seen from here
 PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
 
 Handler = Callable[[Any], Awaitable[Message]]
@@ -66,6 +71,7 @@ class Server:
             films=can_film(),
         )
         self._policy = policy
+        self._emergency = emergency
         self._submitting = anyio.Lock()
         handlers: Mapping[Verb[Any, Any], Handler] = {  # beside `_records`, which has more to say than one answer
             wire.DESCRIBE: self._describe,
@@ -79,6 +85,7 @@ class Server:
             wire.LIST_FILES: self._list_files,
             wire.READ_FILE: self._read_file,
             wire.REMOVE_RUN: self._remove_run,
+            LOOK: self._look,
             EMERGENCY_STOP: emergency.stop,
             RELEASE_STOP: emergency.release,
         }
@@ -117,8 +124,32 @@ class Server:
     async def _describe(self, _request: Empty) -> wire.ExecutorInfo:
         received = time.time()
         free = shutil.disk_usage(self._store.blobs).free
-        now = {"running": self._queue.running, "waiting": self._queue.waiting, "free": free}
+        now = {
+            "running": self._queue.running,
+            "waiting": self._queue.waiting,
+            "free": free,
+            "stopped": self._emergency.reason,
+        }
         return self._info.model_copy(update={**now, "received": received, "sent": time.time()})
+
+    async def _look(self, request: Look) -> Sight:
+        """What runs of who asks would see of a lab, with the keys of the executor."""
+        limits = self._policy.of(request.role)
+        found: dict[str, PlaceSeen] = {}
+
+        async def look_at(endpoint: str) -> None:
+            try:
+                vet_endpoint(endpoint, limits.allowed, limits.reached)
+            except InvalidUse as error:
+                seen = PlaceSeen(endpoint=endpoint, ends_at=Hop.POLICY, why=str(error), advice=error.help)
+            else:
+                seen = await examine(endpoint, exchanges=LOOKS)
+            found[endpoint] = seen
+
+        async with anyio.create_task_group() as tasks:
+            for endpoint in dict.fromkeys(request.endpoints):
+                tasks.start_soon(look_at, endpoint)
+        return Sight(places=tuple(found[endpoint] for endpoint in request.endpoints))
 
     async def _missing_blobs(self, request: wire.Hashes) -> wire.Hashes:
         return wire.Hashes(hashes=self._blobs.missing(request.hashes))

@@ -39,7 +39,7 @@ _EXECUTOR_VERBS: Final[Mapping[Role, frozenset[str]]] = MappingProxyType(
             {"challenge", "describe", "list_runs", "get_run", "records", "list_files", "read_file"}
         ),
         Role.OPERATOR: frozenset({"missing_blobs", "put_blob", "submit", "dry_run", "stop_run", "remove_run"})
-        | {"emergency_stop", "release_stop"},
+        | {"look", "emergency_stop", "release_stop"},
         Role.ADMIN: frozenset({"revoke"}),
     }
 )

@@ -102,7 +102,7 @@ async def test_somebody_else_at_the_port_is_told() -> None:
         first, *_, last = await look(f"tcp/127.0.0.1:{port}")
     assert first.health is Health.OK
     assert (last.what, last.health) == ("session", Health.FAILED)
-    assert "does not speak Zenoh" in last.text
+    assert "speaks Zenoh with us" in last.text
 
 
 async def test_an_endpoint_outside_this_machine_without_keys_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

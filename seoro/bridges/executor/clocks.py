@@ -39,6 +39,19 @@ class Clock:
         return abs(self.offset) - self.round_trip / 2.0 > NOTABLE
 
 
+def compare(left: float, took: float, received: float, sent: float) -> Clock:
+    """The clock of somebody who was asked, by one exchange.
+
+    Args:
+        left: When the request left [s since 1970], by our clock.
+        took: How long it took until the answer was here [s].
+        received: When the request arrived, by theirs.
+        sent: When the answer left, by theirs.
+    """
+    offset = ((received - left) + (sent - (left + took))) / 2.0
+    return Clock(offset, max(took - (sent - received), 0.0))
+
+
 async def describe(executor: Executor, exchanges: int = EXCHANGES) -> tuple[wire.ExecutorInfo, Clock | None]:
     """What an executor is, and its clock; None for the clock of one that is too old to tell.
 
@@ -52,8 +65,7 @@ async def describe(executor: Executor, exchanges: int = EXCHANGES) -> tuple[wire
         took = time.perf_counter() - began
         if info.received is None or info.sent is None:
             break
-        offset = ((info.received - left) + (info.sent - (left + took))) / 2.0
-        found = Clock(offset, max(took - (info.sent - info.received), 0.0))
+        found = compare(left, took, info.received, info.sent)
         if best is None or found.round_trip < best.round_trip:
             best = found
     return info, best

@@ -309,6 +309,7 @@ class ExecutorInfo(Said):
     free: int | None = None  # [bytes] of disk, where it keeps runs
     simulators: tuple[str, ...] | None = None  # that it can start
     films: bool | None = None  # whether they can be filmed
+    stopped: str = ""  # the emergency stop that keeps runs from beginning, in words
 
 
 class Challenge(Said):

@@ -272,13 +272,15 @@ class RobotServer:
     # -------------------------------------------------------- the lab
 
     async def _state(self, _request: wire.Empty) -> wire.LabState:
-        everything = self._leases.holder_of_all
+        received, everything = time.time(), self._leases.holder_of_all
         return wire.LabState(
             kind=CALLED,
             version=__version__,
             robots=tuple(state_of(robot.info, robot.health, self._leases) for robot in self._robots.values()),
             stopped=self._latch.stopped,
             holder="" if everything is None else called(everything.holder),
+            received=received,
+            sent=time.time(),
         )
 
     async def _lease(self, request: wire.LeaseRobots) -> wire.Empty:

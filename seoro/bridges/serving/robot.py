@@ -24,6 +24,7 @@ class Health:
     deviation: float | None = None
     position: tuple[float, float] | None = None
     seen: float | None = None
+    topics: tuple[wire.TopicState, ...] = ()
 
 
 class ServedRobot(Protocol):

@@ -49,6 +49,11 @@ def node_tokens(namespace: str) -> str:
     return _tokens(namespace, "node")
 
 
+def any_node_tokens(namespace: str) -> str:
+    """Key expression of the tokens of all nodes, whatever version of the protocol they speak."""
+    return f"seoro/*/{_chunk(namespace)}/alive/node/*/*"
+
+
 def token_node(key: str) -> tuple[str, str]:
     """Node and boot of a liveliness token's key."""
     *_, node, boot = key.split("/")

@@ -31,6 +31,20 @@ class Lease(Message):
     until: float
 
 
+class TopicState(Message):
+    """What a bridge hears of a robot on a topic.
+
+    Attributes:
+        topic: Its name.
+        seen: How long ago the last message came [s]; None when none did.
+        why: Why nothing is known by it, in words; empty if nothing is wrong.
+    """
+
+    topic: str
+    seen: float | None = None
+    why: str = ""
+
+
 class RobotState(Message):
     """How a robot is, and who has it.
 
@@ -44,6 +58,7 @@ class RobotState(Message):
         holder: What it is held for; empty when nobody holds it.
         lease: The lease by hand that it is under.
         waiting: What those are for who wait for it, the next one first.
+        topics: By what a bridge knows of it.
     """
 
     name: str
@@ -56,10 +71,14 @@ class RobotState(Message):
     holder: str = ""
     lease: Lease | None = None
     waiting: tuple[str, ...] = ()
+    topics: tuple[TopicState, ...] = ()
 
 
 class LabState(Message):
-    """How the robots of a node are; answered at any time. `kind` is `bridge` or the engine of a simulator."""
+    """How the robots of a node are; answered at any time. `kind` is `bridge` or the engine of a simulator.
+
+    `received` and `sent` are when the request arrived and this left [s since 1970], by the clock of its machine.
+    """
 
     kind: str
     version: str
@@ -67,6 +86,8 @@ class LabState(Message):
     stopped: Stopped | None = None
     clock: str = "real"  # or `granted`, where time passes while one run grants it
     holder: str = ""  # of all of it, where somebody has all
+    received: float | None = None
+    sent: float | None = None
 
 
 class LeaseRobots(Message):

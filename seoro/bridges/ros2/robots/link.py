@@ -17,7 +17,7 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
-from seoro.bridges.wire import Result
+from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
@@ -67,6 +67,18 @@ class Link:
         """How long ago the robot was last heard of on any topic [s]; None when it never was."""
         moments = [heard.moment for heard in self._heard.values() if heard.moment is not None]
         return time.monotonic() - max(moments) if moments else None
+
+    def topics(self) -> tuple[TopicState, ...]:
+        """What is heard on each topic that is listened to."""
+        return tuple(self._state(topic, heard) for topic, heard in self._heard.items())
+
+    def _state(self, topic: str, heard: _Heard) -> TopicState:
+        is_well = heard.moment is not None and not heard.unreadable and self.node.graph.publishers(topic)
+        return TopicState(
+            topic=topic,
+            seen=None if heard.moment is None else time.monotonic() - heard.moment,
+            why="" if is_well else self.why_silent(topic),
+        )
 
     async def publishing(self, topic: str, type_name: str) -> Publication:
         """A publisher, for as long as the bridge runs."""

@@ -64,6 +64,7 @@ class RosRobot:
             deviation=None if localisation is None else localisation.deviation,
             position=position,
             seen=self._link.heard_ago(),
+            topics=self._link.topics(),
         )
 
     def _take_battery(self, message: Message) -> None:

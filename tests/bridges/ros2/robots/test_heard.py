@@ -1,0 +1,58 @@
+"""The hop behind a bridge: what it hears of its robots, as `seoro doctor` tells it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import anyio
+
+from seoro.bridges.wire.lab import TopicState
+from seoro.doctor.findings import Health
+from seoro.doctor.lab import Places, look_at_lab
+from seoro.lab.examining import examine
+from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
+from tests.routers import free_endpoint, process, router_process
+
+DEADLINE = 30.0  # [s]
+
+
+async def heard(endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]], bool]) -> dict[str, TopicState]:
+    """What a bridge hears of a robot, as soon as something is so."""
+    with anyio.fail_after(DEADLINE):
+        while True:
+            seen = await examine(endpoint, exchanges=1)
+            robots = [robot for node in seen.nodes if node.state for robot in node.state.robots]
+            topics = {topic.topic: topic for robot in robots if robot.name == name for topic in robot.topics}
+            if topics and is_so(topics):
+                return topics
+            await anyio.sleep(0.05)
+
+
+async def test_topics_that_are_heard_and_those_that_are_not_are_told(bridged: Bridged) -> None:
+    topics = await heard(bridged.endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
+    assert topics["/tb/odom"].seen is not None
+    silent = [each for each in topics.values() if each.seen is None]
+    assert silent
+    assert all(each.why for each in silent)
+
+
+async def test_a_robot_that_does_not_answer_is_told_from_its_bridge_on(tmp_path: Path) -> None:
+    router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
+    with (
+        router_process(router),
+        process(str(FAKE_ROBOT), str(tmp_path), router, "tb", "geometry_msgs/msg/Twist") as robot,
+        process("-c", BRIDGE, router, endpoint, "tb", "ghost"),
+    ):
+        await heard(endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
+        found = {each.what: each async for each in look_at_lab(Places((endpoint,)), None)}
+        assert found["ros2/tb"].health is not Health.FAILED
+        ghost = found["ros2/ghost"]
+        assert ghost.health is Health.FAILED
+        assert "nothing was ever heard of it: " in ghost.text
+        assert "/ghost/odom (nobody publishes it)" in ghost.text
+        assert "`--ros`" in ghost.help
+        os.kill(robot.pid, signal.SIGKILL)
+        await heard(endpoint, "tb", lambda topics: topics["/tb/odom"].why == "nobody publishes it")
