@@ -53,7 +53,7 @@ class Keyed:
 
 
 @pytest.fixture(scope="module")
-def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
     make_engine("mujoco")
     folder = tmp_path_factory.mktemp("x")
     lab = make_lab(folder / "keys")
@@ -68,6 +68,15 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
         keys = ("--keys", str(lab.keys("maze")))
         running = stack.enter_context(command(folder / "hall.log", endpoint, *hall, *keys))
         yield Keyed(endpoint, read_lab(folder / "lab.yaml"), lab, running)
+
+
+@pytest.fixture
+async def keyed(running: Keyed) -> Keyed:
+    """The lab with its nodes there, which take a moment to be back when somebody was revoked or they stood still."""
+    with anyio.fail_after(DEADLINE):
+        while not has(await look(running, "anna"), "ok hall: lets us, anna"):
+            pass
+    return running
 
 
 async def look(keyed: Keyed, who: str, places: Places | None = None) -> list[str]:
@@ -122,9 +131,6 @@ async def test_whoever_is_revoked_is_told_that_this_may_be_why_nobody_is_seen(ke
     assert "is not there" in hall.text
     assert "whose keys are revoked sees nobody" in hall.help
     assert "rob (operator)" in hall.help
-    with anyio.fail_after(DEADLINE):
-        while not has(await look(keyed, "anna"), "ok hall: lets us, anna"):  # the others are back
-            pass
 
 
 async def test_a_node_that_stands_still_is_told_and_the_rest_as_well(keyed: Keyed) -> None:
