@@ -72,7 +72,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
 
 @pytest.fixture
 async def keyed(running: Keyed) -> Keyed:
-    """The lab with its nodes there, which take a moment to be back when somebody was revoked or they stood still."""
+    """The lab, once its nodes are there: they take a moment to be back when somebody was revoked."""
     with anyio.fail_after(DEADLINE):
         while not has(await look(running, "anna"), "ok hall: lets us, anna"):
             pass
