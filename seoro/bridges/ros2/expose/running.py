@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
@@ -23,6 +24,8 @@ from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import InvalidUse
+
+log = logging.getLogger(__name__)
 
 NODE = "seoro_simulator"
 HELP = (
@@ -92,13 +95,27 @@ async def _expose(
         ros.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock,
         serving_simulation(ros, node),
     ):
+        begun = False
         while True:
             node.world_changed.clear()
             features = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+            _look_for_root(features, settings.root, begun=begun)
+            begun = True
             async with _world(node, system, settings, features, clock):
                 node.world_exposed.set()
                 ready(features)
                 await node.world_changed.wait()
+
+
+def _look_for_root(features: wire.SimulatorFeatures, root: str, *, begun: bool) -> None:
+    """Say that the robot is not there that is to have no namespace; a later world may lack it."""
+    names = [robot.name for robot in features.robots]
+    if not root or root in names:
+        return
+    known = f"robots of {features.world or 'no world'}: {', '.join(names) or 'none'}"
+    if not begun:
+        raise InvalidUse(f"there is no robot '{root}'", help=known)
+    log.warning("no robot has topics without a namespace: there is no '%s'; %s", root, known)
 
 
 @asynccontextmanager
@@ -111,9 +128,6 @@ async def _world(
 ) -> AsyncIterator[None]:
     """Expose the robots of the world that is loaded, for as long as the block lasts."""
     names = [robot.name for robot in features.robots]
-    if settings.root and settings.root not in names:
-        known = ", ".join(names) or "none"
-        raise InvalidUse(f"there is no robot '{settings.root}'", help=f"robots of {features.world}: {known}")
     async with AsyncExitStack() as stack:
         robots: dict[str, RobotTopics] = {}
         wanted = wire.OpenStream(id="")

@@ -39,9 +39,11 @@ class Services:
 
 
 @asynccontextmanager
-async def simulating(simulator: str, router: str, types: TypeStore, world: str) -> AsyncIterator[Services]:
+async def simulating(
+    simulator: str, router: str, types: TypeStore, world: str, **settings: Any
+) -> AsyncIterator[Services]:
     async with (
-        exposed(simulator, router, types, world) as node,
+        exposed(simulator, router, types, world, **settings) as node,
         AsyncExitStack() as stack,
     ):
         yield Services(node, stack)
@@ -150,6 +152,19 @@ async def test_time_passes_and_worlds_change_as_they_are_told(
         assert (await call("get_simulation_state")).state.state == NO_WORLD
         assert (await call("get_current_world")).result.result == 101
         assert (await call("unload_world")).result.result == 101
+
+
+async def test_a_world_without_the_robot_that_has_no_namespace_ends_nothing(
+    simulator: str, router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with simulating(simulator, router, types, "empty", root="turtlebot4") as call:
+        graph = call.node.ros.graph
+        await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
+        assert (await call("unload_world")).result.result == OK
+        await graph.wait_for(lambda graph: not graph.publishers("/scan"), 10.0)
+        assert "there is no 'turtlebot4'; robots of no world: none" in caplog.text
+        assert (await call("load_world", {"world_resource": {"uri": "empty"}})).result.result == OK
+        await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
 
 
 async def test_steps_are_made_and_called_off(simulator: str, router: str, types: TypeStore) -> None:
