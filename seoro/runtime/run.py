@@ -35,6 +35,7 @@ from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes, Placement
 from seoro.runtime.instances import Instance, Invoked
 from seoro.runtime.instantiate import entry_parameters
+from seoro.runtime.invocations import invocations
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import BoundModifier
 from seoro.runtime.needs import check_needs
@@ -340,9 +341,10 @@ def _check_implementations(plan: Plan, settings: Settings) -> None:
     actions, modifiers = settings.actions, settings.modifiers
     for name, action in plan.actions.items():
         if name not in actions:
+            invoked = (each.span for each in invocations(plan) if each.action == name)
             raise InvalidUse(
                 f"nothing carries out the action `{name}`",
-                action.span,
+                next(invoked, action.span),
                 f"the library `{action.library}` declares it without an implementation" if action.library else
                 "actions are carried out by Python functions of a library",
             )  # fmt: skip

@@ -185,9 +185,13 @@ async def test_leaving_the_block_stops_the_run(prepare_text: Prepare) -> None:
 
 
 async def test_a_declaration_without_a_function_is_refused(prepare_text: Prepare) -> None:
-    with pytest.raises(InvalidUse, match="nothing carries out the action `work`"):
-        async with prepare_text(DECLARATIONS + 'scenario main:\n    do work("a")\n'):
+    text = DECLARATIONS + 'scenario main:\n    do work("a")\n'
+    with pytest.raises(InvalidUse, match="nothing carries out the action `work`") as refused:
+        async with prepare_text(text):
             pass
+    span = refused.value.span
+    assert span is not None
+    assert span.text == 'work("a")', "where it is invoked"
 
 
 @action("work")
