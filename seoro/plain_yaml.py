@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import yaml
 
 
 class _WithoutReferences(yaml.SafeLoader):
-    """Refuses references, which could make a small text a huge value."""
+    """Refuses references, which could make a small text a huge value; `1e-05` is a number, as YAML 1.2 has it."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Compose a node.
@@ -19,6 +20,13 @@ class _WithoutReferences(yaml.SafeLoader):
         if self.check_event(yaml.AliasEvent):
             raise yaml.YAMLError("it has references")
         return super().compose_node(parent, index)
+
+
+_WithoutReferences.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)
 
 
 def load_yaml(text: str, *, references: bool) -> Any:

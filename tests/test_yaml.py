@@ -32,6 +32,13 @@ def test_references_are_for_files_only() -> None:
         read_yaml(SHARED)
 
 
+def test_numbers_with_exponents_are_numbers_in_values() -> None:
+    assert read_yaml("[1e-05, -2.5E3, .5e1, 1.e+2, 0x1e5, 1e, e5, '1e5']") == [
+        *(1e-05, -2500.0, 5.0, 100.0, 0x1E5),
+        *("1e", "e5", "1e5"),
+    ]
+
+
 def test_what_is_no_yaml_is_refused_by_its_line() -> None:
     with pytest.raises(FileError, match=r"^hall.yaml:2: no valid YAML: "):
         read_file("robots:\n  - [", "hall.yaml")

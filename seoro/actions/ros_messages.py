@@ -132,7 +132,7 @@ def read_message(text: str) -> Any:
     if len(text) > MAX_SIZE:
         raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
     try:
-        return json.loads(text)  # what YAML would read otherwise: 1e-05 is a text there
+        return json.loads(text)  # which is sooner read than YAML
     except (ValueError, RecursionError):
         pass
     from seoro.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed

@@ -27,6 +27,8 @@ from seoro.errors import InvalidUse
         ("true", NOT_SET, BOOL, "bool_value", True),
         ("7", NOT_SET, INTEGER, "integer_value", 7),
         ("7", DOUBLE, DOUBLE, "double_value", 7.0),
+        ("1e-05", DOUBLE, DOUBLE, "double_value", 1e-05),
+        ("1e5", STRING, STRING, "string_value", "1e5"),
         ("0.5", NOT_SET, DOUBLE, "double_value", 0.5),
         ("0.5", INTEGER, DOUBLE, "double_value", 0.5),
         ("hello", NOT_SET, STRING, "string_value", "hello"),
