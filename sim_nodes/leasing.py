@@ -129,6 +129,10 @@ class Leasing:
         for hold in self._leases.overdue():
             self._lapse(hold, silence(hold))
 
+    def lose_sight(self) -> None:
+        """The connection to all tokens was lost, on this side, and is there again."""
+        self._leases.lose_sight()
+
     def token_changed(self, token: str, *, is_alive: bool) -> None:
         """A holder has appeared, or its process has died."""
         holder = token.rpartition("/")[2]

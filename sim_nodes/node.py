@@ -1,7 +1,8 @@
 """The process: a simulator served over Zenoh, one request at a time, in the order of arrival.
 
-Requests arrive in a queue from Zenoh's threads; everything else happens on the main thread. A request that
-cannot be carried out, also because of a fault in here, is answered with a refusal, and the node lives on.
+Requests arrive in a queue from Zenoh's threads; a thread opens sessions, and everything else happens on the main
+one. A request that cannot be carried out, also because of a fault in here, is answered with a refusal, and the
+node lives on.
 """
 
 from __future__ import annotations
@@ -15,14 +16,25 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from types import FrameType
 from typing import assert_never
 
-from seoro.bridges.secured import SERVING_NODES, secured
-from seoro.bridges.session import Publisher, Request, Session, declare_publisher, declare_subscriber
+from anyio.from_thread import start_blocking_portal
+
+from seoro.bridges.door import node_door
+from seoro.bridges.session import (
+    AsyncSession,
+    Publisher,
+    Request,
+    Session,
+    SessionError,
+    declare_publisher,
+    declare_subscriber,
+)
 from seoro.bridges.wire import (
     HOLD_ROBOTS,
     EmergencyStop,
@@ -77,7 +89,33 @@ class Urgent:
     payload: bytes
 
 
-Arrived = Request | TokenChanged | Urgent
+@dataclass(frozen=True)
+class Opened:
+    """A session was opened, by which tokens have to be seen."""
+
+
+@dataclass(frozen=True)
+class Outlet:
+    """Where a stream goes to, until its session is closed; those who take it have to ask anew then."""
+
+    publisher: Publisher
+
+    def put(self, payload: bytes) -> None:
+        """Publish, without waiting for anybody."""
+        with suppress(SessionError):
+            self.publisher.put(payload)
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether somebody subscribes."""
+        return self.publisher.is_taken
+
+    def close(self) -> None:
+        """Publish nothing any more."""
+        self.publisher.close()
+
+
+Arrived = Request | TokenChanged | Urgent | Opened
 """What comes from Zenoh's threads to the main one."""
 
 
@@ -95,30 +133,47 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         RequestRefused: The world cannot be loaded.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    endpoint = settings.listen or settings.connect or ""
-    security = secured(endpoint, SERVING_NODES, listens=settings.listen is not None)
-    session = Session(listen=settings.listen, connect=settings.connect, security=security)
-    try:
-        simulator = make()
-        busy = Refusal(
-            code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later"
-        )
-        inbox = session.serve(node_command(settings.namespace, settings.node, "*"), encode(busy))
-        _listen(session, settings, simulator, inbox)
-        simulator.streams.connect(partial(_declare_stream, session, settings))
-        session.declare_token(node_token(settings.namespace, settings.node, secrets.token_hex(8)))
+    door = node_door(settings.listen, settings.connect)
+    simulator, inbox = make(), queue.SimpleQueue[Arrived]()
+    reached = partial(_reached, settings, simulator, inbox, secrets.token_hex(8))
+    with start_blocking_portal() as portal:
+        portal.start_task(door.attend, reached)
         ready(simulator)
         serving = Serving(simulator)
         while True:
             serving.turn(inbox)
+
+
+@asynccontextmanager
+async def _reached(
+    settings: NodeSettings,
+    simulator: Simulator,
+    inbox: queue.SimpleQueue[Arrived],
+    boot: str,
+    session: AsyncSession,
+) -> AsyncIterator[None]:
+    """Be the node at a session; `boot` tells this start of it from the next."""
+    opened = session.blocking
+    busy = Refusal(code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later")
+    inbox.put(Opened())
+    opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox)
+    blind = _listen(opened, settings, simulator, inbox)
+    simulator.streams.connect(partial(_declare_stream, opened, settings))
+    opened.declare_token(node_token(settings.namespace, settings.node, boot))
+    try:
+        yield
     finally:
-        session.close()
+        blind()  # that tokens go with the session says nothing of their holders
 
 
 def _listen(
     session: Session, settings: NodeSettings, simulator: Simulator, inbox: queue.SimpleQueue[Arrived]
-) -> None:
-    """Hear of holders that die, and of emergency stops, also in the middle of a long grant."""
+) -> Callable[[], None]:
+    """Hear of holders that die, and of emergency stops, also in the middle of a long grant.
+
+    Returns:
+        What ends hearing of holders.
+    """
 
     def changed(token: str, is_alive: bool) -> None:
         inbox.put(TokenChanged(token, is_alive))
@@ -127,12 +182,12 @@ def _listen(
         simulator.halt()
         inbox.put(Urgent(payload))
 
-    session.watch_tokens(holder_tokens(settings.namespace), changed)
     declare_subscriber(session, emergency_key(settings.namespace), stop)
+    return session.watch_tokens(holder_tokens(settings.namespace), changed)
 
 
-def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Publisher:
-    return declare_publisher(session, node_stream(settings.namespace, settings.node, name))
+def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Outlet:
+    return Outlet(declare_publisher(session, node_stream(settings.namespace, settings.node, name)))
 
 
 class Serving:
@@ -164,6 +219,8 @@ class Serving:
         match arrived:
             case TokenChanged():
                 self._leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
+            case Opened():
+                self._leasing.lose_sight()
             case Urgent():
                 self._stop(arrived.payload)
             case Request():

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from typing import IO
 
@@ -40,10 +41,17 @@ def routing() -> Iterator[str]:
 
 @contextmanager
 def process(
-    *command: str, says: str | None = "ready", stderr: IO[bytes] | None = None
+    *command: str,
+    says: str | None = "ready",
+    stderr: IO[bytes] | None = None,
+    environment: Mapping[str, str] | None = None,
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """A process of Python that is ready, which it says by its first line; any line will do when None."""
-    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, stderr=stderr) as running:
+    """A process of Python that is ready, which it says by its first line; any line will do when None.
+
+    `environment` is what it has beside that of this one.
+    """
+    own = None if environment is None else {**os.environ, **environment}
+    with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, stderr=stderr, env=own) as running:
         try:
             assert running.stdout is not None
             said = running.stdout.readline().decode().removesuffix("\n")

@@ -28,7 +28,7 @@ from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import Claim, held
-from seoro.bridges.secured import MOVING, check_reached, secured
+from seoro.bridges.secured import MOVING, check_reached, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
@@ -109,7 +109,7 @@ async def connect_simulator(
         RobotsTaken: Others have it.
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
-    security = secured(endpoint, MOVING)
+    security = security_of(endpoint, node_keys(endpoint, MOVING))
     holder = (claim or Claim()).of(purpose, gives_signs=False)
     try:
         async with open_session(connect=endpoint, security=security) as session:

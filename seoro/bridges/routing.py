@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Final
 
 import anyio
 
 from seoro.background import background
+from seoro.bridges.door import Door
 from seoro.bridges.revoked import Revoked
-from seoro.bridges.secured import ROUTING, keys_for, security_of
-from seoro.bridges.session import SessionError, is_secured, open_session
-
-PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
-
-log = logging.getLogger(__name__)
+from seoro.bridges.secured import ROUTING, keys_for
+from seoro.bridges.session import AsyncSession, is_secured
 
 
 async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> None:
@@ -32,25 +28,14 @@ async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> 
         SessionError: The endpoint does not work.
     """
     found = keys_for(endpoint, ROUTING, keys)
-    if found is None or not is_secured(endpoint):
-        async with open_session(listen=endpoint):
-            ready()
-            await anyio.sleep_forever()
-            return
-    revoked, is_open = Revoked(found), False
+    revoked = None if found is None or not is_secured(endpoint) else Revoked(found)
     async with background() as tasks:
-        tasks.start_soon(revoked.follow)
-        while True:
-            known = revoked.current().seats
-            try:
-                security = security_of(endpoint, found, listens=True, revoked=known)
-                async with open_session(listen=endpoint, security=security):
-                    if not is_open:
-                        ready()
-                    is_open = True
-                    await revoked.wait_for_change(known)
-            except SessionError as error:
-                if not is_open:
-                    raise
-                log.error("cannot listen: %s; trying again", error)
-                await anyio.sleep(PAUSE)
+        await tasks.start(Door(endpoint, keys=found, revoked=revoked).attend, _pass_on)
+        ready()
+        await anyio.sleep_forever()
+
+
+@asynccontextmanager
+async def _pass_on(_session: AsyncSession) -> AsyncIterator[None]:
+    """All that a router does is done by Zenoh."""
+    yield

@@ -57,10 +57,10 @@ def _check_local(endpoint: str) -> None:
         )
 
 
-def secured(endpoint: str, roles: frozenset[Role], *, listens: bool = False) -> Security | None:
-    """What a session of a node, or of one who asks nodes, needs of keys; who is revoked is known as it opens.
+def node_keys(endpoint: str, roles: frozenset[Role]) -> Keys | None:
+    """The keys of a node, or of one who asks nodes, at an endpoint.
 
-    At endpoints of this machine, that is nothing, whatever keys there are: nodes take no seals.
+    At endpoints of this machine there are none, whatever keys there are: nodes take no seals there.
 
     Raises:
         InvalidUse: There are none, or they are of no use there.
@@ -68,13 +68,7 @@ def secured(endpoint: str, roles: frozenset[Role], *, listens: bool = False) -> 
     if not is_secured(endpoint):
         _check_local(endpoint)
         return None
-    keys = read_keys(chosen_folder() or default_folder(), roles)
-    if not listens:
-        return security_of(endpoint, keys)
-    from seoro.keys.revocation import read_list  # noqa: PLC0415 - only where there are keys
-
-    revoked = read_list(keys.folder.revoked, keys.authority).seats
-    return security_of(endpoint, keys, listens=True, revoked=revoked)
+    return keys_for(endpoint, roles)
 
 
 def check_reached(endpoint: str, security: Security | None) -> None:

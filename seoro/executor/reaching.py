@@ -1,42 +1,27 @@
-"""Being reached: a session at which requests are taken, opened anew when somebody's keys are revoked.
-
-Zenoh has the list of those whom it lets pass when a session opens, and keeps it. So a hub is closed and opened for
-each new list: sessions of others come back by themselves, but those that are on it get nothing any more. What
-clients had asked for meanwhile they ask for again.
-"""
+"""Being reached: requests are taken, and emergency stops that are published."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import AsyncIterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import asynccontextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-import anyio
-from anyio.abc import TaskGroup, TaskStatus
+from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.door import Door
 from seoro.bridges.executor.messages import UNAVAILABLE
-from seoro.bridges.secured import security_of
 from seoro.bridges.serving.answering import answer
 from seoro.bridges.serving.emergency import emergencies
-from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request, SessionError, open_session
+from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire.keys import executor_command
 from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
 from seoro.executor.naming import announced, await_name
 
-if TYPE_CHECKING:
-    from seoro.bridges.revoked import Revoked
-    from seoro.keys.certificates import Seat
-    from seoro.keys.folder import Keys
-
 WAITING: Final = Bound(1024, lose="newest")  # requests
-PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
-
-log = logging.getLogger(__name__)
 
 
 class Reached:
@@ -44,25 +29,13 @@ class Reached:
 
     Args:
         name: Of the executor.
-        listen: Endpoint at which it listens.
-        connect: Endpoint of a hub to connect to, instead.
-        keys: Its keys.
-        revoked: Who is revoked, if there are keys.
+        door: Where.
     """
 
-    def __init__(
-        self,
-        name: str,
-        listen: str | None,
-        connect: str | None,
-        keys: Keys | None,
-        revoked: Revoked | None,
-    ) -> None:
+    def __init__(self, name: str, door: Door) -> None:
         self._name = name
-        self._listen = listen
-        self._connect = connect
-        self._keys = keys
-        self._revoked = revoked
+        self._door = door
+        self._had_name = False
 
     @asynccontextmanager
     async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
@@ -78,49 +51,17 @@ class Reached:
             SessionError: The endpoint does not work.
         """
         async with background() as duties:
-            await duties.start(self._work, gate, emergency, tasks)
-            if self._revoked is not None:
-                duties.start_soon(self._revoked.follow)
+            await duties.start(self._door.attend, partial(self._served, gate, emergency, tasks))
             yield
-
-    async def _work(
-        self, gate: Gate, emergency: Emergency, tasks: TaskGroup, *, task_status: TaskStatus[None]
-    ) -> None:
-        is_open = False
-        while True:
-            known: frozenset[Seat] = frozenset() if self._revoked is None else self._revoked.current().seats
-            try:
-                async with self._session(known) as session:
-                    if not is_open:
-                        await await_name(session, self._name)
-                    async with self._served(session, gate, emergency, tasks):
-                        if not is_open:
-                            task_status.started()
-                        is_open = True
-                        await self._until_closed(known)
-            except SessionError as error:
-                if not is_open:
-                    raise
-                log.error("cannot be reached: %s; trying again", error)
-                await anyio.sleep(PAUSE)
-
-    def _session(self, known: frozenset[Seat]) -> AbstractAsyncContextManager[AsyncSession]:
-        endpoint = self._listen or self._connect or ""
-        security = security_of(endpoint, self._keys, listens=self._listen is not None, revoked=known)
-        return open_session(listen=self._listen, connect=self._connect, security=security)
-
-    async def _until_closed(self, known: frozenset[Seat]) -> None:
-        """Wait until the session has to be opened anew; one that is no hub lets nobody pass by itself."""
-        if self._revoked is None or self._listen is None:
-            await anyio.sleep_forever()
-        else:
-            await self._revoked.wait_for_change(known)
 
     @asynccontextmanager
     async def _served(
-        self, session: AsyncSession, gate: Gate, emergency: Emergency, tasks: TaskGroup
+        self, gate: Gate, emergency: Emergency, tasks: TaskGroup, session: AsyncSession
     ) -> AsyncIterator[None]:
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
+        if not self._had_name:
+            await await_name(session, self._name)
+            self._had_name = True
         async with (
             emergencies(session, wire.NAMESPACE) as heard,
             session.answering(executor_command(wire.NAMESPACE, self._name, "*"), WAITING, busy) as requests,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from seoro.background import background
+from seoro.bridges.door import Door
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.errors import InvalidUse
@@ -120,7 +121,8 @@ def _opened(
         revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
         stack.callback(audit.close)
         lock = Lock(keys, revoked, audit)
-    return Gate(server, policy, lock), Reached(options.name, options.listen, options.connect, keys, revoked)
+    door = Door(options.listen, options.connect, keys, revoked)
+    return Gate(server, policy, lock), Reached(options.name, door)
 
 
 async def _forget(server: Server, keep: float) -> None:

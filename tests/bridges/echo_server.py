@@ -4,14 +4,16 @@ It echoes payloads, but refuses `refuse`, keeps `hold` without an answer, and en
 """
 
 import os
+import queue
 import sys
 
-from seoro.bridges.session import Session
+from seoro.bridges.session import Request, Session
 
 
 def main() -> None:
     session = Session(connect=sys.argv[1])
-    inbox = session.serve("seoro/1/default/node/echo/cmd/*", b"busy")
+    inbox: queue.SimpleQueue[Request] = queue.SimpleQueue()
+    session.serve("seoro/1/default/node/echo/cmd/*", b"busy", inbox)
     session.declare_token("seoro/1/default/alive/node/echo/b1")
     held = []
     while True:

@@ -9,7 +9,7 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import ExecutorLost
-from seoro.bridges.secured import MOVING, SERVING_NODES, secured, security_of
+from seoro.bridges.secured import MOVING, SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import NoServer, Request, Session, open_session
 from seoro.bridges.wire import encode
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command, node_stream, node_token
@@ -155,8 +155,8 @@ async def test_whose_keys_are_revoked_gets_nothing_from_a_router(lab: KeyedLab, 
 def test_nobody_else_is_a_router_or_a_node(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SEORO_KEYS", str(lab.keys("vera")))
     with pytest.raises(InvalidUse, match=r"vera \(viewer\), and cannot be used as"):
-        secured("tls/127.0.0.1:1", MOVING)
-    assert secured("unixsock-stream/hub", SERVING_NODES) is None  # nodes of a run are started with its keys
+        node_keys("tls/127.0.0.1:1", MOVING)
+    assert node_keys("unixsock-stream/hub", SERVING_NODES) is None  # nodes of a run are started with its keys
 
 
 async def test_a_backend_is_not_asked_without_keys(lab: KeyedLab, tmp_path: Path) -> None:

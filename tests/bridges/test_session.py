@@ -1,6 +1,7 @@
 """Zenoh sessions: real ones, between processes, over socket files."""
 
 import asyncio
+import queue
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from seoro.bridges.session import (
     NoAnswer,
     NoServer,
     Refused,
+    Request,
     Session,
     SessionError,
     open_session,
@@ -72,10 +74,11 @@ print(len(asyncio.run(ask())))
 
 def test_a_large_answer_arrives_although_its_reader_is_slow(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
-    session = Session(listen=endpoint)
+    session, inbox = Session(listen=endpoint), queue.SimpleQueue[Request]()
     client = subprocess.Popen([sys.executable, "-c", CLIENT, endpoint], stdout=subprocess.PIPE)
     try:
-        request = session.serve("a/key", b"busy").get(timeout=10)
+        session.serve("a/key", b"busy", inbox)
+        request = inbox.get(timeout=10)
         client.send_signal(signal.SIGSTOP)
         going_on = threading.Timer(0.3, client.send_signal, [signal.SIGCONT])
         going_on.start()

@@ -229,6 +229,15 @@ class Leases:
         hold = self._holds.get(holder)
         return hold if hold is not None and hold.is_alive else None
 
+    def lose_sight(self) -> None:
+        """No token is seen any more, which says nothing of those who have them: they have to be seen again."""
+        now = self._clock()
+        self._present.clear()
+        for hold in self._holds.values():
+            hold.is_seen = False
+            if not hold.holder.gives_signs:
+                hold.last = now
+
     # ------------------------------------------------------------ leases by hand
 
     def lease(self, asked: LeaseRobots) -> None:

@@ -13,7 +13,7 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.secured import MOVING, check_reached, secured
+from seoro.bridges.secured import MOVING, check_reached, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
@@ -85,7 +85,7 @@ async def connect_robots(
         NoSuchRobot: There is none of a name.
         InvalidUse: There is no bridge, or they cannot be had.
     """
-    security = secured(endpoint, MOVING)
+    security = security_of(endpoint, node_keys(endpoint, MOVING))
     holder = (claim or Claim()).of(purpose, robots)
     try:
         async with (

@@ -39,6 +39,11 @@ class Watchdog:
         """Somebody has taken robots, or is back."""
         self._changes.tell()
 
+    def lose_sight(self) -> None:
+        """The connection to all tokens is gone, on this side, and comes back."""
+        self._leases.lose_sight()
+        self._changes.tell()
+
     async def watch_deadlines(self) -> None:
         """Stop robots when a sign of life is overdue; runs as long as the node."""
         leases = self._leases

@@ -6,7 +6,6 @@ import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -17,6 +16,7 @@ from anyio.abc import TaskGroup
 from seoro import __version__
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.door import Door
 from seoro.bridges.leasing.latch import Latch
 from seoro.bridges.leasing.leases import Hold, Leases, called
 from seoro.bridges.leasing.share import own_id, share_of
@@ -37,47 +37,49 @@ READING = "get_"  # begins what changes nothing
 CALLED = "bridge"
 
 
-@dataclass(frozen=True)
-class NodeAt:
-    """Where a node is: a session, its namespace and its name; and the file in which it keeps an emergency stop."""
-
-    session: AsyncSession
-    namespace: str
-    name: str
-    state: Path | None = None
-
-
 @asynccontextmanager
 async def serving(
-    at: NodeAt, make: Callable[[Work, HappeningLog], Sequence[ServedRobot]]
+    door: Door, name: str, make: Callable[[Work, HappeningLog], Sequence[ServedRobot]], state: Path | None = None
 ) -> AsyncIterator[RobotServer]:
     """Serve robots for as long as the block lasts; in its end they stand still.
 
     Args:
-        at: Where.
+        door: Where.
+        name: Of the node.
         make: Makes the robots, which tell of goals and watches there.
+        state: File in which an emergency stop outlasts the node; None for nowhere.
     """
-    busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
-    session, happenings = at.session, HappeningLog()
-    async with background() as tasks:
+    happenings, boot = HappeningLog(), secrets.token_hex(8)
+    async with background() as reached, background() as tasks:
         work = Work(tasks, happenings)
-        server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(at.state))
+        server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state))
+        reached.start_soon(server.watchdog.watch_deadlines)
+        await reached.start(door.attend, partial(_served, server, name, boot, tasks))
         try:
-            async with (
-                session.tokens(wire.holder_tokens(at.namespace)) as tokens,
-                emergencies(session, at.namespace) as urgent,
-                session.answering(wire.node_command(at.namespace, at.name, "*"), WAITING, busy) as requests,
-                session.token(wire.node_token(at.namespace, at.name, secrets.token_hex(8))),
-                background() as duties,
-            ):
-                duties.start_soon(server.watchdog.watch_deadlines)
-                duties.start_soon(server.watchdog.watch_tokens, tokens, at.namespace)
-                duties.start_soon(_answer, server, requests, tasks)
-                duties.start_soon(_obey, server, urgent)
-                yield server
+            yield server
         finally:
             with anyio.move_on_after(STOP_DEADLINE, shield=True):
-                await server.stop("the bridge ends")
+                await server.end("the bridge ends")
+
+
+@asynccontextmanager
+async def _served(
+    server: RobotServer, name: str, boot: str, tasks: TaskGroup, session: AsyncSession
+) -> AsyncIterator[None]:
+    """Be the node at a session; `boot` tells this start of it from the next."""
+    busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
+    server.watchdog.lose_sight()
+    async with (
+        session.tokens(wire.holder_tokens(wire.NAMESPACE)) as tokens,
+        emergencies(session, wire.NAMESPACE) as urgent,
+        session.answering(wire.node_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
+        session.token(wire.node_token(wire.NAMESPACE, name, boot)),
+        background() as duties,
+    ):
+        duties.start_soon(server.watchdog.watch_tokens, tokens, wire.NAMESPACE)
+        duties.start_soon(_answer, server, requests, tasks)
+        duties.start_soon(_obey, server, urgent)
+        yield
 
 
 async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGroup) -> None:
@@ -115,6 +117,7 @@ class RobotServer:
         self._latch = latch
         self._tasks = tasks
         self._leases = Leases(lambda: self._robots)
+        self._ended = ""  # why nothing is done any more
         self._carried: dict[anyio.CancelScope, str] = {}  # what is being carried out, and for which robot
         self.watchdog = Watchdog(self._leases, self._stop_held, tasks)
         own: Handlers = {
@@ -141,8 +144,9 @@ class RobotServer:
     def _verbs(self) -> frozenset[str]:
         return frozenset(self._own).union(*self._theirs.values())
 
-    async def stop(self, reason: str) -> None:
-        """Stop all robots; their goals end as aborted for a reason."""
+    async def end(self, reason: str) -> None:
+        """Stop all robots, whose goals end as aborted for a reason, and refuse what is asked for then."""
+        self._ended = reason
         await self._stop_robots(tuple(self._robots), reason)
 
     async def _stop_held(self, hold: Hold, reason: str) -> None:
@@ -166,6 +170,8 @@ class RobotServer:
         await answer(request, partial(self._carry_out, wire.sender_of(request.attachment)), CALLED)
 
     async def _carry_out(self, sender: str, name: str, payload: bytes) -> wire.Message:
+        if self._ended:
+            raise RequestRefused(Result.OPERATION_FAILED, self._ended)
         if name in self._own:
             verb, carry = self._own[name]
             return await carry(decoded(verb, payload))

@@ -92,6 +92,11 @@ class Request:
         """Answer in part, before the answer itself; only to those who ask for parts."""
         self._query.reply(self.key, payload, attachment=PART)
 
+    def drop(self) -> None:
+        """Answer nothing: nobody serves the key any more, as whoever asks is told."""
+        with self._query:
+            pass
+
     def refuse(self, payload: bytes) -> None:
         """Answer with an error."""
         with self._query:
@@ -149,17 +154,15 @@ class Session:
         """Zenoh's own session, for the modules of this package."""
         return self._zenoh
 
-    def serve(self, key: str, busy: bytes) -> queue.SimpleQueue[Any]:
-        """Serve a key expression: requests arrive in the queue in the order they were sent.
+    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any]) -> None:
+        """Serve a key expression until the session closes.
 
         Args:
             key: A key expression, wildcards included.
             busy: The error answer to requests that find the queue full.
-
-        Returns:
-            The queue of each `Request`, into which the caller may put other things as well.
+            inbox: The queue of each `Request`, in the order in which they were sent. Others may put other things
+                into it. (It costs a round trip 0.1 ms less than a `Queue`.)
         """
-        inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()  # it costs a round trip 0.1 ms less than a `Queue`
 
         def take(request: Request) -> None:
             if inbox.qsize() < INBOX_SIZE:
@@ -168,7 +171,6 @@ class Session:
                 request.refuse(busy)
 
         self._queryables.append(self._declare_queryable(key, take))
-        return inbox
 
     def answer(self, key: str, take: Callable[[Request], None]) -> Callable[[], None]:
         """Serve a key: `take` gets requests on a thread of Zenoh's and must not wait. Returns what ends it."""
@@ -382,13 +384,13 @@ class AsyncSession:
             if not requests.put(request, len(request.payload)):
                 request.refuse(busy)
 
-        async with declared(partial(self._session.answer, key, take), _undeclare):
-            try:
+        try:
+            async with declared(partial(self._session.answer, key, take), _undeclare):
                 yield requests
-            finally:
-                requests.close()
-                while (request := requests.take_now()) is not None:
-                    request.refuse(busy)
+        finally:  # what comes until it is undeclared finds no answer either
+            requests.close()
+            while (request := requests.take_now()) is not None:
+                request.drop()
 
 
 @asynccontextmanager

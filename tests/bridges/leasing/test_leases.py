@@ -229,3 +229,18 @@ def test_who_holds_nothing_loses_nothing(leases: Leases) -> None:
     leases.see("one")
     assert leases.lose("one") is None
     assert leases.lose("two") is None
+
+
+def test_who_cannot_be_seen_has_to_be_seen_again(leases: Leases, clock: Clock) -> None:
+    """As when a node opens its connections anew."""
+    for name, robot, signs in (("quiet", "a", False), ("loud", "b", True)):
+        leases.see(name)
+        leases.take(want(name, robot).model_copy(update={"gives_signs": signs}), 0.0)
+    clock.now += HOLD_DEADLINE / 2.0
+    leases.lose_sight()
+    assert leases.within() == pytest.approx(HOLD_DEADLINE / 2.0)  # which is no longer than before
+    leases.renew("loud")
+    clock.now += UNSEEN
+    assert [late.holder.holder for late in leases.overdue()] == ["quiet", "loud"]
+    leases.see("quiet")
+    assert [late.holder.holder for late in leases.overdue()] == ["loud"]

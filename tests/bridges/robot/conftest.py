@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from seoro.keys.folder import VARIABLE
 from tests.routers import process
 
 LINE_ROBOT = Path(__file__).with_name("line_robot.py")
@@ -46,10 +47,11 @@ class Rails:
 
 
 @contextmanager
-def rails_at(folder: Path, how: str, endpoint: str, *names: str) -> Iterator[Rails]:
-    """A bridge in a process of its own."""
+def rails_at(folder: Path, how: str, endpoint: str, *names: str, keys: Path | None = None) -> Iterator[Rails]:
+    """A bridge in a process of its own, with a folder of keys if it needs some."""
     log = folder / "velocities"
-    with process(str(LINE_ROBOT), str(log), how, endpoint, *names) as running:
+    own = None if keys is None else {VARIABLE: str(keys)}
+    with process(str(LINE_ROBOT), str(log), how, endpoint, *names, environment=own) as running:
         yield Rails(endpoint, running, log)
 
 

@@ -15,11 +15,11 @@ from pathlib import Path
 import anyio
 
 from seoro.bridges import wire
+from seoro.bridges.door import node_door
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.node import NodeAt, serving
+from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.robot import Handlers, Health
 from seoro.bridges.serving.work import Aborted, Work
-from seoro.bridges.session import open_session
 from seoro.bridges.wire.refusal import RequestRefused
 
 SPEED = 0.5  # [m/s]
@@ -129,9 +129,8 @@ async def main(log: str, how: str, endpoint: str, *names: str) -> None:
     def make(work: Work, happenings: HappeningLog) -> Sequence[LineRobot]:
         return [LineRobot(name, Path(log), work, happenings) for name in names or ("line",)]
 
-    listens = how == "--listen"
-    opened = open_session(listen=endpoint) if listens else open_session(connect=endpoint)
-    async with opened as session, serving(NodeAt(session, "default", "rails", Path(f"{log}.stop")), make):
+    door = node_door(endpoint if how == "--listen" else None, endpoint if how == "--connect" else None)
+    async with serving(door, "rails", make, Path(f"{log}.stop")):
         sys.stdout.write("ready\n")
         sys.stdout.flush()
         await anyio.sleep_forever()

@@ -19,7 +19,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.secured import MOVING, secured
+from seoro.bridges.secured import MOVING, node_keys, security_of
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
@@ -68,9 +68,11 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
         InvalidUse: There is no simulator node or no router, or no robot of the name that was given.
         BackendLost: The simulator node is gone.
     """
+    keys = node_keys(settings.simulator, MOVING)
+    security = security_of(settings.simulator, keys)
     try:
         async with (
-            open_session(connect=settings.simulator, security=secured(settings.simulator, MOVING)) as near,
+            open_session(connect=settings.simulator, security=security) as near,
             open_session(connect=settings.router, listen=settings.listen) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):

@@ -11,6 +11,7 @@ from pathlib import Path
 from anyio.abc import TaskGroup
 
 from seoro.background import background
+from seoro.bridges.door import node_door
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, connect
@@ -20,12 +21,9 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.secured import SERVING_NODES, secured
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.node import NodeAt, serving
+from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.work import Work
-from seoro.bridges.session import open_session
-from seoro.bridges.wire.keys import NAMESPACE
 
 log = logging.getLogger(__name__)
 
@@ -78,11 +76,9 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     types = TypeStore.bundled()
     for folder in options.interfaces:
         types = types.add_folder(folder)
-    endpoint = options.listen or options.connect or ""
-    security = secured(endpoint, SERVING_NODES, listens=options.listen is not None)
+    door = node_door(options.listen, options.connect)
     async with (
         connect(options.ros, types=types, domain=options.domain) as system,
-        open_session(listen=options.listen, connect=options.connect, security=security) as session,
         guarded(_guard_of(options, system)),
         AsyncExitStack() as stack,
         background() as tasks,
@@ -102,7 +98,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
                 robot.forget()
 
         async with (
-            serving(NodeAt(session, NAMESPACE, options.node, options.state), make),
+            serving(door, options.node, make, options.state),
             system.node(NODE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):

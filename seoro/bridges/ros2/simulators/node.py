@@ -16,8 +16,7 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.participant import RosSystem
 from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, SimulationInterfaces
 from seoro.bridges.ros2.simulators.world import RosWorld, open_world, relative
-from seoro.bridges.serving.node import NodeAt
-from seoro.bridges.session import Bound, Mailbox, Request
+from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire import Empty, Result, SimulationState
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, listed
 from seoro.errors import InvalidUse
@@ -185,11 +184,14 @@ class RosSimulator:
 
 
 @asynccontextmanager
-async def serving_simulator(at: NodeAt, system: RosSystem, namespace: str = "/") -> AsyncIterator[RosSimulator]:
+async def serving_simulator(
+    session: AsyncSession, name: str, system: RosSystem, namespace: str = "/"
+) -> AsyncIterator[RosSimulator]:
     """Be a simulator node for as long as the block lasts, by a simulator of a ROS 2 system.
 
     Args:
-        at: Where the node is.
+        session: Where the node is.
+        name: Of the node.
         system: The ROS 2 system.
         namespace: Of the simulator's services.
 
@@ -206,9 +208,9 @@ async def serving_simulator(at: NodeAt, system: RosSystem, namespace: str = "/")
             served = RosSimulator(await open_world(simulator), features)
         except RequestRefused as refused:
             raise InvalidUse(f"the simulator cannot be used: {refused.message}") from refused
-        key, token = wire.node_command(at.namespace, at.name, "*"), secrets.token_hex(8)
-        requests = await stack.enter_async_context(at.session.answering(key, WAITING, busy))
-        await stack.enter_async_context(at.session.token(wire.node_token(at.namespace, at.name, token)))
+        key, token = wire.node_command(wire.NAMESPACE, name, "*"), secrets.token_hex(8)
+        requests = await stack.enter_async_context(session.answering(key, WAITING, busy))
+        await stack.enter_async_context(session.token(wire.node_token(wire.NAMESPACE, name, token)))
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(_answer, served, requests)
         yield served

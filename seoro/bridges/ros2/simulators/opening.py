@@ -10,10 +10,8 @@ from pathlib import Path
 from seoro.bridges.launch import SimulatorOptions, connect_simulator, folder_for_sockets
 from seoro.bridges.ros2.backend import RosOptions, reach
 from seoro.bridges.ros2.simulators.node import serving_simulator
-from seoro.bridges.serving.node import NodeAt
 from seoro.bridges.session import SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
-from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import InvalidUse
 
 NODE = "ros"
@@ -37,7 +35,7 @@ async def open_simulator(system: RosOptions, options: SimulatorOptions) -> Async
             async with (
                 reach(system) as reached,
                 open_session(listen=endpoint) as hub,
-                serving_simulator(NodeAt(hub, NAMESPACE, NODE), reached),
+                serving_simulator(hub, NODE, reached),
                 connect_simulator(endpoint, options) as node,
             ):
                 yield node

@@ -18,7 +18,6 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.simulators.node import serving_simulator
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.serving.node import NodeAt
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire.keys import NAMESPACE
@@ -55,7 +54,7 @@ async def bridged(simulator: str, router: str, types: TypeStore, folder: Path) -
         exposed(simulator, router, types) as node,
         connect(router, types=types, dialect=RmwZenoh()) as system,
         open_session(listen=endpoint) as hub,
-        serving_simulator(NodeAt(hub, NAMESPACE, "ros"), system),
+        serving_simulator(hub, "ros", system),
     ):
         yield Bridged(endpoint, node)
 
@@ -118,6 +117,6 @@ async def test_a_system_without_a_simulator_is_said(
     monkeypatch.setattr("seoro.bridges.ros2.simulators.node.FOUND_WITHIN", 0.1)
     async with connect(router, types=types, dialect=RmwZenoh()) as system:
         with pytest.raises(InvalidUse, match="no simulator with the services") as refused:
-            async with serving_simulator(NodeAt(system.session, NAMESPACE, "ros"), system):
+            async with serving_simulator(system.session, "ros", system):
                 pass
         assert "step_simulation" in refused.value.help

@@ -1,0 +1,96 @@
+"""Where something is reached: a session, opened anew when somebody's keys are revoked.
+
+Zenoh has the list of those whom it lets pass when a session opens, and keeps it. So a hub is closed and opened for
+each new list: sessions of others come back by themselves, but those that are on it get nothing any more. What was
+asked for meanwhile has to be asked for again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import anyio
+from anyio.abc import TaskStatus
+
+from seoro.background import background
+from seoro.bridges.revoked import Revoked
+from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+
+if TYPE_CHECKING:
+    from seoro.keys.certificates import Seat
+    from seoro.keys.folder import Keys
+
+PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
+
+log = logging.getLogger(__name__)
+
+Served = Callable[[AsyncSession], AbstractAsyncContextManager[object]]
+"""Serves at a session for as long as a block lasts."""
+
+
+@dataclass(frozen=True)
+class Door:
+    """Where something is reached; exactly one of `listen` and `connect` is given.
+
+    Args:
+        listen: Endpoint at which it listens, as the hub of others.
+        connect: Endpoint of a hub to connect to, instead.
+        keys: Its keys, if it has any.
+        revoked: Who is revoked, if it has keys.
+    """
+
+    listen: str | None = None
+    connect: str | None = None
+    keys: Keys | None = None
+    revoked: Revoked | None = None
+
+    async def attend(self, serve: Served, *, task_status: TaskStatus[None]) -> None:
+        """Serve, at one session after another; does not end. It has started when the first one is served.
+
+        Raises:
+            SessionError: The endpoint does not work. If it did before, it is tried again and again instead.
+        """
+        async with background() as duties:
+            if self.revoked is not None:
+                duties.start_soon(self.revoked.follow)
+            is_open = False
+            while True:
+                known: frozenset[Seat] = frozenset() if self.revoked is None else self.revoked.current().seats
+                try:
+                    async with self._session(known) as session, serve(session):
+                        if not is_open:
+                            task_status.started()
+                        is_open = True
+                        await self._until_closed(known)
+                except SessionError as error:
+                    if not is_open:
+                        raise
+                    log.error("cannot be reached: %s; trying again", error)
+                    await anyio.sleep(PAUSE)
+
+    def _session(self, known: frozenset[Seat]) -> AbstractAsyncContextManager[AsyncSession]:
+        endpoint = self.listen or self.connect or ""
+        security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
+        return open_session(listen=self.listen, connect=self.connect, security=security)
+
+    async def _until_closed(self, known: frozenset[Seat]) -> None:
+        """Wait until the session has to be opened anew; one that is no hub lets nobody pass by itself."""
+        if self.revoked is None or self.listen is None or not is_secured(self.listen):
+            await anyio.sleep_forever()
+        else:
+            await self.revoked.wait_for_change(known)
+
+
+def node_door(listen: str | None, connect: str | None) -> Door:
+    """Where a node is reached, with its keys where it needs some.
+
+    Raises:
+        InvalidUse: They are missing, or of no use there.
+    """
+    keys = node_keys(listen or connect or "", SERVING_NODES)
+    return Door(listen, connect, keys, None if keys is None else Revoked(keys))
