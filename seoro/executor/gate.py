@@ -5,9 +5,9 @@ Without keys everybody who reaches the executor may ask for everything; that is 
 
 from __future__ import annotations
 
-import hashlib
 import logging
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.sight import LOOK
@@ -15,6 +15,7 @@ from seoro.bridges.serving.answering import decoded
 from seoro.bridges.session import Request
 from seoro.bridges.wire import Message, Result, encode
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.executor.ledger import Asked, Ledger
 from seoro.executor.limits import Policy
 from seoro.executor.rates import Rates
 from seoro.executor.serving import Server
@@ -24,10 +25,8 @@ if TYPE_CHECKING:
     from seoro.executor.lock import Lock
     from seoro.keys.certificates import Identity
 
-REFUSALS: Final = (1.0, 20.0)  # a second and at once, that are written down for each caller
 _UNSAID: Final = READING | {"missing_blobs", "put_blob"}  # of which only refusals are written down
-_SUBMITTING: Final = frozenset({wire.SUBMIT.name, wire.DRY_RUN.name})
-_VERBS: Final = {verb.name: verb for verb in wire.EXECUTOR_VERBS}
+_SUBMITTING: Final = {verb.name: verb for verb in (wire.SUBMIT, wire.DRY_RUN)}
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +45,6 @@ class Gate:
         self._policy = policy
         self._lock = lock
         self._rates = Rates()
-        self._refusals = Rates()
 
     async def carry_out(self, request: Request, verb: str, payload: bytes) -> Message:
         """Carry out a verb.
@@ -58,17 +56,41 @@ class Gate:
             return await self._server.carry_out(verb, _stamped(verb, payload, None), request.reply_part)
         if verb == wire.CHALLENGE.name:
             return self._lock.prove(decoded(wire.CHALLENGE, payload))
-        who: Identity | None = None
+        return await self._carry_out_noted(request, Asked(None, verb, payload), self._lock)
+
+    async def _carry_out_noted(self, request: Request, asked: Asked, lock: Lock) -> Message:
+        """Carry out a verb for somebody with keys; what is asked and what comes of it stand in the log."""
+        ledger, verb = lock.ledger, asked.verb
         try:
-            who = self._lock.admit(request)
+            who = lock.admit(request)
+            asked = replace(asked, who=who)
             self._check(who, verb)
-            self._note_taken(who, verb, payload)
-            if verb == wire.REVOKE.name:
-                return self._lock.revoke(decoded(wire.REVOKE, payload))
-            return await self._server.carry_out(verb, _stamped(verb, payload, who), request.reply_part)
+            number = None if verb in _UNSAID else _take(ledger, asked)
         except RequestRefused as refused:
-            self._note_refused(who, verb, payload, refused)
+            if refused.code not in (wire.UNAVAILABLE, wire.STALE):
+                ledger.refuse(asked, refused.message)
             raise
+        try:
+            answer = await self._carry_out_for(who, request, asked, lock)
+        except RequestRefused as refused:
+            if verb not in _UNSAID:
+                ledger.conclude(asked, number, "refused", refused.message)
+            elif refused.code not in (wire.UNAVAILABLE, wire.STALE):
+                ledger.refuse(asked, refused.message)
+            raise
+        except BaseException as error:  # a fault, or the executor ends
+            if verb not in _UNSAID:
+                ledger.conclude(asked, number, "broken off", f"{type(error).__name__}: {error}")
+            raise
+        if verb not in _UNSAID:
+            ledger.conclude(asked, number, "done")
+        return answer
+
+    async def _carry_out_for(self, who: Identity, request: Request, asked: Asked, lock: Lock) -> Message:
+        if asked.verb == wire.REVOKE.name:
+            return lock.revoke(decoded(wire.REVOKE, asked.payload))
+        said = _stamped(asked.verb, asked.payload, who)
+        return await self._server.carry_out(asked.verb, said, request.reply_part)
 
     def _check(self, who: Identity, verb: str) -> None:
         if verb not in executor_verbs(who.role):
@@ -79,44 +101,23 @@ class Gate:
         if not self._rates.take(who.name, rate, burst) and verb not in STOPPING:
             raise RequestRefused(wire.UNAVAILABLE, f"{who} asks for more than {rate:g} things a second")
 
-    def _note_taken(self, who: Identity, verb: str, payload: bytes) -> None:
-        """Write down what is about to be done; what cannot be written down is not done, but for stopping."""
-        if verb in _UNSAID:
-            return
-        try:
-            self._note(who, verb, payload, "taken")
-        except OSError as error:
-            if verb not in STOPPING:
-                raise RequestRefused(
-                    Result.OPERATION_FAILED,
-                    f"the executor cannot write into its audit log: {error.strerror or error}",
-                ) from error
-            log.exception("cannot write into the audit log")
 
-    def _note_refused(self, who: Identity | None, verb: str, payload: bytes, refused: RequestRefused) -> None:
-        if refused.code in (wire.UNAVAILABLE, wire.STALE):
-            return
-        if not self._refusals.take("" if who is None else who.name, *REFUSALS):
-            return
-        try:
-            self._note(who, verb, payload, "refused", refused.message)
-        except OSError:
-            log.exception("cannot write into the audit log")
+def _take(ledger: Ledger, asked: Asked) -> int | None:
+    """Write down what is about to be done; what cannot be written down is not done, but for stopping.
 
-    def _note(self, who: Identity | None, verb: str, payload: bytes, outcome: str, reason: str = "") -> None:
-        assert self._lock is not None
-        entry: dict[str, Any] = {
-            "what": verb,
-            "by": None if who is None else who.name,
-            "role": None if who is None else who.role.value,
-            "outcome": outcome,
-            "request": hashlib.sha256(payload).hexdigest(),
-        }
-        if reason:
-            entry["reason"] = reason
-        if run := _run_of(verb, payload):
-            entry["run"] = run
-        self._lock.audit.write(**entry)
+    Returns:
+        The number of the line; None if there is none.
+    """
+    try:
+        return ledger.take(asked)
+    except OSError as error:
+        if asked.verb not in STOPPING:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"the executor cannot write into its audit log: {error.strerror or error}",
+            ) from error
+        log.exception("cannot write into the audit log")
+        return None
 
 
 def _stamped(verb: str, payload: bytes, who: Identity | None) -> bytes:
@@ -126,17 +127,6 @@ def _stamped(verb: str, payload: bytes, who: Identity | None) -> bytes:
         return encode(decoded(LOOK, payload).model_copy(update={"role": role}))
     if verb not in _SUBMITTING:
         return payload
-    submission = decoded(_VERBS[verb], payload)
+    submission = decoded(_SUBMITTING[verb], payload)
     by = {"role": role} if who is None else {"by": who.name, "role": role}
     return encode(submission.model_copy(update=by))
-
-
-def _run_of(verb: str, payload: bytes) -> str:
-    """The run that a request is about, if it is about one."""
-    known = _VERBS.get(verb)
-    if known is None or "run" not in known.request.model_fields:
-        return ""
-    try:
-        return str(decoded(known, payload).run)
-    except RequestRefused:
-        return ""

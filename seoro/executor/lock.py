@@ -10,7 +10,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.session import Request
 from seoro.bridges.wire import Empty, Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.keys.audit import Audit
+from seoro.executor.ledger import Ledger
 from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
@@ -23,11 +23,11 @@ class Lock:
     Args:
         keys: Of the executor.
         revoked: Who is revoked.
-        audit: The log of what is asked.
+        ledger: Of what is asked.
     """
 
-    def __init__(self, keys: Keys, revoked: Revoked, audit: Audit) -> None:
-        self.audit = audit
+    def __init__(self, keys: Keys, revoked: Revoked, ledger: Ledger) -> None:
+        self.ledger = ledger
         self._keys = keys
         self._boot = secrets.token_hex(8)  # which start of the executor this is
         self._revoked = revoked

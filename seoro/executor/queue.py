@@ -6,6 +6,7 @@ import asyncio
 import logging
 import sqlite3
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
@@ -46,13 +47,23 @@ class Queue:
         tasks: In which runs are seen to.
         jobs: How many go on at a time.
         policy: What their submitters may.
+        note_end: Is told what has become of a run, and the role of its submitter, before that is kept.
     """
 
-    def __init__(self, store: Store, pool: Pool, tasks: TaskGroup, jobs: int, policy: Policy) -> None:
+    def __init__(
+        self,
+        store: Store,
+        pool: Pool,
+        tasks: TaskGroup,
+        jobs: int,
+        policy: Policy,
+        note_end: Callable[[RunInfo, str], object],
+    ) -> None:
         self._store = store
         self._pool = pool
         self._tasks = tasks
         self._policy = policy
+        self._note_end = note_end
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
         self._pace = Pace()
@@ -280,6 +291,7 @@ class Queue:
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
         finished = Finished(state, reason, end, time.time())
+        self._note_end(live.info.model_copy(update={"state": state, "reason": reason}), live.submission.role)
         if not await self._keep(live.info.run, finished):
             log.warning("cannot keep the end of the run %s yet", live.info.run)
             self._ends[live.info.run] = finished

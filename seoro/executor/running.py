@@ -14,6 +14,7 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges.door import Door
+from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.errors import InvalidUse
@@ -24,11 +25,12 @@ from seoro.executor.policy import check_permissions
 from seoro.executor.queue import Queue
 from seoro.executor.reaching import Reached
 from seoro.executor.serving import Server, days_ago
-from seoro.executor.store import open_store
+from seoro.executor.store import LOST, open_store
 from seoro.executor.trying import DryRuns
 from seoro.executor.workers import open_pool
 
 if TYPE_CHECKING:
+    from seoro.executor.lock import Lock
     from seoro.keys.folder import Keys
 
 AUDIT: Final = "audit.jsonl"
@@ -83,19 +85,25 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
             help="clients trust an executor whose keys have its name: leave out `--name`",
         )
     with open_store(options.folder) as store:
-        lost = await store.give_up_running()
-        await store.sweep()
         async with (
             open_pool() as pool,
             background() as tasks,
             AsyncExitStack() as stack,
         ):
-            queue = Queue(store, pool, tasks, options.jobs, policy)
+            revoked, lock = _locked(options, keys, stack)
+            note_end = _note_nothing if lock is None else lock.ledger.end
+            for info in await store.running():
+                role = (await store.submission(info.run)).role
+                note_end(info.model_copy(update={"state": State.LOST, "reason": LOST}), role)
+            lost = await store.give_up_running()
+            await store.sweep()
+            queue = Queue(store, pool, tasks, options.jobs, policy, note_end)
             for run in await store.queued():
                 queue.add(await store.info(run), await store.submission(run))
             emergency = Emergency(queue, options.folder)
             server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
-            gate, reached = _opened(options, server, policy, keys, stack)
+            gate = Gate(server, policy, lock)
+            reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
@@ -109,20 +117,23 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
                             await anyio.sleep(LAST_ANSWERS)
 
 
-def _opened(
-    options: ExecutorOptions, server: Server, policy: Policy, keys: Keys | None, stack: AsyncExitStack
-) -> tuple[Gate, Reached]:
-    """Who is let in, and where; what has to be closed is on the stack."""
-    revoked, lock = None, None
-    if keys is not None:
-        from seoro.executor.lock import Lock  # noqa: PLC0415 - only where there are keys
-        from seoro.keys.audit import Audit  # noqa: PLC0415 - the same
+def _locked(
+    options: ExecutorOptions, keys: Keys | None, stack: AsyncExitStack
+) -> tuple[Revoked | None, Lock | None]:
+    """Who is revoked, and the lock, if there are keys; what has to be closed is on the stack."""
+    if keys is None:
+        return None, None
+    from seoro.executor.ledger import Ledger  # noqa: PLC0415 - only where there are keys
+    from seoro.executor.lock import Lock  # noqa: PLC0415 - the same
+    from seoro.keys.audit import Audit  # noqa: PLC0415 - the same
 
-        revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
-        stack.callback(audit.close)
-        lock = Lock(keys, revoked, audit)
-    door = Door(options.listen, options.connect, keys, revoked)
-    return Gate(server, policy, lock), Reached(options.name, door)
+    revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
+    stack.callback(audit.close)
+    return revoked, Lock(keys, revoked, Ledger(audit))
+
+
+def _note_nothing(_info: RunInfo, _role: str) -> None:
+    """Without keys, there is no log."""
 
 
 async def _forget(server: Server, keep: float) -> None:

@@ -50,7 +50,7 @@ CREATE INDEX runs_by_state ON runs (state);
 """
 _RENEWALS: Final = {1: "ALTER TABLE runs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;"}  # from that schema on
 _FIELDS: Final = "run, file, by, state, submitted, started, ended, reason, announcement, priority"
-_LOST: Final = "the executor died while the scenario ran"
+LOST: Final = "the executor died while the scenario ran"
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,11 @@ class Store:
         rows = await self._rows("SELECT run FROM runs WHERE state = ? ORDER BY number", State.QUEUED.value)
         return tuple(row[0] for row in rows)
 
+    async def running(self) -> tuple[RunInfo, ...]:
+        """Runs that go on, or did when an executor before this one died."""
+        command = f"SELECT {_FIELDS} FROM runs WHERE state = ? ORDER BY number"  # noqa: S608 - names of ours
+        return tuple(map(_info, await self._rows(command, State.RUNNING.value)))
+
     async def over(self, before: float) -> tuple[str, ...]:
         """The ids of runs that ended before a time."""
         rows = await self._rows("SELECT run FROM runs WHERE ended < ?", before)
@@ -204,7 +209,7 @@ class Store:
 
     async def give_up_running(self) -> int:
         """Mark runs as lost that an executor before this one has left running; returns how many there were."""
-        values = (State.LOST.value, time.time(), _LOST, State.RUNNING.value)
+        values = (State.LOST.value, time.time(), LOST, State.RUNNING.value)
         command = "UPDATE runs SET state = ?, ended = ?, reason = ? WHERE state = ?"
         return await self._do(lambda database: database.execute(command, values).rowcount)
 

@@ -55,11 +55,14 @@ class Audit:
         certificate = b64encode(certificate_der(keys.certificate)).decode()
         self.write(what=STARTED, by=keys.identity.name, certificate=certificate)
 
-    def write(self, **entry: Any) -> None:
+    def write(self, **entry: Any) -> int:
         """Write a line.
 
         Args:
             entry: What it says, as JSON has it.
+
+        Returns:
+            Its number.
 
         Raises:
             OSError: It could not be written.
@@ -77,6 +80,7 @@ class Audit:
             raise
         self._number += 1
         self._previous = hashlib.sha256(line).hexdigest()
+        return self._number - 1
 
     def close(self) -> None:
         """Write nothing any more."""

@@ -1,6 +1,8 @@
 """Limits: what is too much is refused or ended, and said."""
 
+import json
 import re
+import sqlite3
 import subprocess
 import sys
 from pathlib import Path
@@ -226,8 +228,30 @@ async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
             with pytest.raises(BackendRefused, match="cannot write into its audit log: No space left"):
                 await anna.submit(NAME, file)
             await run.stop()
-        assert path.read_bytes() == written
+            assert path.read_bytes() == written
         assert len(await anna.runs()) == 1
         await run.result()
         await run.remove()
     check_log(path, read_keys(lab.keys("anna")).authority)
+    said = [(line["what"], line.get("outcome")) for line in map(json.loads, path.read_bytes().splitlines())]
+    assert {("stop_run", "done"), ("run", "cancelled"), ("remove_run", "done")} < {*said}
+
+
+async def test_what_has_become_of_runs_is_written_down_also_after_the_executor_died(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path / "lab")
+    file = tmp_path / "long.osc"
+    file.write_text(LONG)
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
+    async with executing(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
+        run = await anna.submit(NAME, file)
+    database = sqlite3.connect(tmp_path / "state" / "runs.sqlite")
+    with database:  # as if it had died while the run went on
+        database.execute("UPDATE runs SET state = 'running', ended = NULL")
+    database.close()
+    async with executing(made):
+        pass
+    last = json.loads((tmp_path / "state" / "audit.jsonl").read_bytes().splitlines()[-1])
+    assert (last["what"], last["run"], last["outcome"], last["by"]) == ("run", run.id, "lost", "anna")
+    assert last["role"] == "operator"
+    assert "the executor died" in last["reason"]

@@ -96,8 +96,11 @@ async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab,
         run = await client.submit(NAME, file)
         assert (await run.result()).passed
         assert run.info.by == "anna"
-    entry = next(entry for entry in log_of(place, lab) if entry.get("run") == run.id)
-    assert (entry["what"], entry["by"], entry["role"], entry["outcome"]) == ("submit", "anna", "operator", "taken")
+    entries = [entry for entry in log_of(place, lab) if entry.get("run") == run.id]
+    said = [(entry["what"], entry["by"], entry["role"], entry["outcome"]) for entry in entries]
+    assert said[:2] == [("submit", "anna", "operator", outcome) for outcome in ("taken", "done")]
+    assert said[-1] == ("run", "anna", "operator", "passed")
+    assert entries[1]["of"] == entries[0]["number"]
 
 
 async def test_without_a_certificate_there_is_no_connection(there: RunningCommand, lab: KeyedLab) -> None:
@@ -232,6 +235,9 @@ async def test_an_operator_cannot_start_programs(
         with pytest.raises(seoro.InvalidScenario):
             await run.result()
     assert not mark.exists()
+    last = next(entry for entry in reversed(log_of(place, lab)) if entry.get("run") == run.id)
+    assert (last["what"], last["outcome"]) == ("run", "invalid")
+    assert "does not allow `run_process`" in last["reason"]
 
 
 @pytest.mark.parametrize("path", ["../mark", "a/../../mark", "/tmp/mark", "a\\..\\mark", "a/./b", "a//b"])
@@ -247,7 +253,10 @@ async def test_a_bundle_cannot_lead_out_of_its_folder(
         with pytest.raises(BackendRefused, match="bundle cannot be taken"):
             await client.submit_bundle(NAME, type(bundle)(manifest, bundle.blobs))
     assert await runs(there, lab) == before
-    assert any("bundle cannot be taken" in each for each in refused(place, lab))
+    entries = log_of(place, lab)
+    last = next(entry for entry in reversed(entries) if "bundle cannot be taken" in entry.get("reason", ""))
+    assert (last["outcome"], entries[last["of"]]["outcome"]) == ("refused", "taken")
+    assert entries[last["of"]]["request"] == last["request"]
 
 
 async def test_sizes_that_lie_are_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:

@@ -1,0 +1,119 @@
+"""What is written into the audit log: what was asked, before it is done, and what came of it, after.
+
+Both are needed: whatever happens in between, the first line stands, and without the second one it is not known
+what came of it, as when the executor died. Runs have a line of their own when they are over.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo
+from seoro.bridges.serving.answering import decoded
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.executor.rates import Rates
+
+if TYPE_CHECKING:
+    from seoro.keys.audit import Audit
+    from seoro.keys.certificates import Identity
+
+REFUSALS: Final = (1.0, 20.0)  # a second and at once, that are written down for each caller
+RUN: Final = "run"  # what a line is about that is the end of one
+LONGEST: Final = 1000  # [characters] of a reason
+_VERBS: Final = {verb.name: verb for verb in wire.EXECUTOR_VERBS}
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked: by whom, None if that is not known, which verb, and the request."""
+
+    who: Identity | None
+    verb: str
+    payload: bytes
+
+
+class Ledger:
+    """Writes down what is asked of an executor.
+
+    Args:
+        audit: Where.
+    """
+
+    def __init__(self, audit: Audit) -> None:
+        self._audit = audit
+        self._refusals = Rates()
+        self._owed: list[dict[str, Any]] = []  # what came of something, while it cannot be written
+
+    def take(self, asked: Asked) -> int:
+        """Write down what is about to be done; returns the number of the line.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        self._pay()
+        return self._audit.write(**_entry(asked), outcome="taken")
+
+    def conclude(self, asked: Asked, number: int | None, outcome: str, reason: str = "") -> None:
+        """Write down what came of what was taken, as soon as it can be written.
+
+        Args:
+            asked: What was taken.
+            number: Of the line that says so; None if that could not be written.
+            outcome: What came of it, in a word or two.
+            reason: Why, in words.
+        """
+        of = {} if number is None else {"of": number}
+        self._owe(**_entry(asked), outcome=outcome, **of, **_reason(reason))
+
+    def refuse(self, asked: Asked, reason: str) -> None:
+        """Write down what was refused before it was taken, unless that happens all the time."""
+        if self._refusals.take("" if asked.who is None else asked.who.name, *REFUSALS):
+            self._owe(**_entry(asked), outcome="refused", **_reason(reason))
+
+    def end(self, info: RunInfo, role: str) -> None:
+        """Write down what has become of a run, as soon as it can be written."""
+        self._owe(what=RUN, by=info.by, role=role, run=info.run, outcome=info.state.value, **_reason(info.reason))
+
+    def _owe(self, **entry: Any) -> None:
+        self._owed.append(entry)
+        try:
+            self._pay()
+        except OSError:
+            log.exception("cannot write into the audit log")
+
+    def _pay(self) -> None:
+        while self._owed:
+            self._audit.write(**self._owed[0])
+            del self._owed[0]
+
+
+def _entry(asked: Asked) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "what": asked.verb,
+        "by": None if asked.who is None else asked.who.name,
+        "role": None if asked.who is None else asked.who.role.value,
+        "request": hashlib.sha256(asked.payload).hexdigest(),
+    }
+    run = _run_of(asked.verb, asked.payload)
+    return {**entry, "run": run} if run else entry
+
+
+def _reason(text: str) -> dict[str, str]:
+    return {"reason": text[:LONGEST]} if text else {}
+
+
+def _run_of(verb: str, payload: bytes) -> str:
+    """The run that a request is about, if it is about one."""
+    known = _VERBS.get(verb)
+    if known is None or "run" not in known.request.model_fields:
+        return ""
+    try:
+        return str(decoded(known, payload).run)
+    except RequestRefused:
+        return ""
