@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable
+import threading
+import time
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
+from typing import Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.executor.shares import Shares
+
+PART: Final = ".part"  # ends the name of one that is not whole
+ARRIVING: Final = 60.0  # [s] in which the next part of a blob comes
+MEBIBYTE: Final = 1 << 20
 
 
 class Blobs:
@@ -21,6 +29,8 @@ class Blobs:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._shares = Shares()
+        self._lock = threading.Lock()  # parts are put by threads
 
     def path(self, digest: str) -> Path:
         """The file of a blob, whether it is there or not."""
@@ -30,19 +40,28 @@ class Blobs:
         """Those that are not there."""
         return tuple(digest for digest in digests if not self.path(digest).is_file())
 
-    def put(self, part: wire.PutBlob) -> None:
+    def put(self, part: wire.PutBlob, kept: int = wire.MAX_BUNDLE) -> None:
         """Take a part; the last makes the blob whole. A part that is there already changes nothing.
+
+        Args:
+            part: The part.
+            kept: How much is kept of its sender [bytes]; what they have used least recently goes.
 
         Raises:
             OSError: It cannot be written; of the blob, nothing stays.
-            RequestRefused: Parts before it are missing, or the content is not what its name says.
+            RequestRefused: Parts before it are missing, the content is not what its name says, or it is too large.
         """
+        with self._lock:
+            self._put(part, kept)
+
+    def _put(self, part: wire.PutBlob, kept: int) -> None:
         final = self.path(part.hash)
         if final.is_file():
             return
-        partial = final.with_suffix(".part")
+        partial = final.with_suffix(PART)
         there = partial.stat().st_size if partial.exists() else 0
         if part.offset == 0:
+            self._take_in(part, kept)
             there = 0
         elif part.offset != there:
             raise RequestRefused(
@@ -55,32 +74,80 @@ class Blobs:
                 file.seek(part.offset)
                 file.write(part.data)
         except OSError:  # a full disk, of which half a blob is to have nothing
-            partial.unlink(missing_ok=True)
+            self._remove(part.hash)
             raise
         if part.offset + len(part.data) == part.size:
             self._complete(partial, final, part.hash)
 
+    def _take_in(self, part: wire.PutBlob, kept: int) -> None:
+        """Have a blob that begins count for its sender, and drop of theirs what is too much then."""
+        if part.size > kept:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"a file of {in_mebibytes(part.size)} cannot be taken: no more than {in_mebibytes(kept)} of files "
+                "are kept of you",
+            )
+        self._shares.add(part.by, part.hash, part.size)
+        while self._shares.size(part.by) > kept:
+            self._remove(self._shares.oldest(part.by))
+
     def use(self, digests: Iterable[str]) -> None:
         """Note that blobs are in use, so that they are kept."""
-        for digest in digests:
-            os.utime(self.path(digest))
+        with self._lock:
+            for digest in digests:
+                os.utime(self.path(digest))
+                self._shares.use(digest)
 
     def drop(self, digests: Iterable[str]) -> None:
         """Remove blobs; whoever was to use them sends them again."""
-        for digest in digests:
-            self.path(digest).unlink(missing_ok=True)
+        with self._lock:
+            for digest in digests:
+                self._remove(digest)
 
     def forget(self, before: float) -> None:
         """Remove those that were used last before a time."""
-        for path in self._folder.iterdir():
-            if path.stat().st_mtime < before:
-                path.unlink(missing_ok=True)
+        with self._lock:
+            for path in self._folder.iterdir():
+                if path.stat().st_mtime < before:
+                    self._remove(path.stem)
 
-    @staticmethod
-    def _complete(partial: Path, final: Path, digest: str) -> None:
+    def drop_until(self, is_enough: Callable[[], bool], spared: Collection[str]) -> None:
+        """Remove those that were used least recently, until that is enough, or there are no more.
+
+        Args:
+            is_enough: Asked after each.
+            spared: Hashes of those that stay, as do those that are arriving.
+        """
+        with self._lock:
+            arriving = time.time() - ARRIVING
+            for path in sorted(self._folder.iterdir(), key=_used):
+                if is_enough():
+                    return
+                if path.stem not in spared and (path.suffix != PART or _used(path) < arriving):
+                    self._remove(path.stem)
+
+    def _remove(self, digest: str) -> None:
+        for path in (self.path(digest), self.path(digest).with_suffix(PART)):
+            path.unlink(missing_ok=True)
+        self._shares.drop(digest)
+
+    def _complete(self, partial: Path, final: Path, digest: str) -> None:
         with partial.open("rb") as file:
             found = hashlib.file_digest(file, "sha256").hexdigest()
         if found != digest:
-            partial.unlink()
+            self._remove(digest)
             raise RequestRefused(Result.OPERATION_FAILED, "the content of the blob is not what its name says")
         os.replace(partial, final)  # noqa: PTH105 - atomic, which is the point
+
+
+def in_mebibytes(size: int) -> str:
+    """A size, for people."""
+    return f"{size / MEBIBYTE:.1f} MiB"
+
+
+def _used(path: Path) -> float:
+    """When a file was used last [s since 1970]; one that is gone was not."""
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from seoro.keys.certificates import Identity
 
 _UNSAID: Final = READING | {"missing_blobs", "put_blob"}  # of which only refusals are written down
-_SUBMITTING: Final = {verb.name: verb for verb in (wire.SUBMIT, wire.DRY_RUN)}
+_SUBMITTING: Final = {verb.name: verb for verb in (wire.SUBMIT, wire.DRY_RUN, wire.PUT_BLOB)}
 
 log = logging.getLogger(__name__)
 

@@ -7,6 +7,8 @@
     roles:
       operator:
         bundle: 256       # [MiB] that a scenario may have
+        kept: 512         # [MiB] of files that one has sent, kept to spare sending them again
+        free: 2048        # [MiB] of disk that stay free: else nothing is taken
         waiting: 20       # runs of one that wait at most
         running: 2        # runs of one that go on at a time
         time: 3600        # [s] that a run may take, beside what it waits for robots
@@ -46,6 +48,8 @@ class Limits(BaseModel):
     reach: tuple[str, ...] | None = None
     commands: Positive | None = None
     bundle: Annotated[int, Field(ge=1, le=wire.MAX_BUNDLE // MEBIBYTE)] | None = None
+    kept: Count | None = None
+    free: Annotated[int, Field(ge=0)] | None = None
     waiting: Count | None = None
     running: Count | None = None
     time: Positive | None = None
@@ -66,13 +70,20 @@ class Limits(BaseModel):
         return self.reach or ()
 
     @property
+    def kept_of_one(self) -> int:
+        """How much is kept of one, beside their runs [bytes]: a scenario at least, else none could be sent."""
+        assert self.kept is not None, "the limits of an executor have it"
+        return max(self.kept, self.bundle or 0) * MEBIBYTE
+
+    @property
     def rate(self) -> tuple[float, float]:
         """Commands a second, and at once."""
         assert self.commands is not None, "the limits of an executor have it"
         return self.commands, BURST * self.commands
 
 
-DEFAULT: Final = Limits(commands=1000.0, bundle=wire.MAX_BUNDLE // MEBIBYTE, waiting=1000)
+_BUNDLE: Final = wire.MAX_BUNDLE // MEBIBYTE
+DEFAULT: Final = Limits(commands=1000.0, bundle=_BUNDLE, kept=2 * _BUNDLE, waiting=1000)
 
 
 class Policy(BaseModel):

@@ -33,6 +33,7 @@ from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
 from seoro.executor.policy import vet_endpoint
 from seoro.executor.queue import Queue
+from seoro.executor.room import make_room
 from seoro.executor.store import RunFolder, Store
 from seoro.executor.trying import DryRuns
 from seoro.executor.watching import Watch
@@ -157,10 +158,15 @@ class Server:
     async def _put_blob(self, request: wire.PutBlob) -> Empty:
         async with self._submitting:
             try:
-                await anyio.to_thread.run_sync(self._blobs.put, request)
+                await anyio.to_thread.run_sync(self._put, request)
             except OSError as error:  # a full disk
                 raise _not_taken(error.strerror or str(error)) from error
         return Empty()
+
+    def _put(self, request: wire.PutBlob) -> None:
+        limits = self._policy.of(request.role)
+        make_room(self._blobs, self._store.blobs, len(request.data), limits, {request.hash})
+        self._blobs.put(request, limits.kept_of_one)
 
     async def _submit(self, request: wire.Submission) -> RunInfo:
         async with self._submitting:
@@ -195,6 +201,8 @@ class Server:
         if missing := self._blobs.missing(hashes):
             raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
         self._blobs.use(hashes)
+        size = sum(file.size for file in request.manifest.files)
+        make_room(self._blobs, self._store.blobs, size, self._policy.of(request.role), hashes)
         try:
             check_manifest(request.manifest)
             unpack(request.manifest, self._blobs.path, folder.files)

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import anyio
 import pytest
@@ -255,3 +256,21 @@ async def test_what_has_become_of_runs_is_written_down_also_after_the_executor_d
     assert (last["what"], last["run"], last["outcome"], last["by"]) == ("run", run.id, "lost", "anna")
     assert last["role"] == "operator"
     assert "the executor died" in last["reason"]
+
+
+async def test_nothing_is_taken_by_a_disk_that_is_too_full_and_runs_can_be_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long, hello = tmp_path / "long.osc", tmp_path / "hello.osc"
+    long.write_text(LONG)
+    hello.write_text(HELLO)
+    made = options(tmp_path, free=0)
+    async with executing(made), seoro.Client(made.listen) as client:
+        run = await client.submit("lab-a", long)
+        usage = SimpleNamespace(total=1 << 40, free=-1)
+        monkeypatch.setattr("seoro.executor.room.shutil.disk_usage", lambda _folder: usage)
+        for file in (hello, long):  # what it has not, and what it has
+            with pytest.raises(BackendRefused, match=r"its disk has .* left.*`seoro rm` forgets runs"):
+                await client.submit("lab-a", file)
+        await run.stop()
+        assert (await run.result()).status.value == "cancelled"

@@ -1,8 +1,10 @@
 """What executors keep."""
 
 import hashlib
+import os
 import sqlite3
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,6 +13,8 @@ from seoro.bridges.executor.messages import State
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
+from seoro.executor.limits import Limits
+from seoro.executor.room import make_room
 from seoro.executor.store import Finished, open_store
 
 RUN = "0123456789abcdef" * 2
@@ -146,3 +150,46 @@ def test_blobs_that_were_not_used_for_long_are_forgotten(tmp_path: Path) -> None
     assert blobs.missing([HASH]) == ()
     blobs.forget(written + 1.0)
     assert blobs.missing([HASH]) == (HASH,)
+
+
+def sent(blobs: Blobs, by: str, content: str, kept: int = 10) -> str:
+    """The hash of a blob of five bytes that somebody has sent, of whom so much may be kept."""
+    digest = hashlib.sha256(content.encode()).hexdigest()
+    blobs.put(wire.PutBlob(hash=digest, size=5, offset=0, data=content.encode(), by=by), kept)
+    return digest
+
+
+def test_of_what_one_has_sent_the_last_is_kept(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    others = sent(blobs, "vera", "other")
+    first, second = sent(blobs, "anna", "first"), sent(blobs, "anna", "secnd")
+    blobs.use([first])
+    third = sent(blobs, "anna", "third")
+    assert blobs.missing([others, first, second, third]) == (second,)
+    with pytest.raises(RequestRefused, match=r"no more than .* are kept of you"):
+        sent(blobs, "anna", "forth", kept=4)
+    blobs.drop([first, third])
+    fifth, sixth = sent(blobs, "anna", "fifth"), sent(blobs, "anna", "sixth")
+    assert blobs.missing([fifth, sixth]) == ()
+
+
+def test_blobs_that_were_not_used_for_long_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blobs = Blobs(tmp_path)
+    digests = [sent(blobs, "anna", f"blob{number}", kept=100) for number in range(4)]
+    for number, digest in enumerate(digests):
+        os.utime(blobs.path(digest), (number, number))
+
+    def usage(folder: Path) -> SimpleNamespace:
+        left = 30 - 5 * len(list(folder.iterdir()))
+        return SimpleNamespace(total=100, free=left)
+
+    monkeypatch.setattr("seoro.executor.room.shutil.disk_usage", usage)
+    make_room(blobs, tmp_path, 5, Limits(), ())  # there are 10, of which 5 stay free
+    assert blobs.missing(digests) == ()
+    make_room(blobs, tmp_path, 10, Limits(), {digests[0]})
+    assert blobs.missing(digests) == (digests[1],)
+    with pytest.raises(RequestRefused, match=r"its disk has .* left, of which .* stay free"):
+        make_room(blobs, tmp_path, 50, Limits(), {digests[3]})
+    assert blobs.missing(digests) == tuple(digests[:3])
+    with pytest.raises(RequestRefused):
+        make_room(blobs, tmp_path, 0, Limits(free=1), ())

@@ -57,7 +57,7 @@ async def test_a_trace_that_fills_the_disk_ends_its_run_and_no_other(
         assert "No space left on device" in run.info.reason
         check_sequence([record async for record in run.records()])
         assert (await client.run(before.id)).state is State.PASSED
-        with pytest.raises(seoro.BackendError, match="the bundle cannot be taken: "):
+        with pytest.raises(seoro.BackendError, match=r"its disk has .* left"):
             await client.submit(NAME, hello, clock="virtual")
         await run.remove()  # which makes room
         await follow(await client.submit(NAME, hello))
@@ -71,7 +71,7 @@ async def test_who_fills_the_disk_with_bundles_is_told(small: RunningExecutor, t
     hello = tmp_path / "hello.osc"
     hello.write_text(HELLO)
     async with seoro.Client(small.endpoint) as client:
-        with pytest.raises(seoro.BackendError, match="the bundle cannot be taken: No space left on device"):
+        with pytest.raises(seoro.BackendError, match=r"its disk has .* left"):
             await client.submit(NAME, hello, simulator=seoro.Simulator(name="mujoco", model_path=[folder]))
         assert await client.runs() == []
         await follow(await client.submit(NAME, hello))

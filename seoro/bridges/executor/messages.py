@@ -159,12 +159,17 @@ class Hashes(Said):
 
 
 class PutBlob(Said):
-    """A part of a blob; parts come in order, and the last completes it."""
+    """A part of a blob; parts come in order, and the last completes it.
+
+    An executor with keys finds out by itself who sends it, and in which role.
+    """
 
     hash: Hash
     size: Annotated[int, Field(ge=0, le=MAX_FILE)]
     offset: Annotated[int, Field(ge=0)]
     data: Annotated[bytes, Field(max_length=CHUNK)]
+    by: Text = ""
+    role: Text = ""
 
 
 class Submission(Said):
