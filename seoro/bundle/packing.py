@@ -18,8 +18,8 @@ from seoro.bundle.named import named_files
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
-from seoro.embed.scenarios import Scenario
-from seoro.errors import InvalidUse
+from seoro.embed.scenarios import Scenario, check_file
+from seoro.errors import InvalidScenario, InvalidUse
 from seoro.film import Film
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
@@ -71,10 +71,13 @@ def pack(
     if options.parameters is not None:  # what is wrong with it is told here
         read_parameters(options.parameters, find_entry(scenario.checked, options.name).qualified_name)
     folders = _folders(options)
-    files = [*_own_sources(sources), *_single_files(options), *_world_files(options)]
-    for named in named_files(scenario, options, entry.parent):
-        files += _files_below(named) if named.is_dir() else [named]
-    for folder in (*folders, *_library_folders(sources)):
+    files = [*_single_files(options), *_world_files(options), *_files_of(scenario, options, entry.parent)]
+    for path in _resets(options):
+        reset = check_file(path, import_python=False)
+        if reset.checked.errors:
+            raise InvalidScenario(reset.checked.errors)
+        files += _files_of(reset, Options(), path.parent)
+    for folder in folders:
         files += _files_below(folder)
     absolute = sorted({Path(os.path.abspath(file)) for file in files})  # noqa: PTH100 - links keep their names
     parents = [str(file.parent) for file in absolute]
@@ -129,6 +132,25 @@ class _Packer:
 
 
 # ---------------------------------------------------------------- which files
+
+
+def _resets(options: Options) -> Iterator[Path]:
+    """The scenarios by which the lab leaves its robots in order."""
+    if options.lab is not None:
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+
+        lab = read_lab(options.lab.file)
+        yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
+
+
+def _files_of(scenario: Scenario, options: Options, folder: Path) -> Iterator[Path]:
+    """What a scenario consists of, whose file lies in a folder."""
+    sources = scenario.checked.sources
+    yield from _own_sources(sources)
+    for named in named_files(scenario, options, folder):
+        yield from _files_below(named) if named.is_dir() else [named]
+    for library in _library_folders(sources):
+        yield from _files_below(library)
 
 
 def _own_sources(sources: Sources) -> Iterator[Path]:

@@ -127,6 +127,8 @@ class _Exec:
                 second = self._interrupted is not None
                 self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
                 if self._run is None or second:
+                    if self._run is not None:
+                        self._run.halt(f"interrupted by {name}")
                     scope.cancel()
                     if second:  # a clean-up is not cancelled with its task, and may hang
                         asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.embed.options import OF_ROS, ClockName, Options, Ros, Simulator
 from seoro.errors import InvalidUse
+from seoro.lang.plan import ActorType, Plan
 from seoro.runtime.clock import RealClock, SimulatorClock, VirtualClock
 from seoro.runtime.contracts import Backend, Clock
 from seoro.runtime.homes import Placement
@@ -18,14 +20,32 @@ from seoro.runtime.reading import ReadClock, Readers
 if TYPE_CHECKING:
     from seoro.bridges.ros2.backend import RosBackend
     from seoro.bridges.sim.node import SimulatorNode
+    from seoro.lab.aftermath import Aftermath
     from seoro.lab.wishes import Wish
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What a run has.
+
+    Args:
+        simulator: Its simulator, if it has one.
+        backends: All of it.
+        placements: Where actors live for whom that is said.
+        aftermath: What is done with its robots after it.
+    """
+
+    simulator: SimulatorNode | None = None
+    backends: tuple[Backend, ...] = ()
+    placements: Mapping[str, Placement] = field(default_factory=dict)
+    aftermath: Aftermath | None = None
 
 
 @asynccontextmanager
 async def open_backends(
     options: Options, seed: int, purpose: str, actors: frozenset[str], wishes: Mapping[str, Wish]
-) -> AsyncIterator[tuple[SimulatorNode | None, tuple[Backend, ...], Mapping[str, Placement]]]:
-    """The simulator of a run, all its backends, and where actors live for whom that is said.
+) -> AsyncIterator[Opened]:
+    """What a run needs, but for ROS 2 systems, for as long as the block lasts.
 
     Args:
         options: How it is run.
@@ -41,14 +61,16 @@ async def open_backends(
         from seoro.lab.waiting import when_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        wanted = Wanted(seed, ModelPath(options.lab.model_path), purpose, actors, wishes)
+        from seoro.embed.resets import resets_of  # noqa: PLC0415 - as above
+
+        wanted = Wanted(seed, ModelPath(options.lab.model_path), resets_of(options), purpose, actors, wishes)
         async with when_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
-            yield opened.simulator, opened.backends, opened.placements
+            yield Opened(opened.simulator, opened.backends, opened.placements, opened.aftermath)
     elif options.simulator is not None:
         async with _open(options.simulator, seed, options, purpose) as node:
-            yield node, (node,), {}
+            yield Opened(node, (node,))
     else:
-        yield None, (), {}
+        yield Opened()
 
 
 @asynccontextmanager
@@ -119,3 +141,9 @@ def clock_of(name: ClockName, node: SimulatorNode | None, rate: float, readers: 
     if node is not None:
         return ReadClock(SimulatorClock(node, rate), readers)
     return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()
+
+
+def actors_of(plan: Plan) -> frozenset[str]:
+    """Names of the actors of the scenario that is run."""
+    fields = plan.scenarios[plan.entry].structure.fields
+    return frozenset(name for name, each in fields.items() if isinstance(each.type, ActorType))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypedDict
 
+from seoro.embed.scenarios import Scenario
 from seoro.lang.plan import Plan
 from seoro.runtime.contracts import Observer
 
@@ -111,6 +112,7 @@ class Options:
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
         grace: Time for the clean-up of a cancelled action [s].
         vet: Called with the plan before anything is started; what it raises comes out of `start`.
+        load: Loads the scenarios that a lab file names; `seoro.load` if it is not given.
     """
 
     name: str | None = None
@@ -127,6 +129,7 @@ class Options:
     keep_trace: bool = False
     grace: float = 5.0
     vet: Callable[[Plan], object] | None = None
+    load: Callable[[Path], Scenario] | None = None
 
 
 class OptionFields(TypedDict, total=False):
@@ -146,3 +149,4 @@ class OptionFields(TypedDict, total=False):
     keep_trace: bool
     grace: float
     vet: Callable[[Plan], object] | None
+    load: Callable[[Path], Scenario] | None

@@ -20,15 +20,17 @@ from seoro.runtime.verdict import Verdict
 if TYPE_CHECKING:
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.bridges.wire import Artifact
+    from seoro.embed.opening import Opened
     from seoro.film import Film, Recording
 
 
 class Run:
     """A run that has been started with `start`."""
 
-    def __init__(self, execution: Execution, seed: int, simulator: SimulatorNode | None, readers: Readers) -> None:
+    def __init__(self, execution: Execution, seed: int, opened: Opened, readers: Readers) -> None:
         self._execution = execution
-        self._simulator = simulator
+        self._simulator = opened.simulator
+        self._aftermath = opened.aftermath
         self._readers = readers
         self._done = anyio.Event()
         self.seed = seed
@@ -81,7 +83,18 @@ class Run:
         return self._execution.verdict
 
     def stop(self, reason: str = "stopped by the program") -> None:
-        """Cancel the run; what it started is cleaned up first."""
+        """Cancel the run; what it started is cleaned up first. When it is over, what is done after it ends."""
+        if self._done.is_set() and self._aftermath is not None:
+            self._aftermath.cut_short()
+        self._stop(reason)
+
+    def halt(self, reason: str) -> None:
+        """Cancel the run, and leave out what a lab has done with its robots after it."""
+        if self._aftermath is not None:
+            self._aftermath.cut_short()
+        self._stop(reason)
+
+    def _stop(self, reason: str) -> None:
         self._readers.wait_no_more()
         self._execution.stop(reason)
 
@@ -115,12 +128,14 @@ class Run:
             try:
                 yield
             finally:
-                self.stop("the block that started it has ended")  # of no effect when the run is over
+                self._stop("the block that started it has ended")  # of no effect when the run is over
 
     async def _carry(self) -> None:
         try:
             # Also in a loop that starts tasks eagerly, the block begins before the run, and can read it all.
             await anyio.lowlevel.cancel_shielded_checkpoint()
+            if self._aftermath is not None:
+                self._aftermath.follows = True
             await self._execution.run()
         finally:
             self._done.set()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from seoro import __version__
 from seoro.embed.checking import check_options
-from seoro.embed.opening import clock_of, open_backends, open_ros
+from seoro.embed.opening import actors_of, clock_of, open_backends, open_ros
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
@@ -18,7 +18,7 @@ from seoro.errors import InvalidUse
 from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
-from seoro.lang.plan import ActorType, Plan
+from seoro.lang.plan import Plan
 from seoro.parameters import read_parameters
 from seoro.people import whoami
 from seoro.runtime.reading import Readers
@@ -92,14 +92,14 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
     seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
     async with (
-        open_backends(options, seed, _purpose(plan), _actors(plan), wishes) as (node, backends, placements),
+        open_backends(options, seed, _purpose(plan), actors_of(plan), wishes) as opened,
         open_ros(options) as systems,
     ):
         settings = Settings(
             seed=seed,
-            clock=clock_of(clock, node, rate, readers),
-            backends=(*backends, *systems),
-            placements=placements,
+            clock=clock_of(clock, opened.simulator, rate, readers),
+            backends=(*opened.backends, *systems),
+            placements=opened.placements,
             observers=(readers, *options.observers),
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
@@ -108,7 +108,7 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             grace=options.grace,
             version=__version__,
         )
-        yield Run(Execution(plan, settings), seed, node, readers)
+        yield Run(Execution(plan, settings), seed, opened, readers)
 
 
 def announcement(run: Run, options: Options) -> str:
@@ -143,12 +143,6 @@ def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptan
 def _purpose(plan: Plan) -> str:
     """What robots are held for, in words for others who want them."""
     return f"the scenario {plan.entry} of {whoami()}"
-
-
-def _actors(plan: Plan) -> frozenset[str]:
-    """Names of the actors of the scenario that is run."""
-    fields = plan.scenarios[plan.entry].structure.fields
-    return frozenset(name for name, each in fields.items() if isinstance(each.type, ActorType))
 
 
 def _overrides(scenario: Scenario, options: Options) -> Mapping[str, str]:

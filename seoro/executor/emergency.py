@@ -37,7 +37,7 @@ class Emergency:
         began = time.monotonic()
         self._latch.stop(asked)
         self._queue.hold_back(self._latch.reason)
-        stopped = self._queue.stop_running(self._latch.reason)
+        stopped = self._queue.halt_running(self._latch.reason)
         return wire.EmergencyStopped(stopped=tuple(run[:8] for run in stopped), took=time.monotonic() - began)
 
     async def release(self, asked: wire.ReleaseStop) -> wire.Empty:

@@ -32,6 +32,7 @@ class Frame(IntEnum):
     READY = 7  # it has what it has waited for, and waits for its turn
     GO = 8  # it has its turn
     TRIED = 9  # what a dry run would begin with: `messages.Tried`
+    HALT = 10  # as STOP, and nothing is to be done with robots after the run
 
 
 class Told(IntEnum):

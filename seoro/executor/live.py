@@ -79,6 +79,12 @@ class LiveRun:
                 self._stop(self._worker, reason)
             self.changes.tell()
 
+    def halt(self, reason: str) -> None:
+        """Stop it, also what is done with its robots after it."""
+        self.stop(reason)
+        if self._worker is not None:
+            self._worker.halt(reason)
+
     def leave(self) -> None:
         """When its process has ended without having begun it, it is left for the next start of the executor."""
         self._is_left = not self.is_stopped

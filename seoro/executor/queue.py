@@ -143,10 +143,19 @@ class Queue:
 
     def stop_running(self, reason: str) -> tuple[str, ...]:
         """Stop all runs that go on, and return which; it is not waited for their ends."""
-        running = tuple(run for run in self._live if run not in self._waiting)
-        for run in running:
+        for run in self._going_on:
             self._live[run].stop(reason)
-        return running
+        return self._going_on
+
+    def halt_running(self, reason: str) -> tuple[str, ...]:
+        """The same, and nothing is done with robots after them."""
+        for run in self._going_on:
+            self._live[run].halt(reason)
+        return self._going_on
+
+    @property
+    def _going_on(self) -> tuple[str, ...]:
+        return tuple(run for run in self._live if run not in self._waiting)
 
     async def stop_lonely(self) -> None:
         """Stop runs whose watchers are gone, where that is asked for; runs as long as the executor."""
@@ -264,7 +273,9 @@ class Queue:
                         duties.start_soon(self._give_turn, live, worker)
                     case Frame.END:
                         end = data
-                    case Frame.TRACE | Frame.TRIED | Frame.JOB | Frame.STOP | Frame.GO:  # not kept, or theirs
+                    case Frame.TRACE | Frame.TRIED:  # which is not kept
+                        pass
+                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT:  # what goes the other way
                         pass
         if failed is not None:
             raise failed

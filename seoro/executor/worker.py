@@ -32,16 +32,19 @@ from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
+from seoro.embed.scenarios import Scenario
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
 from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
+from seoro.lang.loader import Reader
 from seoro.reasons import fault_text
 from seoro.runtime.jsonl import to_json
 
 UNHURRIED: Final = 19  # niceness of runs on the virtual clock, for the sake of those that may be late
 SWITCH: Final = 0.0002  # [s] for which the run may keep other threads from working
+AFTER_STOP: Final = 20.0  # [s] that robots may take to be left in order once a run was asked to stop
 ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor is gone
 
 
@@ -56,19 +59,30 @@ class Orders:
         self._control = control
         self._lock = threading.Lock()
         self._reason: str | None = None
+        self._is_halted = False
         self._stop: Callable[[str], object] | None = None
+        self._halt: Callable[[str], object] = lambda reason: None
         self._go: Callable[[], object] = lambda: None
 
     def start(self) -> None:
         """Begin to listen."""
         threading.Thread(target=self._listen, name="listens to the executor", daemon=True).start()
 
-    def when_asked(self, stop: Callable[[str], object]) -> None:
-        """Have something called, in another thread, with the reason; at once if it was said already."""
+    def when_asked(
+        self, stop: Callable[[str], object], halt: Callable[[str], object] = lambda reason: None
+    ) -> None:
+        """Have something called, in another thread, with the reason; at once if it was said already.
+
+        Args:
+            stop: Stops the run.
+            halt: Has nothing done after it, in addition.
+        """
         with self._lock:
-            self._stop = stop
+            self._stop, self._halt = stop, halt
             if self._reason is not None:
                 stop(self._reason)
+                if self._is_halted:
+                    halt(self._reason)
 
     async def turn(self, ask: Callable[[], object]) -> None:
         """Ask for a turn, and wait for it."""
@@ -82,18 +96,21 @@ class Orders:
             if frame[0] is Frame.GO:
                 self._go()
             else:
-                self.ask(frame[1].decode())
-        self.ask("the executor is gone")
+                self.ask(frame[1].decode(), is_to_halt=frame[0] is Frame.HALT)
+        self.ask("the executor is gone", is_to_halt=True)
         time.sleep(ORPHANED)
         os._exit(1)
 
-    def ask(self, reason: str) -> None:
+    def ask(self, reason: str, *, is_to_halt: bool = False) -> None:
         """Stop the run."""
         with self._lock:
             if self._reason is None:
                 self._reason = reason
                 if self._stop is not None:
                     self._stop(reason)
+            if is_to_halt:
+                self._is_halted = True
+                self._halt(reason)
 
 
 class StoppedBefore(Exception):
@@ -166,14 +183,8 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     """How a run ended; None of a dry run that could be."""
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
-    scenario = check_file(
-        files / manifest.entry,
-        name=manifest.shown,
-        read=reader_of(files),
-        vet=partial(vet_sources, allowed=job.allowed),
-    )
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
+    read = reader_of(files)
+    scenario = _checked(files / manifest.entry, manifest.shown, read, job)
     loop = asyncio.get_running_loop()
     asked = options_of(manifest, _as_seen_from(Path(manifest.directory)))
     options = replace(
@@ -182,6 +193,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
         observers=(telling,),
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
+        load=lambda path: _checked(path, str(path), read, job),
     )
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
@@ -190,7 +202,10 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
             telling.tried(wire.encode(tried))
             return None
         telling.begin(announcement(run, options))
-        orders.when_asked(lambda reason: loop.call_soon_threadsafe(run.stop, reason))
+        orders.when_asked(
+            lambda reason: loop.call_soon_threadsafe(_stop, run, reason),
+            lambda reason: loop.call_soon_threadsafe(run.halt, reason),
+        )
         async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
             with anyio.move_on_after(manifest.options.timeout or math.inf):
                 await run.result()
@@ -207,6 +222,20 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
         fault="" if fault is None else fault_text(fault),
         traceback="" if fault is None else "".join(traceback.format_exception(fault)),
     )
+
+
+def _checked(path: Path, shown: str, read: Reader, job: Job) -> Scenario:
+    """A scenario of the bundle, which may be run here."""
+    scenario = check_file(path, name=shown, read=read, vet=partial(vet_sources, allowed=job.allowed))
+    if scenario.checked.errors:
+        raise InvalidScenario(scenario.checked.errors)
+    return scenario
+
+
+def _stop(run: Run, reason: str) -> None:
+    """Stop a run, and what is done after it in time."""
+    run.stop(reason)
+    asyncio.get_running_loop().call_later(AFTER_STOP, run.halt, reason)
 
 
 def _as_seen_from(directory: Path) -> Path:

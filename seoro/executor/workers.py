@@ -68,6 +68,11 @@ class Worker:
         with suppress(OSError):
             self._write(Frame.STOP, reason.encode())
 
+    def halt(self, reason: str) -> None:
+        """Ask it to stop its run, and to do nothing after it."""
+        with suppress(OSError):
+            self._write(Frame.HALT, reason.encode())
+
     def _write(self, kind: Frame, data: bytes) -> None:
         with os.fdopen(os.dup(self._control), "wb") as pipe:
             pipe.write(frame(kind, data))

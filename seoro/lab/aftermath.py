@@ -1,4 +1,6 @@
-"""What is done with robots of a lab after a run, which still holds them: they drive home, or are put somewhere."""
+"""What is done with robots of a lab after a run, which still holds them: they drive home, are put somewhere, or
+carry out a scenario.
+"""
 
 from __future__ import annotations
 
@@ -7,60 +9,96 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 
 import anyio
+import anyio.lowlevel
 
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendError
 from seoro.lab.reading import Lab
-from seoro.lab.schema import AfterFile, PlaceFile
+from seoro.lab.resetting import Resetting
+from seoro.lab.schema import PlaceFile
 from seoro.runtime.contracts import GoalStatus, Orientation3D, Pose3D, Position3D, Report, Velocity6D
 
 STEP = 0.5  # [s] of simulated time that are granted at a time on the way home
 PUT_WITHIN = 5.0  # [s]
 
+NOT_DONE = "the robot '%s' was not left in order after the run: %s"
+
 log = logging.getLogger(__name__)
 
 
-@asynccontextmanager
-async def left_in_order(lab: Lab, nodes: Mapping[str, SimulatorNode | RobotNode]) -> AsyncIterator[None]:
-    """Do after the block, however it ends, what the lab says of its robots.
+class Aftermath:
+    """What a lab says of the robots of a run for its end.
 
     Args:
         lab: The lab.
-        nodes: Where the robots of the run live, by their names in the lab.
+        nodes: Where they live, by their names in the lab.
+        resets: Scenarios by which they are left in order, for those that have one.
+
+    `follows` says that the run has begun; else the robots are where they were.
     """
-    try:
-        yield
-    finally:
-        with anyio.CancelScope(shield=True):
-            for robot, node in nodes.items():
-                after = lab.robots[robot].after
-                if after is not None:
-                    await _leave(robot, lab.called(robot), node, after)
 
+    def __init__(
+        self, lab: Lab, nodes: Mapping[str, SimulatorNode | RobotNode], resets: Mapping[str, Resetting]
+    ) -> None:
+        self._lab = lab
+        self._nodes = nodes
+        self._resets = resets
+        self.follows = False
+        self._scope = anyio.CancelScope(shield=True)
 
-async def _leave(robot: str, called: str, node: SimulatorNode | RobotNode, after: AfterFile) -> None:
-    """Leave one robot in order; what goes wrong is said, and does not change how the run has ended."""
-    try:
-        if after.home is not None:
-            await _drive_home(called, node, after.home, after.within)
-        elif after.place is not None and isinstance(node, SimulatorNode):
-            with anyio.fail_after(PUT_WITHIN):
-                await node.set_entity_state(called, _pose(after.place), Velocity6D())
-        else:
-            log.warning("the robot '%s' cannot be put anywhere: it is no simulated one", robot)
-    except (BackendError, TimeoutError) as error:
-        log.warning("the robot '%s' was not brought back after the run: %s", robot, error or "it takes too long")
+    def cut_short(self) -> None:
+        """Have nothing done any more; what is being done ends at once."""
+        self._scope.cancel()
+
+    @asynccontextmanager
+    async def following(self) -> AsyncIterator[None]:
+        """Do it after the block, however that ends."""
+        try:
+            yield
+        finally:
+            with self._scope:
+                for robot in self._nodes if self.follows else ():
+                    await self._leave(robot)
+
+    async def _leave(self, robot: str) -> None:
+        """Leave one robot in order; what goes wrong is said, and does not change how the run has ended."""
+        after, node, called = self._lab.robots[robot].after, self._nodes[robot], self._lab.called(robot)
+        if after is None:
+            return
+        try:
+            await anyio.lowlevel.checkpoint()  # a run begins all the same when it is cancelled
+            if robot in self._resets:
+                await self._resets[robot].carry_out()
+            elif after.home is not None:
+                await _drive_home(called, node, after.home, after.within)
+            elif after.place is not None and isinstance(node, SimulatorNode):
+                with anyio.fail_after(PUT_WITHIN):
+                    await node.set_entity_state(called, _pose(after.place), Velocity6D())
+            else:
+                log.warning("the robot '%s' cannot be put anywhere: it is no simulated one", robot)
+        except (BackendError, TimeoutError) as error:
+            if not self._scope.cancel_called:
+                log.warning(NOT_DONE, robot, error or "it takes too long")
+        finally:
+            if self._scope.cancel_called:
+                log.warning(NOT_DONE, robot, "that was cut short")
 
 
 async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFile, within: float) -> None:
     told: list[Report] = []
+    lost: list[str] = []
     over = anyio.Event()
 
     def tell(report: Report) -> None:
         told.append(report)
         over.set()
 
+    def lose(reason: str) -> None:
+        lost.append(reason)
+        over.set()
+
+    await node.start_run(lambda name, arguments: None, lose)
     goal = await node.navigate(robot, [_pose(home)], stop_at_each=False, report=tell)
     try:
         with anyio.fail_after(within):
@@ -68,9 +106,12 @@ async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFi
                 await _grant(node, over, within)
             else:
                 await over.wait()
-    except TimeoutError:
-        await node.cancel_goal(goal)
+    except BaseException:
+        with anyio.CancelScope(shield=True):
+            await node.cancel_goal(goal)
         raise
+    if lost:
+        raise BackendError(lost[0])
     if told and told[0].status is not GoalStatus.SUCCEEDED:
         raise BackendError(told[0].message)
 

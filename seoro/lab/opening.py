@@ -13,11 +13,12 @@ from seoro.bridges.robot.connecting import Claim, NoSuchRobot, connect_robots
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import InvalidUse
-from seoro.lab.aftermath import left_in_order
+from seoro.lab.aftermath import Aftermath
 from seoro.lab.binding import States, bind
 from seoro.lab.limits import limit_requests
 from seoro.lab.readiness import check_ready, needs_state
 from seoro.lab.reading import Lab
+from seoro.lab.resetting import Resets, Resetting
 from seoro.lab.schema import LimitsFile
 from seoro.lab.seeing import look
 from seoro.lab.wishes import Wish
@@ -33,6 +34,7 @@ class Wanted:
     Args:
         seed: For everything that a simulator draws.
         models: Where models to spawn are looked up.
+        resets: Loads scenarios by which robots are left in order.
         purpose: What robots are held for, for others who want them.
         actors: Names of the scenario's actors.
         wishes: What actors are to be, for whom that is said.
@@ -40,6 +42,7 @@ class Wanted:
 
     seed: int
     models: ModelPath
+    resets: Resets
     purpose: str
     actors: frozenset[str] = frozenset()
     wishes: Mapping[str, Wish] = field(default_factory=dict)
@@ -53,11 +56,13 @@ class OpenLab:
         simulator: The simulator, if there is one.
         bridges: The bridges, whose robots are held.
         placements: Where actors live, by their names.
+        aftermath: What follows.
     """
 
     simulator: SimulatorNode | None
     bridges: tuple[RobotNode, ...]
     placements: Mapping[str, Placement]
+    aftermath: Aftermath
 
     @property
     def backends(self) -> tuple[Node, ...]:
@@ -81,6 +86,9 @@ async def open_lab(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[Open
     """
     states = await _states(lab) if wanted.wishes else {}
     bound = bind(lab, wanted.actors, wanted.wishes, states, claim.lease, may_wait=claim.waits)
+    loaded = {
+        robot: wanted.resets(path, lab.place(robot)) for robot in bound.values() if (path := lab.reset_of(robot))
+    }
     async with AsyncExitStack() as stack:
         nodes: dict[str, Node] = {}
         # In one order wherever they are written, simulators that have to be started last.
@@ -103,8 +111,15 @@ async def open_lab(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[Open
         bridges = tuple(node for node in nodes.values() if isinstance(node, RobotNode))
         for name, node in nodes.items():
             limit_requests(node, dict(_limits(lab, bound, name)))
-        async with left_in_order(lab, {robot: nodes[lab.robots[robot].where] for robot in bound.values()}):
-            yield OpenLab(simulator, bridges, placements)
+        resets = {}
+        for actor, robot in bound.items():
+            after = lab.robots[robot].after
+            if robot in loaded and after is not None:
+                node = nodes[lab.robots[robot].where]
+                resets[robot] = Resetting(loaded[robot], node, placements[actor], wanted.seed, after.within)
+        aftermath = Aftermath(lab, {robot: nodes[lab.robots[robot].where] for robot in bound.values()}, resets)
+        async with aftermath.following():
+            yield OpenLab(simulator, bridges, placements, aftermath)
 
 
 @asynccontextmanager

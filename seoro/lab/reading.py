@@ -71,6 +71,21 @@ class Lab:
         """The file and line where it has a robot."""
         return self._lines.at(("robots", actor))
 
+    def reset_of(self, robot: str) -> Path | None:
+        """The file of the scenario by which a robot is left in order, if it is.
+
+        Raises:
+            InvalidUse: There is no such file.
+        """
+        after = self._file.robots[robot].after
+        if after is None or after.scenario is None:
+            return None
+        path = self._folder / after.scenario
+        if not path.is_file():
+            place = self._lines.at(("robots", robot, "after", "scenario"))
+            raise InvalidUse(f"{place}: robots.{robot}.after: there is no file {path}")
+        return path
+
     def check(self) -> None:
         """Check what the form alone does not tell.
 

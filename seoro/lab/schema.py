@@ -13,7 +13,7 @@ robots:                                       # of each actor, where it lives an
     can: [navigate, carry]
     limits: {speed: 0.3, area: {x: [0, 5], y: [-2, 2]}}
     before: {battery: 0.3, localised: true, area: {x: [0, 1], y: [0, 1]}}
-    after: {home: {x: 0.5, y: 0.5}}
+    after: {home: {x: 0.5, y: 0.5}}           # or {scenario: reset.osc}
 """
 
 from __future__ import annotations
@@ -132,17 +132,21 @@ class AfterFile(_Part):
     Args:
         home: Where it drives.
         place: Where it is put, which a simulator can.
-        within: How long it may take to drive home [s].
+        scenario: Path of a scenario from the folder of the lab file, whose one actor the robot is.
+        within: How long it may take to drive home, or that scenario [s].
     """
 
     home: PlaceFile | None = None
     place: PlaceFile | None = None
+    scenario: Text | None = None
     within: Annotated[float, Field(gt=0.0, le=3600.0)] = 120.0
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        if (self.home is None) == (self.place is None):
-            raise ValueError("say either where the robot drives `home`, or the `place` where it is put")
+    def _one_of_three(self) -> Self:
+        if [self.home, self.place, self.scenario].count(None) != 2:
+            raise ValueError(
+                "say either where the robot drives `home`, or the `place` where it is put, or a `scenario`"
+            )
         return self
 
 
