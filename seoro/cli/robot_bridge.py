@@ -113,4 +113,20 @@ def _robots(texts: Sequence[str]) -> list[BridgedRobot]:
                 f"two robots are called '{name}'", help="give them names: `--robot turtlebot4:leader`"
             )
         robots.append(BridgedRobot(name, profile, f"/{(parts['namespace'] or '').strip('/')}"))
+    _check_apart(robots)
     return robots
+
+
+def _check_apart(robots: Sequence[BridgedRobot]) -> None:
+    """Refuse two names for one robot, which runs would command at the same time."""
+    from seoro.bridges.ros2.wire.names import resolve  # noqa: PLC0415 - for this command only
+
+    commanded: dict[str, str] = {}
+    for robot in robots:
+        for name in sorted({resolve(command, robot.namespace, "robot") for command in robot.profile.commands}):
+            if name in commanded:
+                raise InvalidUse(
+                    f"'{commanded[name]}' and '{robot.name}' are one robot: {name} commands both",
+                    help="say in which namespace each has its topics: `--robot turtlebot4:leader@/tb1`",
+                )
+            commanded[name] = robot.name

@@ -18,6 +18,11 @@ from seoro.cli.main import main
         (["--robot", "rover"], "profiles: "),
         (["--robot", "turtlebot4:1"], "such as `--robot turtlebot4:leader@/tb1`"),
         (["--robot", "turtlebot4", "--robot", "turtlebot4"], "two robots are called 'turtlebot4'"),
+        (
+            ["--robot", "turtlebot4:a@/tb", "--robot", "turtlebot4:b@/tb/"],
+            "'a' and 'b' are one robot: /tb/cmd_vel commands both",
+        ),
+        (["--robot", "turtlebot4@/1tb"], "1tb"),
         (["--robot", "turtlebot4", "--name", "Hall"], "'Hall' cannot name a bridge"),
         (["--robot", "turtlebot4", "--ros-listen", "tcp/127.0.0.1:1"], "`--ros-listen` goes with `--expose`"),
     ],

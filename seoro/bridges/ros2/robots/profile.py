@@ -141,6 +141,11 @@ class Profile(_Part):
         return self
 
     @property
+    def commands(self) -> tuple[str, ...]:
+        """The names of all that makes it move."""
+        return self.actions if self.base is None else (self.base.cmd_vel, *self.actions)
+
+    @property
     def actions(self) -> tuple[str, ...]:
         """The names of its actions."""
         base, arm, names = self.base, self.arm, list[str]()

@@ -21,6 +21,7 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.ros2.wire.names import resolve
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.work import Work
@@ -83,6 +84,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
         AsyncExitStack() as stack,
         background() as tasks,
     ):
+        warn_of_others(options.robots, system)
         links = [await _link(system, robot, stack, tasks) for robot in options.robots]
         made: list[RosRobot] = []
 
@@ -105,6 +107,19 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
             for robot in made:
                 await robot.open()
             yield
+
+
+def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
+    """Say that another bridge serves a robot already: its runs and ours would command it at the same time."""
+    for robot in robots:
+        followers = system.graph.subscriptions(resolve(robot.profile.tf, robot.namespace, NODE))
+        if any(each.node is not None and each.node.name == NODE for each in followers):
+            log.warning(
+                "another bridge serves a robot in the namespace %s, too: runs over either would command '%s' at "
+                "the same time; end one of them",
+                robot.namespace,
+                robot.name,
+            )
 
 
 def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:

@@ -153,6 +153,7 @@ async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten
     assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "said").read_text()
 
 
+STOPPED = "the robot 'tb' was stopped"
 OTHER = "@ros2_lv/0/aa/1/2/MP/%/%tb/robot/%tb%odom/std_msgs::msg::dds_::String_/RIHS01_12/1:2:1,10:,:,:,,"
 
 
@@ -160,9 +161,12 @@ async def test_why_a_robot_says_nothing_is_told(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
 
     async def why() -> str:
-        with pytest.raises(BackendRefused) as refused:
-            await node.watch_distance("tb", 1.0, Ends())
-        return str(refused.value).removeprefix("the robot says nothing on /tb/odom, its odometry: ")
+        said = STOPPED
+        while said == STOPPED:  # a busy machine may keep this process from a sign of life
+            with pytest.raises(BackendRefused) as refused:
+                await node.watch_distance("tb", 1.0, Ends())
+            said = str(refused.value)
+        return said.removeprefix("the robot says nothing on /tb/odom, its odometry: ")
 
     with router_process(router):
         async with connect(router, dialect=RmwZenoh()) as system, system.node("robot", "/tb") as robot:
