@@ -29,7 +29,7 @@ class SpawnEntity:
     xacro_arguments: str
 
 
-@action("osc_actor.spawn", anywhere=Simulation)
+@action("osc_actor.spawn", anywhere=Simulation, uris=("model",))
 async def spawn(
     ctx: ActionContext, actor: Actor, spawn_pose: Pose3D, model: str, world_name: str, xacro_arguments: str
 ) -> None:
@@ -38,7 +38,7 @@ async def spawn(
     await ctx.ask(ctx.anywhere(Simulation).spawn_entity(_entity(actor), model, spawn_pose))
 
 
-@action("osc_actor.relative_spawn", anywhere=Simulation)
+@action("osc_actor.relative_spawn", anywhere=Simulation, uris=("model",))
 async def relative_spawn(
     ctx: ActionContext,
     actor: Actor,

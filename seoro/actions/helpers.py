@@ -213,7 +213,7 @@ _FAILED_BY_SUCCESS = Outcome(Status.FAILED, "it succeeded")
 
 def get_scenario_file_directory(run: MethodContext) -> str:
     """The folder of the scenario file, as an absolute path."""
-    return str(run.file.resolve().parent)
+    return str(run.place_of(run.file.name).resolve().parent)
 
 
 def get_output_directory(run: MethodContext) -> str:

@@ -51,12 +51,13 @@ async def bag_play(
     start_offset: float,
 ) -> None:
     """Play a bag to its end."""
+    place = ctx.place_of(source)
     playing = system_of(ctx).play(
-        ctx.file.parent / source,
+        place,
         topics,
         lambda text: ctx.relay([text]),
         start_offset=start_offset,
         clock_rate=publish_clock_rate if publish_clock else None,
     )
-    with failing():
+    with failing(place, ctx.file.parent / source):
         await meanwhile(ctx, playing)

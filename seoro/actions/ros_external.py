@@ -32,7 +32,7 @@ async def check_data_external(
     wait_for_first_message: bool,
 ) -> None:
     """Wait for a message of which a function of a Python file says that it is right."""
-    function = await anyio.to_thread.run_sync(_function, ctx.file.parent / file_path, function_name)
+    function = await anyio.to_thread.run_sync(_function, ctx.place_of(file_path), function_name)
 
     def judge(message: RosMessage) -> str:
         answer = function(message.message)

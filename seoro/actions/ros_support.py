@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from seoro.actions.reports import DONE
@@ -27,14 +28,19 @@ def system_of(ctx: ActionContext) -> Ros2System:
 
 
 @contextmanager
-def failing() -> Iterator[None]:
-    """In the block, what a ROS 2 system does not allow for or does not do is a failure of the action."""
+def failing(place: Path = Path(), named: Path = Path()) -> Iterator[None]:
+    """In the block, what a ROS 2 system does not allow for or does not do is a failure of the action.
+
+    Args:
+        place: Of a file that may be wrong.
+        named: How that is called for those who named it.
+    """
     try:
         yield
     except BackendLost:
         raise
     except (InvalidUse, BackendError) as error:
-        raise ActionFailed(_words(error)) from error
+        raise ActionFailed(_words(error).replace(str(place), str(named))) from error
     except ExceptionGroup as group:
         told, others = group.split((InvalidUse, BackendError))
         if told is None or others is not None:
@@ -42,7 +48,7 @@ def failing() -> Iterator[None]:
         first: Exception = told
         while isinstance(first, ExceptionGroup):
             first = first.exceptions[0]
-        raise ActionFailed(_words(first)) from group
+        raise ActionFailed(_words(first).replace(str(place), str(named))) from group
 
 
 @contextmanager

@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import quote, unquote
 
+from seoro.located import Locate, as_named
+
 MAX_MODEL_SIZE = 4 * 1024 * 1024  # [bytes]
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
 
@@ -28,9 +30,11 @@ class ModelPath:
 
     Args:
         folders: Given by the user; looked at first.
+        locate: Gives the places of files that are named by absolute paths.
     """
 
     folders: Sequence[Path] = ()
+    locate: Locate = as_named
 
     def read(self, uri: str) -> str:
         """The text of a model.
@@ -47,7 +51,7 @@ class ModelPath:
             raise ModelNotFound(f"'{uri}' names no model: write `name://path`, or `file:///path` for a file")
         relative = unquote(rest)
         if name == "file":
-            return _read(Path(relative), uri)
+            return _read(self.locate(Path(relative)), uri)
         looked = []
         for root in self._roots(name):
             path = (root / relative).resolve()

@@ -37,10 +37,12 @@ class Bundle:
     Args:
         manifest: What it consists of.
         blobs: For each hash, a file with that content.
+        names_absolute: Whether files of it are named by absolute paths in others.
     """
 
     manifest: wire.Manifest
     blobs: dict[str, Path]
+    names_absolute: bool = False
 
 
 def pack(
@@ -71,16 +73,23 @@ def pack(
     if options.parameters is not None:  # what is wrong with it is told here
         read_parameters(options.parameters, find_entry(scenario.checked, options.name).qualified_name)
     folders = _folders(options)
-    files = [*_single_files(options), *_world_files(options), *_files_of(scenario, options, entry.parent)]
+    files, names_absolute = _files_of(scenario, options, entry.parent)
+    files += [*_single_files(options), *_world_files(options)]
+    names_absolute |= _world_is_absolute(options)
     for path in _resets(options):
         reset = check_file(path, import_python=False)
         if reset.checked.errors:
             raise InvalidScenario(reset.checked.errors)
-        files += _files_of(reset, Options(), path.parent)
+        more, are_absolute = _files_of(reset, Options(), path.parent)
+        files += more
+        names_absolute |= are_absolute
     for folder in folders:
         files += _files_below(folder)
     absolute = sorted({Path(os.path.abspath(file)) for file in files})  # noqa: PTH100 - links keep their names
     parents = [str(file.parent) for file in absolute]
+    here = Path.cwd()
+    if not Path(sources.entry.file.name).is_absolute():  # what else is relative is so to where we are
+        parents.append(str(here))
     root = Path(os.path.commonpath([*parents, *(os.path.abspath(folder) for folder in folders)]))  # noqa: PTH100
     packer = _Packer(root, {} if contents is None else {Path(os.path.abspath(entry)): contents})  # noqa: PTH100
     listed = tuple(packer.add(file) for file in absolute)
@@ -88,15 +97,15 @@ def pack(
         raise InvalidUse(
             f"the files of the scenario have {total >> 20} MiB, more than {wire.MAX_BUNDLE >> 20} MiB"
         )
-    here = Path.cwd()
     manifest = wire.Manifest(
         files=listed,
         entry=packer.place(entry),
         shown=sources.entry.file.name,
         directory=packer.place(here) if here.is_relative_to(root) and here != root else ROOT,
+        root=str(root),
         options=_bundled(options, packer, timeout, film),
     )
-    return Bundle(manifest, packer.blobs)
+    return Bundle(manifest, packer.blobs, names_absolute)
 
 
 class _Packer:
@@ -143,14 +152,18 @@ def _resets(options: Options) -> Iterator[Path]:
         yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
 
 
-def _files_of(scenario: Scenario, options: Options, folder: Path) -> Iterator[Path]:
-    """What a scenario consists of, whose file lies in a folder."""
+def _files_of(scenario: Scenario, options: Options, folder: Path) -> tuple[list[Path], bool]:
+    """What a scenario consists of, whose file lies in a folder, and whether it names any of that absolutely."""
     sources = scenario.checked.sources
-    yield from _own_sources(sources)
+    files = [*_own_sources(sources)]
+    names_absolute = _imports_absolute(sources)
     for named in named_files(scenario, options, folder):
-        yield from _files_below(named) if named.is_dir() else [named]
+        names_absolute |= named.is_absolute
+        for path in named.paths:
+            files += _files_below(path) if path.is_dir() else [path]
     for library in _library_folders(sources):
-        yield from _files_below(library)
+        files += _files_below(library)
+    return files, names_absolute
 
 
 def _own_sources(sources: Sources) -> Iterator[Path]:
@@ -159,17 +172,15 @@ def _own_sources(sources: Sources) -> Iterator[Path]:
     for module in sources.modules:
         if module.library is not None and origins[module.library] is not Origin.BESIDE:
             continue
-        for statement in module.tree.statements:
-            if isinstance(statement, ast.ImportUri):
-                path = path_of(statement.uri)
-                if path is not None and path.is_absolute():
-                    raise InvalidUse(
-                        "what is imported by an absolute path is not there on another machine",
-                        statement.span,
-                        "import it by a path relative to this file",
-                    )
         if module.file.path is not None:
             yield module.file.path
+
+
+def _imports_absolute(sources: Sources) -> bool:
+    """Whether a file is imported by an absolute path."""
+    statements = (statement for module in sources.modules for statement in module.tree.statements)
+    paths = (path_of(statement.uri) for statement in statements if isinstance(statement, ast.ImportUri))
+    return any(path is not None and path.is_absolute() for path in paths)
 
 
 def _library_folders(sources: Sources) -> Iterator[Path]:
@@ -207,6 +218,16 @@ def _world_files(options: Options) -> Iterator[Path]:
             help="name a world that the executor's simulators have, such as `maze`, or a file such as `hall.yaml`",
         )
     yield from files_of_world(world)
+
+
+def _world_is_absolute(options: Options) -> bool:
+    """Whether the lab names a world file by an absolute path."""
+    if options.lab is None:
+        return False
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - as above
+
+    lab = read_lab(options.lab.file)
+    return lab.simulator is not None and Path(lab.simulator[1].world or "").is_absolute()
 
 
 def _folders(options: Options) -> Sequence[Path]:

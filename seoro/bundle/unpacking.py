@@ -13,6 +13,7 @@ from seoro.embed.checking import check_options
 from seoro.embed.options import OF_ROS, ClockName, Lab, Leasing, Options, Ros, Simulator
 from seoro.errors import InvalidUse
 from seoro.lab.reading import read_lab
+from seoro.located import Locate, as_named
 
 
 class InvalidBundle(Exception):
@@ -35,6 +36,8 @@ def check_manifest(manifest: wire.Manifest) -> None:
         raise InvalidBundle(str(error)) from error
     if len(places) != len(manifest.files) or places & folders:
         raise InvalidBundle("two files of the bundle are at the same place")
+    if manifest.root is not None and not PurePosixPath(manifest.root).is_absolute():
+        raise InvalidBundle(f"{manifest.root!r} is no absolute path")
     options = manifest.options
     simulator, lab = options.simulator, options.lab
     world = simulator.world if simulator is not None else None
@@ -81,8 +84,13 @@ def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -
     (folder / manifest.directory).mkdir(parents=True, exist_ok=True)
 
 
-def options_of(manifest: wire.Manifest, folder: Path) -> Options:
+def options_of(manifest: wire.Manifest, folder: Path, locate: Locate = as_named) -> Options:
     """How a bundle is to be run that lies in a folder.
+
+    Args:
+        manifest: Of the bundle.
+        folder: The folder.
+        locate: Gives the places of files in it that are named by absolute paths.
 
     Raises:
         InvalidUse: Its options do not go together.
@@ -96,9 +104,10 @@ def options_of(manifest: wire.Manifest, folder: Path) -> Options:
         clock=_clock(given.clock),
         simulator=None if given.simulator is None else _simulator(given.simulator, folder),
         ros=None if given.ros is None else _ros(given.ros, folder),
-        lab=None if given.lab is None else _lab(given.lab, folder),
+        lab=None if given.lab is None else _lab(given.lab, folder, locate),
         leasing=Leasing(wait=given.leasing.wait, priority=given.leasing.priority, lease=given.leasing.lease),
         grace=given.grace,
+        locate=locate,
     )
     check_options(options)
     return options
@@ -131,10 +140,10 @@ def _ros(given: wire.BundledRos, folder: Path) -> Ros:
     return Ros(given.endpoint, given.domain, given.dialect, [folder / path for path in given.interfaces])
 
 
-def _lab(given: wire.BundledLab, folder: Path) -> Lab:
+def _lab(given: wire.BundledLab, folder: Path, locate: Locate) -> Lab:
     world = read_lab(folder / given.file).world
     if world is not None and not is_world_name(world):
-        path = Path(world)
+        path = locate(Path(world))
         if not path.is_relative_to(folder.resolve()) or not path.is_file():
             raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

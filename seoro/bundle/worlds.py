@@ -16,7 +16,7 @@ TIMEOUT: Final = 60.0  # [s]
 SUFFIXES: Final = frozenset({".yaml", ".yml"})
 XML_SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml"})
 FILE_ATTRIBUTES: Final = ("file", "filename")  # of elements, which name files; so does the text of `uri`
-_FILE_SCHEME: Final = "file://"
+FILE_SCHEME: Final = "file://"
 
 
 def is_world_file(world: str) -> bool:
@@ -26,12 +26,12 @@ def is_world_file(world: str) -> bool:
 
 def is_file_uri(world: str) -> bool:
     """Whether a world is named by `file://`."""
-    return world.startswith(_FILE_SCHEME)
+    return world.startswith(FILE_SCHEME)
 
 
 def file_here(world: str) -> Path | None:
     """The file of this machine that a world of a foreign simulator names; None if the name is that simulator's."""
-    path = Path(unquote(world.removeprefix(_FILE_SCHEME)) if is_file_uri(world) else world)
+    path = Path(unquote(world.removeprefix(FILE_SCHEME)) if is_file_uri(world) else world)
     return path if path.is_file() else None
 
 

@@ -176,7 +176,7 @@ class Client:
         """The same with a bundle that was made before."""
         check_priority(priority)
         reached = await self._named(executor)
-        await check_ability(reached, bundle.manifest.options, priority)
+        await check_ability(reached, bundle, priority)
         submission = wire.Submission(
             run=secrets.token_hex(16),
             manifest=bundle.manifest,

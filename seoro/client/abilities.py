@@ -6,18 +6,17 @@ from seoro import __version__
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.wire.message import Empty
+from seoro.bundle.packing import Bundle
 from seoro.embed.options import OF_ROS
 from seoro.errors import InvalidUse
 
 
-async def check_ability(
-    executor: Executor, options: wire.BundledOptions, priority: int = 0, *, is_dry: bool = False
-) -> None:
+async def check_ability(executor: Executor, bundle: Bundle, priority: int = 0, *, is_dry: bool = False) -> None:
     """Refuse what an executor cannot do.
 
     Args:
         executor: The executor.
-        options: How a scenario is to be run there.
+        bundle: What is to be run there.
         priority: Of the run.
         is_dry: Whether it is only tried.
 
@@ -25,6 +24,7 @@ async def check_ability(
         InvalidUse: It is too old, or has not installed what that takes.
         BackendError: It is gone.
     """
+    options = bundle.manifest.options
     simulator = options.simulator
     has_world_file = simulator is not None and simulator.world_file is not None
     lacking = (
@@ -35,6 +35,12 @@ async def check_ability(
             wire.ROS_SIMULATORS,
             "uses no simulators of ROS 2 systems",
             "name another simulator",
+        ),
+        (
+            bundle.names_absolute,
+            wire.ABSOLUTE_PATHS,
+            "does not find files by absolute paths",
+            "name files by relative paths",
         ),
         (is_dry, wire.DRY_RUNS, "makes no dry runs", "try it without `--on`"),
         (options.film is not None, wire.FILMS, "records no films", "run it without a film"),

@@ -42,7 +42,7 @@ async def try_bundle(executor: Executor, bundle: Bundle) -> DryRun:
     Raises:
         InvalidScenario, InvalidUse, BackendError: It cannot be run there.
     """
-    await check_ability(executor, bundle.manifest.options, is_dry=True)
+    await check_ability(executor, bundle, is_dry=True)
     missing: frozenset[str] = frozenset()
 
     async def ask(sent: tuple[str, ...]) -> wire.Tried:

@@ -63,7 +63,9 @@ async def open_backends(
         lab = read_lab(options.lab.file)
         from seoro.embed.resets import resets_of  # noqa: PLC0415 - as above
 
-        wanted = Wanted(seed, ModelPath(options.lab.model_path), resets_of(options), purpose, actors, wishes)
+        wanted = Wanted(
+            seed, ModelPath(options.lab.model_path, options.locate), resets_of(options), purpose, actors, wishes
+        )
         async with when_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
             yield Opened(opened.simulator, opened.backends, opened.placements, opened.aftermath)
     elif options.simulator is not None:
@@ -81,7 +83,7 @@ async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str
     from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415
 
     snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
-    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path), snapshot)
+    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path, settings.locate), snapshot)
     if simulator.endpoint is not None:
         from seoro.lab.waiting import when_free  # noqa: PLC0415 - Zenoh
 

@@ -10,6 +10,7 @@ from typing import Literal, TypedDict
 
 from seoro.embed.scenarios import Scenario
 from seoro.lang.plan import Plan
+from seoro.located import Locate, as_named
 from seoro.runtime.contracts import Observer
 
 OF_ROS = "ros"  # names the simulator of a ROS 2 system
@@ -113,6 +114,7 @@ class Options:
         grace: Time for the clean-up of a cancelled action [s].
         vet: Called with the plan before anything is started; what it raises comes out of `start`.
         load: Loads the scenarios that a lab file names; `seoro.load` if it is not given.
+        locate: Gives the places of files that are named by absolute paths.
     """
 
     name: str | None = None
@@ -130,6 +132,7 @@ class Options:
     grace: float = 5.0
     vet: Callable[[Plan], object] | None = None
     load: Callable[[Path], Scenario] | None = None
+    locate: Locate = as_named
 
 
 class OptionFields(TypedDict, total=False):
@@ -150,3 +153,4 @@ class OptionFields(TypedDict, total=False):
     grace: float
     vet: Callable[[Plan], object] | None
     load: Callable[[Path], Scenario] | None
+    locate: Locate

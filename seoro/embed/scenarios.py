@@ -14,6 +14,7 @@ from seoro.lang.frontend import Checked
 from seoro.lang.frontend import load as load_sources
 from seoro.lang.loader import Reader, Sources, read_file
 from seoro.lang.recorder import Recorder
+from seoro.located import Locate, as_named
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ def check_file(
     import_python: bool = True,
     modules: Iterable[ModuleType] = (),
     read: Reader = read_file,
+    locate: Locate = as_named,
     recorder: Recorder | None = None,
     name: str | None = None,
     vet: Callable[[Sources], object] | None = None,
@@ -49,11 +51,12 @@ def check_file(
             and to match them with declarations. Without them it cannot be run.
         modules: As `load`.
         read: Gives the texts of files.
+        locate: Gives the places of those that are imported by absolute paths.
         recorder: Is told what names mean and of what types values are.
         name: How to call the file in messages; as its path unless said otherwise.
         vet: Called with what was read, before any Python is imported; what it raises comes out.
     """
-    sources = load_sources(Path(path), name or str(path), read)
+    sources = load_sources(Path(path), name or str(path), read, locate)
     if vet is not None:
         vet(sources)
     bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)

@@ -104,6 +104,7 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,
+            locate=options.locate,
             overrides=overrides,
             grace=options.grace,
             version=__version__,

@@ -28,6 +28,7 @@ import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import BundledFilm, Tried
+from seoro.bundle.places import locating
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
@@ -39,6 +40,7 @@ from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_source
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
 from seoro.lang.loader import Reader
+from seoro.located import Locate
 from seoro.reasons import fault_text
 from seoro.runtime.jsonl import to_json
 
@@ -183,17 +185,18 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     """How a run ended; None of a dry run that could be."""
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
-    read = reader_of(files)
-    scenario = _checked(files / manifest.entry, manifest.shown, read, job)
+    locate = locating(manifest.root, files)
+    load = partial(_checked, read=reader_of(files), locate=locate, job=job)
+    scenario = load(files / manifest.entry, shown=manifest.shown)
     loop = asyncio.get_running_loop()
-    asked = options_of(manifest, _as_seen_from(Path(manifest.directory)))
+    asked = options_of(manifest, _as_seen_from(Path(manifest.directory)), locate)
     options = replace(
         asked,
         leasing=replace(asked.leasing, say=telling.wait, turn=partial(orders.turn, telling.be_ready)),
         observers=(telling,),
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
-        load=lambda path: _checked(path, str(path), read, job),
+        load=lambda path: load(path, shown=str(path)),
     )
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
@@ -224,9 +227,10 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     )
 
 
-def _checked(path: Path, shown: str, read: Reader, job: Job) -> Scenario:
+def _checked(path: Path, *, shown: str, read: Reader, locate: Locate, job: Job) -> Scenario:
     """A scenario of the bundle, which may be run here."""
-    scenario = check_file(path, name=shown, read=read, vet=partial(vet_sources, allowed=job.allowed))
+    vet = partial(vet_sources, allowed=job.allowed)
+    scenario = check_file(path, name=shown, read=read, locate=locate, vet=vet)
     if scenario.checked.errors:
         raise InvalidScenario(scenario.checked.errors)
     return scenario

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
@@ -126,7 +127,8 @@ async def open_lab(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[Open
 async def _simulator(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[SimulatorNode]:
     assert lab.simulator is not None
     _, file = lab.simulator
-    options = SimulatorOptions(lab.world, wanted.seed, wanted.models)
+    world = lab.world if lab.world is None else str(wanted.models.locate(Path(lab.world)))
+    options = SimulatorOptions(world, wanted.seed, wanted.models)
     if file.connect is not None:
         opened = connect_simulator(file.connect, options, file.name, wanted.purpose, claim)
     else:

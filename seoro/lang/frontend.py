@@ -13,13 +13,14 @@ from seoro.lang.lower.lower import lower_scenario
 from seoro.lang.plan import Plan
 from seoro.lang.recorder import Recorder
 from seoro.lang.traits import ParameterTrait
+from seoro.located import Locate, as_named
 
 __all__ = ["Checked", "ParameterTrait", "Sources", "check", "load", "lower"]
 
 _NO_OVERRIDES: Mapping[str, str] = {}
 
 
-def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sources:
+def load(path: Path, name: str | None = None, read: Reader = read_file, locate: Locate = as_named) -> Sources:
     """Read and parse a scenario file and all it imports.
 
     Faults in the texts do not raise: they stand in the `diagnostics` of what is returned.
@@ -28,8 +29,9 @@ def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sourc
         path: The file.
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
+        locate: Gives the places of those that are imported by absolute paths.
     """
-    return loader.load(path, name, read)
+    return loader.load(path, name, read, locate)
 
 
 def check(

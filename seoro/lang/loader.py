@@ -21,6 +21,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.libraries import STANDARD_MODULES, Library, find_library
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
+from seoro.located import Locate, as_named
 
 MAX_MISSES = 30  # imports that find nothing, until no more are followed
 MAX_PATH = 4096  # characters
@@ -91,6 +92,7 @@ class _Loading:
 
     entry: SourceFile
     read: Reader
+    locate: Locate
     bag: Bag = field(default_factory=Bag)
     seen: set[Path] = field(default_factory=set)
     modules: list[Module] = field(default_factory=list)
@@ -104,18 +106,19 @@ class _Loading:
         self.bag.add(message)
 
 
-def load(path: Path, name: str | None = None, read: Reader = read_file) -> Sources:
+def load(path: Path, name: str | None = None, read: Reader = read_file, locate: Locate = as_named) -> Sources:
     """Read a scenario file and all it imports; faults stand in the diagnostics.
 
     Args:
         path: The file.
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
+        locate: Gives the places of those that are imported by absolute paths.
     """
     shown = name or str(path)
     text = read(path)
     file = SourceFile(shown, text if isinstance(text, str) else "", path)
-    loading = _Loading(file, read)
+    loading = _Loading(file, read, locate)
     if not isinstance(text, str):
         loading.bag.add(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
@@ -209,7 +212,7 @@ def _find_file(
     if path is None:
         loading.miss(imports.UnknownScheme(statement.span, statement.uri.partition(":")[0]))
         return None
-    full = where.parent / path
+    full = loading.locate(path) if path.is_absolute() else where.parent / path
     if full.resolve() in loading.seen:
         return None
     text = loading.read(full)

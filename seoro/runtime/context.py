@@ -116,6 +116,10 @@ class ActionContext:
         """The scenario file; what a scenario names by a relative path lies beside it."""
         return self._place.services.run.file
 
+    def place_of(self, name: str) -> Path:
+        """Where a file or a folder is that the scenario names, relative to its own file or by an absolute path."""
+        return self._place.services.run.place_of(name)
+
     def leave_file(self, name: str, data: bytes, description: str) -> Path | None:
         """Write a file into the output folder of the run, where it is listed with the results.
 

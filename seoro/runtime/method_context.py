@@ -10,6 +10,8 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+from seoro.located import Locate, as_named
+
 
 class MethodContext:
     """The run, as external methods see it.
@@ -18,13 +20,21 @@ class MethodContext:
         seed: Of everything that is drawn.
         file: The scenario file.
         output_directory: Where the results of the run go; None if it has no such place.
+        locate: Gives the places of files that are named by absolute paths.
     """
 
-    def __init__(self, seed: int, file: Path, output_directory: Path | None = None) -> None:
+    def __init__(
+        self, seed: int, file: Path, output_directory: Path | None = None, locate: Locate = as_named
+    ) -> None:
         self.seed = seed
+        self._locate = locate
         self.file = file
         self.output_directory = output_directory
         self._streams: dict[str, random.Random] = {}
+
+    def place_of(self, name: str) -> Path:
+        """Where a file or a folder is that the scenario names, relative to its own file or by an absolute path."""
+        return self._locate(self.file.parent / name)
 
     def random(self, purpose: str) -> random.Random:
         """A stream of random numbers of its own for each purpose, which lasts as long as the run.

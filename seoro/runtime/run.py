@@ -21,6 +21,7 @@ import anyio
 from seoro.errors import BackendError, InvalidUse
 from seoro.lang.frozen import Value
 from seoro.lang.plan import InvokeScenario, Plan
+from seoro.located import Locate, as_named
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda, Flow, StepOrder
 from seoro.runtime.applied import apply, with_nested
@@ -61,6 +62,7 @@ class Settings(Value):
         actions: The actions that Python functions carry out, by qualified name.
         modifiers: The modifiers that they carry out, likewise.
         output_directory: Where the results of the run go; methods of libraries may ask for it.
+        locate: Gives the places of files that are named by absolute paths.
         overrides: What was set from outside, by path, as expressions of the language; they stand in the trace.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Of seoro; stands in the trace.
@@ -75,6 +77,7 @@ class Settings(Value):
     actions: Mapping[str, BoundAction] = field(default_factory=dict)
     modifiers: Mapping[str, BoundModifier] = field(default_factory=dict)
     output_directory: Path | None = None
+    locate: Locate = as_named
     overrides: Mapping[str, str] = field(default_factory=dict)
     grace: float = 5.0
     version: str = ""
@@ -97,7 +100,8 @@ class Execution:
         self._homes = Homes(settings.backends, settings.placements)
         self._actions = settings.actions
         self._run, run_of_coverage = (
-            MethodContext(settings.seed, Path(plan.file), settings.output_directory) for _ in range(2)
+            MethodContext(settings.seed, Path(plan.file), settings.output_directory, settings.locate)
+            for _ in range(2)
         )
         self._coverage = Coverage(plan.coverage, self._trace, run_of_coverage)
         self._entry = self._instantiate()

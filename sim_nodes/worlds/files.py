@@ -21,26 +21,35 @@ def files_of_world(path: Path) -> Iterator[Path]:
     """The files of a world, the world file first.
 
     Raises:
-        WorldError: One of them is not there, or is wrong.
+        WorldError: One of them is not there, or is wrong, or is named in a way that holds on this machine only.
     """
     load_world(str(path))
     yield path
     file, _ = read_world_file(read_text(path), str(path))
-    folder = path.parent
     if isinstance(file.floor_plan, str):
-        plan = folder / file.floor_plan
+        plan = _beside(path, file.floor_plan)
         yield plan
-        yield plan.parent / _named(plan, "image")
+        yield _beside(plan, _named(plan, "image"))
     elif file.floor_plan is not None:
-        yield folder / file.floor_plan.image
+        yield _beside(path, file.floor_plan.image)
     for robot in file.robots:
         if robot.robot.endswith(".yaml"):
-            declaration = folder / robot.robot
+            declaration = _beside(path, robot.robot)
             yield declaration
-            yield declaration.parent / _named(declaration, "urdf")
+            yield _beside(declaration, _named(declaration, "urdf"))
     for prop in file.props:
         if prop.model is not None:
-            yield folder / prop.model
+            yield _beside(path, prop.model)
+
+
+def _beside(path: Path, name: str) -> Path:
+    """A file that another names. On another machine, nodes look for it there: nothing finds an absolute path."""
+    if Path(name).is_absolute():
+        raise WorldError(
+            f"{path} names {name} by an absolute path, which is not there on another machine: name it relative to "
+            f"{path.name}"
+        )
+    return path.parent / name
 
 
 def _named(path: Path, key: str) -> str:

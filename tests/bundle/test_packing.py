@@ -75,15 +75,24 @@ def test_the_same_content_is_one_blob(tmp_path: Path) -> None:
     assert len(found.blobs) == 2
 
 
-def test_an_import_by_an_absolute_path_is_refused(tmp_path: Path) -> None:
-    other = write(tmp_path / "other.osc", "struct thing\n")
-    file = write(
-        tmp_path / "main.osc", f"import '{other}'\nscenario main:\n    do serial:\n        wait elapsed(1s)\n"
-    )
-    with pytest.raises(InvalidUse, match="absolute path") as caught:
-        pack(check_file(file, import_python=False), Options())
-    assert caught.value.span is not None
-    assert caught.value.span.line == 1
+def test_an_import_by_an_absolute_path_comes_along_with_what_that_imports(tmp_path: Path) -> None:
+    write(tmp_path / "common/more.osc", "struct more\n")
+    other = write(tmp_path / "common/other.osc", "import 'more.osc'\nstruct thing\n")
+    text = f"import osc.types\nimport '{other}'\nscenario main:\n    do serial:\n        wait elapsed(1s)\n"
+    found = bundle(write(tmp_path / "tests/main.osc", text))
+    assert paths(found) == ["common/more.osc", "common/other.osc", "tests/main.osc"]
+    assert found.manifest.root == str(tmp_path)
+    assert found.names_absolute
+
+
+def test_places_are_seen_from_where_a_scenario_is_named_relative_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(tmp_path / "tests/main.osc")
+    monkeypatch.chdir(tmp_path)
+    found = bundle(Path("tests/main.osc"))
+    assert paths(found) == ["tests/main.osc"]
+    assert not found.names_absolute
 
 
 WORKSHOP = Path(__file__).parents[2] / "examples/workshop"
@@ -113,6 +122,14 @@ def test_what_a_world_lacks_is_told_before_anything_is_sent(tmp_path: Path) -> N
     simulator = Simulator(name="mujoco", world=str(tmp_path / "workshop/workshop.yaml"))
     with pytest.raises(InvalidUse, match=r"plan\.png"):
         bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
+
+
+def test_what_a_world_names_by_an_absolute_path_is_refused(tmp_path: Path) -> None:
+    shutil.copytree(WORKSHOP, tmp_path / "workshop")
+    world = tmp_path / "workshop/workshop.yaml"
+    world.write_text(world.read_text().replace("cart.yaml", f"{tmp_path}/workshop/cart.yaml"))
+    with pytest.raises(InvalidUse, match=r"names .*cart\.yaml by an absolute path"):
+        bundle(write(tmp_path / "main.osc"), Options(simulator=Simulator(name="mujoco", world=str(world))))
 
 
 def test_a_world_that_is_neither_a_name_nor_a_file_is_refused(tmp_path: Path) -> None:
@@ -183,22 +200,36 @@ def test_a_bag_to_play_comes_along(tmp_path: Path) -> None:
     assert paths(found) == ["bags/run/metadata.yaml", "bags/run/run.mcap", "main.osc"]
 
 
-@pytest.mark.parametrize(
-    ("source", "message"), [("bags/run", "there is no .*bags/run"), ("/bags/run", "an absolute path")]
-)
-def test_a_bag_that_cannot_come_along_is_told_with_its_place(tmp_path: Path, source: str, message: str) -> None:
-    file = write(tmp_path / "main.osc", PLAY.format(source=source))
-    with pytest.raises(InvalidUse, match=message) as caught:
+def test_a_bag_that_is_not_there_is_told_with_its_place(tmp_path: Path) -> None:
+    file = write(tmp_path / "main.osc", PLAY.format(source="bags/run"))
+    with pytest.raises(InvalidUse, match=r"there is no .*bags/run") as caught:
         bundle(file)
     assert caught.value.span is not None
     assert caught.value.span.line == 3
 
 
-def test_a_model_that_is_named_by_its_place_on_this_machine_is_refused(tmp_path: Path) -> None:
+def test_what_is_named_by_absolute_paths_comes_along(tmp_path: Path) -> None:
+    bag = write(tmp_path / "bags/run/run.mcap", "y").parent
+    model = write(tmp_path / "a model.sdf", "<sdf/>")
+    text = f"import osc.ros\nimport osc.sim\nscenario main:\n    do serial:\n        bag_play('{bag}')\n"
+    text += f"        spawn_entity('crate', '{model.as_uri()}', pose_3d())\n"
+    found = bundle(write(tmp_path / "tests/main.osc", text))
+    assert paths(found) == ["a model.sdf", "bags/run/run.mcap", "tests/main.osc"]
+    assert found.names_absolute
+
+
+def test_a_world_to_go_on_in_comes_along(tmp_path: Path) -> None:
+    shutil.copytree(WORKSHOP, tmp_path / "workshop")
+    text = f"import osc.sim\nscenario main:\n    do load_world('{tmp_path}/workshop/workshop.yaml')\n"
+    found = bundle(write(tmp_path / "main.osc", text))
+    assert paths(found) == ["main.osc", *(f"workshop/{name}" for name in ITS_FILES)]
+
+
+def test_a_model_that_is_not_there_is_told_with_its_place(tmp_path: Path) -> None:
     text = "import osc.sim\nscenario main:\n    do spawn_entity('crate', 'file:///crate.sdf', pose_3d())\n"
-    with pytest.raises(InvalidUse, match="a file of this machine") as caught:
+    with pytest.raises(InvalidUse, match="there is no /crate") as caught:
         bundle(write(tmp_path / "main.osc", text))
-    assert "--model-path" in (caught.value.help or "")
+    assert caught.value.span is not None
 
 
 @pytest.mark.parametrize("what", ["missing", "empty"])

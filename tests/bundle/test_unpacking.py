@@ -73,6 +73,11 @@ def test_options_that_name_files_outside_of_the_bundle_are_refused(options: dict
         check_manifest(manifest(**options))
 
 
+def test_a_root_that_is_no_absolute_path_is_refused() -> None:
+    with pytest.raises(InvalidBundle, match="no absolute path"):
+        check_manifest(manifest().model_copy(update={"root": "home"}))
+
+
 def test_an_entry_that_is_not_there_is_refused() -> None:
     with pytest.raises(InvalidBundle, match=r"other\.osc"):
         check_manifest(manifest(entry="other.osc"))

@@ -22,6 +22,7 @@ MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
 WORLD_FILES = 2  # and world files
 FILMS = 3  # and films
+ABSOLUTE_PATHS = 3  # and files that are named by absolute paths
 DRY_RUNS = 3  # and dry runs
 ROS_SIMULATORS = 3  # and simulators of ROS 2 systems, with worlds that are theirs
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
@@ -149,6 +150,7 @@ class Manifest(Said):
     entry: Place
     shown: Text
     directory: Text = ""  # what stands for the working directory, relative to the root
+    root: Text | None = None  # what the root is called where the bundle was made: an absolute path
     options: BundledOptions
 
 

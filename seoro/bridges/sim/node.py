@@ -18,6 +18,7 @@ from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
+from seoro.located import Locate
 from seoro.runtime.contracts import Happened, Lost
 
 ANYTHING = "osc_actor"
@@ -97,7 +98,7 @@ class SimulatorNode(
 
     async def change_world(self, world: str) -> None:
         """See `Worlds`."""
-        request = wire.ChangeWorld(world=_anywhere(world), robots=self._taken)
+        request = wire.ChangeWorld(world=_anywhere(world, self._models.locate), robots=self._taken)
         self._features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
@@ -124,7 +125,7 @@ class SimulatorNode(
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 
 
-def _anywhere(world: str) -> str:
+def _anywhere(world: str, locate: Locate) -> str:
     """A world by its name, or by a path that leads to its file from any folder: the node may run in another."""
     path = Path(world)
-    return str(path.resolve()) if path.suffix in WORLD_FILES else world
+    return str(locate(path).resolve()) if path.suffix in WORLD_FILES else world
