@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from seoro.actions.goals import pursue
 from seoro.actions.nav2 import BASE
-from seoro.actions.reports import finish
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import DrivenRobots
 from seoro.runtime.context import ActionContext
@@ -16,4 +16,5 @@ from seoro.runtime.values import Actor
 async def drive(ctx: ActionContext, robot: Actor, linear: float, angular: float, duration: float) -> None:
     """Drive with a velocity for a duration; the robot stops at its end, and when this is cancelled."""
     robots, name = ctx.home(robot, DrivenRobots)
-    await finish(ctx, partial(robots.drive, name, linear, angular, duration), robots.cancel_goal)
+    start = partial(robots.drive, name, linear, angular, duration)
+    await pursue(ctx, robot, BASE, start, robots.cancel_goal)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Sequence
 from functools import partial
 
-from seoro.actions.moveit2 import ARM
+from seoro.actions.goals import pursue
+from seoro.actions.moveit2 import ARM, GRIPPER
 from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
@@ -13,8 +14,6 @@ from seoro.runtime.capabilities import Arms, Manner
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Pose3D, Reporter
 from seoro.runtime.values import Actor
-
-GRIPPER = "gripper"  # does one thing at a time, also while the arm moves
 
 
 @action("arm.move_tool", home=Arms, uses=ARM)
@@ -35,14 +34,15 @@ async def move_tool(
     def start(report: Reporter) -> Awaitable[str]:
         return arms.move_tool(name, goal_pose, frame_id, manner, report, straight=straight)
 
-    await finish(ctx, start, arms.cancel_goal)
+    await pursue(ctx, arm, ARM, start, arms.cancel_goal)
 
 
 @action("arm.grip", home=Arms, uses=GRIPPER)
 async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> None:
     """Close the gripper on something."""
     arms, name = ctx.home(arm, Arms)
-    await finish(ctx, partial(arms.move_gripper, name, 0.0, force, Manner()), arms.cancel_goal)
+    closing = partial(arms.move_gripper, name, 0.0, force, Manner())
+    await pursue(ctx, arm, GRIPPER, closing, arms.cancel_goal)
     held = (await ctx.ask(arms.arm_state(name))).held
     if not held:
         wanted = f" '{entity}'" if entity else " anything that can be lifted"
@@ -55,7 +55,8 @@ async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> Non
 async def release(ctx: ActionContext, arm: Actor, opening: float) -> None:
     """Open the gripper."""
     arms, name = ctx.home(arm, Arms)
-    await finish(ctx, partial(arms.move_gripper, name, opening, None, Manner()), arms.cancel_goal)
+    start = partial(arms.move_gripper, name, opening, None, Manner())
+    await pursue(ctx, arm, GRIPPER, start, arms.cancel_goal)
 
 
 @action("arm.hold", home=Arms)

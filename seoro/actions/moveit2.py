@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 
-from seoro.actions.reports import finish
+from seoro.actions.goals import pursue
 from seoro.actions.ros_only import refuse_unless
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
@@ -21,6 +21,7 @@ from seoro.runtime.contracts import Pose3D, Reporter
 from seoro.runtime.values import Actor
 
 ARM = "arm"  # makes one motion at a time
+GRIPPER = "gripper"  # does one thing at a time, also while the arm moves
 BASE_FRAME = "base_link"
 
 
@@ -43,12 +44,13 @@ async def move_to_joint_pose(
     arms, name = ctx.home(arm, Arms)
     manner = Manner(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
     start: Callable[[Reporter], Awaitable[str]]
-    if move_group.member == "gripper":
+    part = move_group.member
+    if part == GRIPPER:
         _refuse_planning(plan_only)
         start = partial(arms.move_gripper, name, _opening(goal_pose), None, manner)
     else:
         start = partial(arms.move_joints, name, goal_pose, _strings(arm, "arm_joints"), manner)
-    await _carry_out(ctx, start, arms, success_on_acceptance=success_on_acceptance)
+    await pursue(ctx, arm, part, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
 
 
 @action("arm.move_to_pose", home=Arms, uses=ARM)
@@ -73,21 +75,12 @@ async def move_to_pose(
     def start(report: Reporter) -> Awaitable[str]:
         return arms.move_tool(name, goal_pose, frame, manner, report, straight=False)
 
-    await _carry_out(ctx, start, arms, success_on_acceptance=success_on_acceptance)
+    await pursue(ctx, arm, ARM, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
 
 
 def _refuse_planning(plan_only: bool) -> None:
     if plan_only:
         raise ActionFailed("`plan_only` has a meaning for the arm only; leave it out for the gripper")
-
-
-async def _carry_out(
-    ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]], arms: Arms, *, success_on_acceptance: bool
-) -> None:
-    if success_on_acceptance:
-        await ctx.ask(start(lambda report: None))
-    else:
-        await finish(ctx, start, arms.cancel_goal)
 
 
 def _opening(goal_pose: Sequence[float]) -> float:

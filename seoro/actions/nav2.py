@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Coroutine, Sequence
 from typing import Any
 
+from seoro.actions.goals import pursue
 from seoro.actions.localization import wait_for_localization
-from seoro.actions.reports import finish
 from seoro.actions.ros_only import refuse_unless
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
@@ -102,7 +102,4 @@ async def _drive(
     def start(report: Reporter) -> Coroutine[Any, Any, str]:
         return robots.navigate(name, poses, stop_at_each=stop_at_each, report=report)
 
-    if success_on_acceptance:
-        await ctx.ask(start(lambda report: None))
-    else:
-        await finish(ctx, start, robots.cancel_goal)
+    await pursue(ctx, robot, BASE, start, robots.cancel_goal, success_on_acceptance=success_on_acceptance)

@@ -155,6 +155,27 @@ scenario main:
     assert {r["status"] for r in ended} == {"succeeded"}
 
 
+def test_a_goal_that_nobody_waits_for_gives_way_to_what_is_next(tmp_path: Path) -> None:
+    file = tmp_path / "left.osc"
+    file.write_text(
+        """import osc.nav2
+import osc.driving
+import osc.helpers
+scenario main:
+    turtlebot4: differential_drive_robot
+    do serial:
+        turtlebot4.init_nav2(pose_3d())
+        turtlebot4.nav_to_pose(pose_3d(position_3d(x: 2m)), success_on_acceptance: true)
+        wait elapsed(1s)
+        turtlebot4.nav_to_pose(pose_3d(position_3d(x: -2m)), success_on_acceptance: true)
+        turtlebot4.drive(0.1mps, 0radps, 0.5s)
+        turtlebot4.nav_to_pose(pose_3d())
+"""
+    )
+    records = run(str(file), tmp_path, 0, "--world", "empty")
+    assert {r["status"] for r in records if r["kind"] == "behavior.end"} == {"succeeded"}
+
+
 def test_an_entity_that_is_not_there_fails_with_what_there_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -64,6 +64,16 @@ async def test_where_a_robot_is_may_be_told_by_others(bridged: Bridged, tmp_path
     assert len(bridged.notes("told")) == 1
 
 
+async def test_a_goal_that_nobody_waits_for_gives_way_to_the_next_and_ends_with_the_run(
+    bridged: Bridged, tmp_path: Path
+) -> None:
+    goals = "        tb.nav_to_pose(pose_3d(position_3d(x: {x}m)), success_on_acceptance: {left})\n"
+    text = NAV2 + "".join(goals.format(x=x, left=left) for x, left in ((50, "true"), (0.1, "false"), (60, "true")))
+    verdict = await run_on_robot(tmp_path, text, bridged.endpoint, "tb", "tb")
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert [value for _, value in bridged.notes("goal")] == [1.0, -5.0, 1.0, -4.0, 1.0, -5.0]
+
+
 async def test_names_that_the_bridge_knows_are_refused_in_scenarios(bridged: Bridged, tmp_path: Path) -> None:
     named = "        tb.nav_to_pose(pose_3d(), action_topic: 'go_there')\n"
     verdict = await run_on_robot(tmp_path, NAV2 + named, bridged.endpoint, "tb", "tb")
