@@ -5,9 +5,12 @@ from pathlib import Path
 import anyio
 import pytest
 
+from seoro.bridges.ros2.own_nodes import BRIDGE
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.cli.main import main
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos, running, starting_robot
+from tests.actions.ros2.conftest import RunRos, ran_of, running, starting_robot
 
 
 @pytest.mark.parametrize(
@@ -51,6 +54,23 @@ async def test_a_wait_ends_when_what_it_waits_for_comes(tmp_path: Path, router: 
         with starting_robot(router):
             verdict = await run.result()
     assert verdict.status is RunStatus.PASSED
+
+
+async def test_what_a_bridge_of_seoro_has_is_not_that_of_a_robot(tmp_path: Path, router: str) -> None:
+    text = """scenario main:
+    do serial:
+        wait_for_topic_subscription("/odom", "/seoro_bridge")
+        wait_for_topics(["/odom"]) with:
+            timeout(0.2s)
+"""
+    async with (
+        connect(router, dialect=RmwZenoh()) as system,
+        system.node(BRIDGE) as bridge,
+        bridge.subscribing("/odom", "nav_msgs/msg/Odometry"),
+        running(tmp_path, router, text) as run,
+    ):
+        ran = await ran_of(run)
+    assert [text for _, text in ran.logs] == ["`wait_for_topics` ends without: topic /odom"]
 
 
 async def test_nothing_to_wait_for_is_refused(run_ros: RunRos) -> None:

@@ -7,14 +7,15 @@ from difflib import get_close_matches
 from typing import assert_never
 
 from seoro.bridges.ros2.graph import RosGraph
+from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.wire import Endpoint, Ros2Dds
+from seoro.bridges.ros2.wire import Endpoint, Node, Ros2Dds
 from seoro.errors import InvalidUse
 from seoro.runtime.ros_system import Wanted
 
 
 class Presence:
-    """Looks for things in a system; those of its own session do not count.
+    """Looks for things in a system; those of its own session and of seoro's bridges do not count.
 
     Args:
         node: Who looks.
@@ -59,10 +60,12 @@ class Presence:
                 assert_never(wanted.kind)
 
     def _is_any(self, endpoints: Iterable[Endpoint], node: str = "") -> bool:
-        return any(
-            each.session != self._own and (not node or (each.node is not None and each.node.full_name == node))
-            for each in endpoints
-        )
+        def is_it(owner: Node | None) -> bool:
+            if node:
+                return owner is not None and owner.full_name == node
+            return owner is None or owner.name not in (BRIDGE, GUARD)  # who wait for the robot themselves
+
+        return any(each.session != self._own and is_it(each.node) for each in endpoints)
 
     def missing(self, wanted: Wanted) -> str:
         """That something is not there, and what is there of a similar name."""

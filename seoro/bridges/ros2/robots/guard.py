@@ -26,6 +26,7 @@ from pydantic import BaseModel, ConfigDict
 
 from seoro.background import background
 from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
+from seoro.bridges.ros2.own_nodes import GUARD
 from seoro.bridges.ros2.participant import RosSystem, connect
 from seoro.bridges.ros2.robots.leftovers import Senders, end_leftovers
 from seoro.bridges.ros2.robots.link import Link
@@ -34,7 +35,6 @@ from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
 from seoro.errors import SeoroError
 
-NODE: Final = "seoro_guard"  # in the graph of ROS 2
 PERIOD: Final = 0.05  # [s] between two signs of life
 SILENCE: Final = 0.3  # [s] without any, after which the bridge hangs
 SIGN: Final = b"."
@@ -114,7 +114,7 @@ async def _take_over(
         system.types.prepare(type_name)  # which takes a quarter of a second, which there is not later
     velocities: list[Velocity] = []
     for robot in robots:
-        node = await stack.enter_async_context(system.node(NODE, robot.namespace))
+        node = await stack.enter_async_context(system.node(GUARD, robot.namespace))
         for action in robot.actions:
             await tasks.start(end_leftovers, node, action, senders, log.warning)
         if robot.limits is not None:

@@ -14,6 +14,7 @@ from seoro.background import background
 from seoro.bridges.door import node_door
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.own_nodes import BRIDGE
 from seoro.bridges.ros2.participant import RosSystem, connect
 from seoro.bridges.ros2.robots.guard import GuardedRobot, GuardSettings
 from seoro.bridges.ros2.robots.guarded import guarded
@@ -27,8 +28,6 @@ from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.work import Work
 
 log = logging.getLogger(__name__)
-
-NODE = "seoro_bridge"  # in the graph of ROS 2
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
 
         async with (
             serving(door, options.node, make, options.state),
-            system.node(NODE) as node,
+            system.node(BRIDGE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):
             for robot in made:
@@ -112,8 +111,8 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
 def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
     """Say that another bridge serves a robot already: its runs and ours would command it at the same time."""
     for robot in robots:
-        followers = system.graph.subscriptions(resolve(robot.profile.tf, robot.namespace, NODE))
-        if any(each.node is not None and each.node.name == NODE for each in followers):
+        followers = system.graph.subscriptions(resolve(robot.profile.tf, robot.namespace, BRIDGE))
+        if any(each.node is not None and each.node.name == BRIDGE for each in followers):
             log.warning(
                 "another bridge serves a robot in the namespace %s, too: runs over either would command '%s' at "
                 "the same time; end one of them",
@@ -142,5 +141,5 @@ def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
 
 
 async def _link(system: RosSystem, robot: BridgedRobot, stack: AsyncExitStack, tasks: TaskGroup) -> Link:
-    node = await stack.enter_async_context(system.node(NODE, robot.namespace))
+    node = await stack.enter_async_context(system.node(BRIDGE, robot.namespace))
     return Link(node, stack, tasks)

@@ -13,6 +13,7 @@ from typing import Any
 from seoro import __version__
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.ros2.own_nodes import BRIDGE
 from seoro.bridges.ros2.participant import RosSystem
 from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, SimulationInterfaces
 from seoro.bridges.ros2.simulators.world import RosWorld, open_world, relative
@@ -200,7 +201,7 @@ async def serving_simulator(
     """
     busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
     async with AsyncExitStack() as stack:
-        ros = await stack.enter_async_context(system.node("seoro_bridge", namespace))
+        ros = await stack.enter_async_context(system.node(BRIDGE, namespace))
         simulator = SimulationInterfaces(ros, stack)
         await _find(simulator, system, namespace)
         try:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.own_nodes import BRIDGE
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import NODE, BridgedRobot, warn_of_others
+from seoro.bridges.ros2.robots.running import BridgedRobot, warn_of_others
 from seoro.bridges.ros2.wire import RmwZenoh
 
 pytestmark = pytest.mark.anyio
@@ -19,7 +20,7 @@ async def test_that_another_bridge_serves_a_robot_is_told(
     profile = read_profile("turtlebot4")
     async with (
         connect(router, types=types, dialect=RmwZenoh()) as other,
-        other.node(NODE, "/tb1") as bridge,
+        other.node(BRIDGE, "/tb1") as bridge,
         bridge.subscribing("tf", "tf2_msgs/msg/TFMessage"),
         connect(router, types=types, dialect=RmwZenoh()) as system,
     ):
