@@ -12,6 +12,8 @@ from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
 from seoro.runtime.ros_system import Ros2System
 
+GONE, FINAL = "gone", "finalized"  # a node may go once it is in its last state
+
 
 @action("assert_lifecycle_state", anywhere=Ros2System, open_ended=True)
 async def assert_lifecycle_state(
@@ -37,7 +39,7 @@ async def assert_lifecycle_state(
                 found = _place(state, sequence, place, may_skip=allow_initial_skip)
                 if found is not None:
                     place = found
-                elif fail_on_unexpected:
+                elif fail_on_unexpected and not (state == GONE and sequence[: place + 1][-1:] == [FINAL]):
                     raise ActionFailed(f"{node_name} is {state}, and {_expected(sequence, place)}")
                 if place == len(sequence) - 1 and not keep_running:
                     return

@@ -202,7 +202,10 @@ class Ros2System(Protocol):
         ...
 
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
-        """Follow the states of a node that has a life cycle: the present one, and then each that it comes to."""
+        """Follow the states of a node that has a life cycle: the present one, and then each that it comes to.
+
+        It is `gone` when it is not there any more, and in a state again when it is back.
+        """
         ...
 
     def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:

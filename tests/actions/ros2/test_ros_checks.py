@@ -1,9 +1,11 @@
 """Actions of `osc.ros` that look at what messages say."""
 
+from pathlib import Path
+
 import pytest
 
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos, expect_failure
+from tests.actions.ros2.conftest import RunRos, expect_failure, run_with_a_robot_that_dies
 
 SCAN_TYPE, EMPTY = '"sensor_msgs/msg/LaserScan"', '"std_msgs/msg/Empty"'
 COUNT = '"/count", "std_msgs/msg/Int64"'
@@ -172,6 +174,19 @@ scenario main:
     assert reason in ran.verdict.reason
     if not reason:
         assert [text for _, text in ran.logs][-1] == "`assert_lifecycle_state` ends without: /robot being active"
+
+
+async def test_a_node_that_dies_does_not_keep_its_state(tmp_path: Path, router: str) -> None:
+    text = """
+scenario main:
+    do parallel:
+        assert_lifecycle_state("/robot", [lifecycle_state!unconfigured])
+        serial:
+            service_call("/add", "example_interfaces/srv/AddTwoInts", "")
+            log("now")
+"""
+    verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
+    expect_failure(verdict, "/robot is gone, and should stay unconfigured|/robot/get_state went away")
 
 
 async def test_a_node_without_a_life_cycle_is_told(run_ros: RunRos, monkeypatch: pytest.MonkeyPatch) -> None:
