@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bridges.executor import messages as wire
-from seoro.bundle.named import named_files
+from seoro.bundle.named import Named, named_files
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
@@ -73,16 +73,16 @@ def pack(
     if options.parameters is not None:  # what is wrong with it is told here
         read_parameters(options.parameters, find_entry(scenario.checked, options.name).qualified_name)
     folders = _folders(options)
-    files, names_absolute = _files_of(scenario, options, entry.parent)
-    files += [*_single_files(options), *_world_files(options)]
-    names_absolute |= _world_is_absolute(options)
+    sent = _files_of(scenario, options, entry.parent)
+    files = [*_single_files(options), *_world_files(options), *sent.paths]
+    names_absolute = sent.is_absolute or _world_is_absolute(options)
     for path in _resets(options):
         reset = check_file(path, import_python=False)
         if reset.checked.errors:
             raise InvalidScenario(reset.checked.errors)
-        more, are_absolute = _files_of(reset, Options(), path.parent)
-        files += more
-        names_absolute |= are_absolute
+        of_reset = _files_of(reset, Options(), path.parent)
+        files += of_reset.paths
+        names_absolute |= of_reset.is_absolute
     for folder in folders:
         files += _files_below(folder)
     absolute = sorted({Path(os.path.abspath(file)) for file in files})  # noqa: PTH100 - links keep their names
@@ -149,21 +149,27 @@ def _resets(options: Options) -> Iterator[Path]:
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
 
         lab = read_lab(options.lab.file)
+        for name, robot in lab.robots.items():
+            if robot.after is not None and Path(robot.after.scenario or "").is_absolute():
+                raise InvalidUse(
+                    f"the lab leaves `{name}` in order by {robot.after.scenario}: an absolute path is not there "
+                    "on another machine",
+                    help="name it relative to the lab file",
+                )
         yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
 
 
-def _files_of(scenario: Scenario, options: Options, folder: Path) -> tuple[list[Path], bool]:
-    """What a scenario consists of, whose file lies in a folder, and whether it names any of that absolutely."""
+def _files_of(scenario: Scenario, options: Options, folder: Path) -> Named:
+    """What a scenario consists of, whose file lies in a folder."""
     sources = scenario.checked.sources
-    files = [*_own_sources(sources)]
-    names_absolute = _imports_absolute(sources)
+    files, is_absolute = [*_own_sources(sources)], _imports_absolute(sources)
     for named in named_files(scenario, options, folder):
-        names_absolute |= named.is_absolute
+        is_absolute |= named.is_absolute
         for path in named.paths:
             files += _files_below(path) if path.is_dir() else [path]
     for library in _library_folders(sources):
         files += _files_below(library)
-    return files, names_absolute
+    return Named(files, is_absolute)
 
 
 def _own_sources(sources: Sources) -> Iterator[Path]:

@@ -185,9 +185,9 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     """How a run ended; None of a dry run that could be."""
     files, manifest = Path(job.files), job.manifest
     os.chdir(files / manifest.directory)
-    locate = locating(manifest.root, files)
-    load = partial(_checked, read=reader_of(files), locate=locate, job=job)
-    scenario = load(files / manifest.entry, shown=manifest.shown)
+    read, locate = reader_of(files), locating(manifest.root, files)
+    load = partial(_checked, read=read, locate=locate, job=job)
+    scenario = load(files / manifest.entry, manifest.shown)
     loop = asyncio.get_running_loop()
     asked = options_of(manifest, _as_seen_from(Path(manifest.directory)), locate)
     options = replace(
@@ -196,7 +196,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
         observers=(telling,),
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
-        load=lambda path: load(path, shown=str(path)),
+        load=lambda path: load(locate(path), str(path)),
     )
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
@@ -227,7 +227,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     )
 
 
-def _checked(path: Path, *, shown: str, read: Reader, locate: Locate, job: Job) -> Scenario:
+def _checked(path: Path, shown: str, read: Reader, locate: Locate, job: Job) -> Scenario:
     """A scenario of the bundle, which may be run here."""
     vet = partial(vet_sources, allowed=job.allowed)
     scenario = check_file(path, name=shown, read=read, locate=locate, vet=vet)

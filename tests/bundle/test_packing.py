@@ -124,6 +124,15 @@ def test_what_a_world_lacks_is_told_before_anything_is_sent(tmp_path: Path) -> N
         bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
 
 
+def test_a_scenario_that_leaves_robots_in_order_is_named_relative_to_the_lab(tmp_path: Path) -> None:
+    reset = write(tmp_path / "reset.osc")
+    text = "simulators:\n  sim: {simulator: mujoco}\nrobots:\n"
+    text += f"  a: {{in: sim, as: b, after: {{scenario: {reset}}}}}\n"
+    lab = write(tmp_path / "lab.yaml", text)
+    with pytest.raises(InvalidUse, match=r"leaves `a` in order by .*reset\.osc: an absolute path"):
+        bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
+
+
 def test_what_a_world_names_by_an_absolute_path_is_refused(tmp_path: Path) -> None:
     shutil.copytree(WORKSHOP, tmp_path / "workshop")
     world = tmp_path / "workshop/workshop.yaml"
