@@ -6,6 +6,7 @@ SeoroError
 |-- ActionFailed      the system under test: an action did not reach what it was asked for
 `-- BackendError      a simulator or a robot's bridge
     |-- BackendRefused    it said no to a request, with a reason
+    |   `-- BackendStopped    somebody has stopped all that moves
     `-- BackendLost       it is gone, or does not answer any more
 """
 
@@ -86,6 +87,10 @@ class BackendRefused(BackendError):
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
         self.code = code
+
+
+class BackendStopped(BackendRefused):
+    """Somebody has stopped all that moves there: neither the scenario nor what it tests is at fault."""
 
 
 class BackendLost(BackendError):

@@ -314,7 +314,8 @@ async def find_simulator(session: AsyncSession, endpoint: str, name: str | None 
 
 async def _watch_process(process: Process, node: SimulatorNode, errors: _LastLines) -> None:
     await process.wait()
-    node.report_loss(f"{node.name} died in the middle of the run ({await _last_words(process, errors)})")
+    said = await _last_words(process, errors)
+    node.report_loss(BackendLost(f"{node.name} died in the middle of the run ({said})"))
 
 
 async def _watch_token(address: NodeAddress, node: SimulatorNode) -> None:
@@ -323,4 +324,4 @@ async def _watch_token(address: NodeAddress, node: SimulatorNode) -> None:
             if not alive and wire.token_node(token)[0] == address.node:
                 # The end of a process that was started here tells more; let it be first.
                 await anyio.sleep(0.2)
-                node.report_loss(f"{node.name} is gone: the connection to it was lost")
+                node.report_loss(BackendLost(f"{node.name} is gone: the connection to it was lost"))

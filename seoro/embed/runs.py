@@ -101,7 +101,7 @@ class Run:
     def give_up(self, reason: str) -> None:
         """End the run as an error, without a verdict on the system under test."""
         self._readers.wait_no_more()
-        self._execution.fail_backend(reason)
+        self._execution.fail_backend(BackendError(reason))
 
     async def artifacts(self) -> tuple[Artifact, ...]:
         """What the simulator has to show of the run, such as a picture; empty when it is gone."""

@@ -87,15 +87,15 @@ class Aftermath:
 
 async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFile, within: float) -> None:
     told: list[Report] = []
-    lost: list[str] = []
+    lost: list[BackendError] = []
     over = anyio.Event()
 
     def tell(report: Report) -> None:
         told.append(report)
         over.set()
 
-    def lose(reason: str) -> None:
-        lost.append(reason)
+    def lose(error: BackendError) -> None:
+        lost.append(error)
         over.set()
 
     await node.start_run(lambda name, arguments: None, lose)
@@ -111,7 +111,7 @@ async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFi
             await node.cancel_goal(goal)
         raise
     if lost:
-        raise BackendError(lost[0])
+        raise lost[0]
     if told and told[0].status is not GoalStatus.SUCCEEDED:
         raise BackendError(told[0].message)
 

@@ -94,7 +94,7 @@ class Resetting:
 
     async def _end_after(self, limit: float) -> None:
         await anyio.sleep(limit)
-        self._execution.fail_backend(_too_long(limit))
+        self._execution.fail_backend(BackendError(_too_long(limit)))
 
 
 class _TimeFromNow:

@@ -13,6 +13,7 @@ from typing import Any, NoReturn, Protocol
 
 import anyio
 
+from seoro.errors import BackendError
 from seoro.lang.frozen import Value
 from seoro.runtime.verdict import Outcome
 
@@ -199,8 +200,9 @@ Reporter = Callable[[Report], None]
 Happened = Callable[[str, Mapping[str, Any]], None]
 """Called by a backend with the name and arguments of what happens unasked, such as a contact."""
 
-Lost = Callable[[str], None]
-"""Called by a backend, on the event loop, when it is gone, with the reason."""
+Lost = Callable[[BackendError], None]
+"""Called by a backend, on the event loop, when it is gone, with the reason, or when somebody has stopped all that
+moves (`BackendStopped`)."""
 
 
 class Backend(Protocol):

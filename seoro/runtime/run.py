@@ -18,7 +18,7 @@ from typing import Any
 
 import anyio
 
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, BackendStopped, InvalidUse
 from seoro.lang.frozen import Value
 from seoro.lang.plan import InvokeScenario, Plan
 from seoro.located import Locate, as_named
@@ -95,7 +95,7 @@ class Execution:
         self._plan = plan
         self._settings = settings
         self._done = anyio.Event()
-        self._agenda = Agenda(settings.clock, self._stuck, self._clock_failed, self._broken, settings.step_order)
+        self._agenda = Agenda(settings.clock, self._stuck, self.fail_backend, self._broken, settings.step_order)
         self._trace = Trace(settings.observers, lambda: self._agenda.now, self._observer_failed)
         self._homes = Homes(settings.backends, settings.placements)
         self._actions = settings.actions
@@ -186,9 +186,10 @@ class Execution:
         """Record what a backend says of its own accord."""
         self._agenda.tell(partial(self._trace.event, name, arguments))
 
-    def fail_backend(self, reason: str) -> None:
-        """End the run as an error because a backend is gone."""
-        self._services.decide(RunStatus.ERROR, reason, None)
+    def fail_backend(self, error: Exception) -> None:
+        """End the run because a backend is gone, or somebody has stopped it, which is no error."""
+        status = RunStatus.CANCELLED if isinstance(error, BackendStopped) else RunStatus.ERROR
+        self._services.decide(status, str(error), None)
 
     def _stuck(self) -> None:
         waits = list(self._services.waits.values())
@@ -198,9 +199,6 @@ class Execution:
 
     def _observer_failed(self, error: Exception) -> None:
         self._services.decide(RunStatus.ERROR, unwritten(error), None)
-
-    def _clock_failed(self, error: Exception) -> None:
-        self.fail_backend(str(error))
 
     def _broken(self, error: Exception) -> None:
         self._services.break_off(error)

@@ -32,7 +32,7 @@ from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import Pose3D, Report, Reporter
+from seoro.runtime.contracts import Lost, Pose3D, Report, Reporter
 from tests.bridges.nodes import OPTIONS, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.integration.conftest import children
@@ -249,7 +249,7 @@ def discreet(node: SimulatorNode) -> None:
     """It tells of no contacts."""
     start = node.start_run
 
-    async def spoiled(happened: Callable[[str, Mapping[str, Any]], None], lost: Callable[[str], None]) -> None:
+    async def spoiled(happened: Callable[[str, Mapping[str, Any]], None], lost: Lost) -> None:
         await start(lambda name, arguments: None, lost)
 
     replace_method(node, start_run=spoiled)

@@ -13,11 +13,12 @@ from pathlib import Path
 import anyio
 import pytest
 
+import seoro as program
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.client import Client
-from seoro.errors import BackendRefused, InvalidUse
+from seoro.errors import BackendError, BackendRefused, BackendStopped, InvalidUse
 from seoro.lab.commanding import Outcome, release_all, stop_all
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
@@ -59,7 +60,7 @@ async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
     times: list[float] = []
     while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
         async with released(hall.endpoint), connect_robots(hall.endpoint, "a run", robots=("second",)) as node:
-            lost: list[str] = []
+            lost: list[BackendError] = []
             await node.start_run(lambda name, arguments: None, lost.append)
             await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
             await anyio.sleep(0.5)
@@ -73,7 +74,8 @@ async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
             with anyio.fail_after(2.0):
                 while not lost:
                     await anyio.sleep(0.01)
-            assert "nothing moves since the emergency stop by ana@lab" in lost[0]
+            assert "nothing moves since the emergency stop by ana@lab" in str(lost[0])
+            assert isinstance(lost[0], BackendStopped)
     assert min(times) < WITHIN
 
 
@@ -111,7 +113,7 @@ async def test_a_long_grant_of_time_is_cut_short(tmp_path: Path) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     with hall_at(tmp_path, rate=None) as running:
         async with connect_simulator(running.endpoint, options, purpose="a run") as node:
-            lost: list[str] = []
+            lost: list[BackendError] = []
             await node.start_run(lambda name, arguments: None, lost.append)
             await node.drive("second", 0.05, 0.1, 80_000.0, lambda report: None)
             reached: list[float] = []
@@ -187,3 +189,74 @@ async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> Non
                 if record.get("message") == "begun":
                     break
             await waiting.stop("the test is over")
+
+
+MOVING = """import osc.helpers
+import osc.driving
+import osc.robotics
+import osc.nav2
+import osc.ros
+scenario moving:
+    leader: differential_drive_robot
+    do serial:
+        log("begun")
+        {act}
+"""
+FLOOR = "bridges: {{floor: {{connect: {endpoint}}}}}\nrobots: {{leader: {{in: floor, as: line}}}}\n"
+ACTS = {
+    "one goal": "leader.nav_to_pose(pose_3d(position: position_3d(x: 90m)))",
+    "one command after another": """leader.drive(linear: 0.1mps, duration: 20ms) with:
+            repeat(10000)
+""",
+}
+
+
+@pytest.mark.parametrize("act", ACTS.values(), ids=ACTS)
+async def test_a_run_whose_robot_is_stopped_is_cancelled(rails: Rails, tmp_path: Path, act: str) -> None:
+    scenario, lab = tmp_path / "moving.osc", tmp_path / "lab.yaml"
+    scenario.write_text(MOVING.format(act=act))
+    lab.write_text(FLOOR.format(endpoint=rails.endpoint))
+    async with (
+        released(rails.endpoint),
+        program.start(program.load(scenario), lab=program.Lab(lab), clock="real") as run,
+    ):
+        with anyio.fail_after(30.0):
+            while rails.commands()[-1][2] == 0.0:
+                await anyio.sleep(0.01)
+        await stop(rails.endpoint)
+        verdict = await run.result()
+    assert verdict.status.value == "cancelled"
+    assert "nothing moves since the emergency stop by ana@lab" in verdict.reason
+
+
+async def test_a_run_that_grants_time_is_cancelled(tmp_path: Path) -> None:
+    scenario = tmp_path / "long.osc"
+    scenario.write_text(LONG.replace("60s", "80000s"))
+    with hall_at(tmp_path, rate=None) as running:
+        simulator = program.Simulator(endpoint=running.endpoint, world="hall", rate=1.0)
+        async with program.start(program.load(scenario), simulator=simulator) as run:
+            async for record in run.trace():
+                if record.get("message") == "begun":
+                    break
+            await stop(running.endpoint)
+            verdict = await run.result()
+    assert verdict.status.value == "cancelled"
+    assert "emergency stop by ana@lab" in verdict.reason
+
+
+async def test_a_run_of_an_executor_is_cancelled_also_if_only_its_robot_hears_of_the_stop(
+    rails: Rails, tmp_path: Path
+) -> None:
+    scenario, lab = tmp_path / "moving.osc", tmp_path / "lab.yaml"
+    scenario.write_text(MOVING.format(act=ACTS["one goal"]))
+    lab.write_text(FLOOR.format(endpoint=rails.endpoint))
+    with executor(tmp_path) as running:
+        async with Client(running.endpoint) as client, released(rails.endpoint):
+            run = await client.submit(NAME, scenario, lab=program.Lab(lab), clock="real")
+            with anyio.fail_after(30.0):
+                while rails.commands()[-1][2] == 0.0:
+                    await anyio.sleep(0.01)
+            await stop(rails.endpoint)
+            verdict = await run.result()
+            assert verdict.status.value == (await client.run(run.id, NAME)).state.value == "cancelled"
+            assert "emergency stop by ana@lab" in verdict.reason

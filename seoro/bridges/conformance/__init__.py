@@ -21,7 +21,7 @@ import anyio
 from seoro.bridges.conformance import arms, cameras, entities, faults, passing, robots, snapshots
 from seoro.bridges.conformance.arms import ArmFacts
 from seoro.bridges.conformance.bench import Make, SimulatedBackend
-from seoro.errors import BackendLost, BackendRefused
+from seoro.errors import BackendError, BackendLost, BackendRefused
 from seoro.runtime.capabilities import (
     Arms,
     Cameras,
@@ -194,8 +194,8 @@ async def check_loss(make: Make, kill: Callable[[], None]) -> None:
         lost: list[str] = []
         told = anyio.Event()
 
-        def lose(reason: str) -> None:
-            lost.append(reason)
+        def lose(error: BackendError) -> None:
+            lost.append(str(error))
             told.set()
 
         await backend.start_run(lambda name, arguments: None, lose)

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any, Protocol, TypeVar
 
-from seoro.errors import BackendRefused
+from seoro.errors import BackendError, BackendRefused
 from seoro.runtime.capabilities import Simulation
 from seoro.runtime.contracts import (
     Backend,
@@ -69,7 +69,7 @@ class Bench:
         self.backend = backend
         self.robot = robot
         self.happened: list[tuple[str, Mapping[str, Any]]] = []
-        self.lost: list[str] = []
+        self.lost: list[BackendError] = []
         self.time = 0.0
 
     def can(self, contract: type[C]) -> C:

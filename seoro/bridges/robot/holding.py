@@ -10,8 +10,8 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.sim.requests import NodeAddress, Requests
-from seoro.bridges.wire.refusal import said_in
+from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of
+from seoro.errors import BackendError, BackendLost, BackendStopped
 from seoro.runtime.contracts import GoalStatus, Happened, Report
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
@@ -42,20 +42,20 @@ class HoldingRequests(Requests):
             try:
                 told = await self._ask_once(request)
             except Refused as refused:
-                said = said_in(refused.payload)
-                stopped = said.code == wire.LabResult.STOPPED
-                why = said.message if stopped else f"{self.name} does not obey any more: {said.message}"
-                self.report_loss(why)
+                said: BackendError = refusal_of(refused)
+                if not isinstance(said, BackendStopped):
+                    said = BackendLost(f"{self.name} does not obey any more: {said}")
+                self.report_loss(said)
                 return
             except (NoServer, NoAnswer) as error:
                 broken_since = min(broken_since, time.monotonic())
                 if time.monotonic() - broken_since > PATIENCE:
-                    self.report_loss(f"{self.name} has not answered for {PATIENCE:g} s: {error}")
+                    self.report_loss(BackendLost(f"{self.name} has not answered for {PATIENCE:g} s: {error}"))
                     return
                 await anyio.sleep(RETRY)
                 continue
             except (SessionError, wire.WireError) as error:
-                self.report_loss(f"{self.name} cannot be held: {error}")
+                self.report_loss(BackendLost(f"{self.name} cannot be held: {error}"))
                 return
             broken_since = math.inf
             self._tell(told)

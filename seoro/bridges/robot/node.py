@@ -43,8 +43,8 @@ class RobotNode(MobileRequests, LocalisationRequests, DrivingRequests, ArmReques
     async def start_run(self, happened: Happened, lost: Lost) -> None:
         """Remember whom to tell of what happens, and of the end of the bridge."""
         self._happened, self._lost = happened, lost
-        if self._lost_reason is not None:
-            lost(self._lost_reason)
+        if self._loss is not None:
+            lost(self._loss)
 
     async def end_run(self) -> None:
         """Make every robot stand still."""

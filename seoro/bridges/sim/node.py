@@ -82,8 +82,8 @@ class SimulatorNode(
     async def start_run(self, happened: Happened, lost: Lost) -> None:
         """Remember whom to tell of contacts, and of the end of the node."""
         self._happened, self._lost = happened, lost
-        if self._lost_reason is not None:
-            lost(self._lost_reason)
+        if self._loss is not None:
+            lost(self._loss)
 
     async def artifacts(self) -> tuple[wire.Artifact, ...]:
         """What the node has to show of the run."""

@@ -12,7 +12,7 @@ from seoro.bridges import wire
 from seoro.bridges.leasing.share import own_id
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.refusal import said_in
-from seoro.errors import BackendLost, BackendRefused
+from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped
 from seoro.runtime.contracts import Lost, Reporter
 
 REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; more than the lease of the session, which tells more
@@ -45,7 +45,7 @@ class Requests:
         self._reporters: dict[str, Reporter] = {}
         self._ids = count(1)
         self._lost: Lost = _ignore_loss
-        self._lost_reason: str | None = None
+        self._loss: BackendError | None = None
         self._gone = anyio.Event()
         self.vet: Callable[[wire.Message], None] = _ignore_request  # refuses requests before they are sent
 
@@ -59,28 +59,30 @@ class Requests:
         identifier = f"{kind}-{next(self._ids)}"
         return own_id(self._address.sender, identifier) if self._address.sender else identifier
 
-    def report_loss(self, reason: str) -> None:
-        """Say that the node is gone; for whoever watches it."""
-        if self._lost_reason is None:
-            self._lost_reason = reason
+    def report_loss(self, loss: BackendError) -> None:
+        """Say that the node is gone, or obeys nobody any more; for whoever watches it."""
+        if self._loss is None:
+            self._loss = loss
             self._gone.set()
             self._address.session.abandon()
-            self._lost(reason)
+            self._lost(loss)
 
     async def ask(
         self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
     ) -> wire.A:
         """Ask the node to carry out a verb; see `ask` for what this raises."""
         self.vet(request)
-        if self._lost_reason is not None:
-            raise BackendLost(self._lost_reason)
+        if self._loss is not None:
+            raise self._loss.with_traceback(None)
         try:
             return await ask(self._address, verb, request, timeout)
         except BackendLost as error:
             # Whoever watches the node knows better why, and is about to say so.
             with anyio.move_on_after(LOSS_NOTICE):
                 await self._gone.wait()
-            raise BackendLost(self._lost_reason or str(error)) from error
+            if self._loss is not None:
+                raise self._loss.with_traceback(None) from error
+            raise
 
     async def ask_reported(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> str:
         """Ask for something that is reported later, to the reporter of that number; returns the number."""
@@ -117,8 +119,7 @@ async def ask(
         answer = await address.session.query(key, wire.encode(request), timeout, attachment)
         return wire.decode(verb.answer, answer)
     except Refused as refused:
-        said = said_in(refused.payload)
-        raise BackendRefused(said.message, said.code) from None
+        raise refusal_of(refused) from None
     except NoServer:
         raise BackendLost(f"{called} is gone") from None
     except NoAnswer:
@@ -133,5 +134,12 @@ def _ignore_request(request: wire.Message) -> None:
     """Nobody has said what may not be asked for."""
 
 
-def _ignore_loss(reason: str) -> None:
+def refusal_of(refused: Refused) -> BackendRefused:
+    """What a node said when it refused something."""
+    said = said_in(refused.payload)
+    kind = BackendStopped if said.code == wire.LabResult.STOPPED else BackendRefused
+    return kind(said.message, said.code)
+
+
+def _ignore_loss(loss: BackendError) -> None:
     """Before a run has started nobody listens; the reason is kept."""

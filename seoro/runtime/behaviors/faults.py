@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seoro.errors import ActionFailed, BackendLost, BackendRefused
+from seoro.errors import ActionFailed, BackendLost, BackendRefused, BackendStopped
 from seoro.lang.source import Span
 from seoro.runtime.evaluate import EvaluationError
 from seoro.runtime.explain import explain_action
@@ -12,7 +12,7 @@ from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
 def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
-    """The outcome of a function that raised; faults and lost backends end the run as an error.
+    """The outcome of a function that raised; faults and lost backends end the run as an error, stops cancel it.
 
     Args:
         error: What it raised.
@@ -22,6 +22,8 @@ def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
     """
     services = place.services
     match _cause(error):
+        case BackendStopped() as stopped:
+            services.decide(RunStatus.CANCELLED, str(stopped), span)
         case ActionFailed() | BackendRefused() as refusal:
             invoked = place.invoked.instance if place.invoked is not None else None
             instance = invoked if isinstance(invoked, Instance) else place.instance

@@ -10,7 +10,7 @@ import anyio
 import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
-from seoro.errors import BackendRefused, InvalidUse
+from seoro.errors import BackendError, BackendRefused, InvalidUse
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
 from tests.bridges.robot.conftest import Rails
 
@@ -109,14 +109,14 @@ async def test_the_end_of_the_bridge_is_told(
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
     monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
-    lost: list[str] = []
+    lost: list[BackendError] = []
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.start_run(lambda name, arguments: None, lost.append)
         rails.process.kill()
         with anyio.fail_after(8.0):
             while not lost:
                 await anyio.sleep(0.05)
-    assert "bridge 'rails' has not answered for" in lost[0]
+    assert "bridge 'rails' has not answered for" in str(lost[0])
 
 
 async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ import anyio
 import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
+from seoro.errors import BackendError
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
 from tests.bridges.robot.conftest import Rails
 from tests.routers import process, router_process
@@ -79,7 +80,7 @@ async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_abort
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/router"
     told: list[Report] = []
-    lost: list[str] = []
+    lost: list[BackendError] = []
     with router_process(endpoint) as router:
         rails = start_rails("--connect", endpoint)
         async with connect_robots(endpoint, "a run") as node:
