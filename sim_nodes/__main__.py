@@ -48,7 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
-    settings = NodeSettings(options.node or options.engine, options.namespace, listen, options.connect)
+    settings = NodeSettings(
+        options.node or options.engine, options.namespace, listen, options.connect, options.stop_file
+    )
     end_on_signals()
     if options.die_with_parent:
         die_with_parent(options.folder)
@@ -135,6 +137,12 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         metavar="DIR",
         help="look up models `name://path` in DIR/name first, where they are asked for by URIs (repeatable)",
+    )
+    parser.add_argument(
+        "--stop-file",
+        type=Path,
+        metavar="FILE",
+        help="keep an emergency stop there, so that it outlasts the process",
     )
     parser.add_argument(
         "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"

@@ -7,15 +7,15 @@ used by anybody.
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.latch import Latch
-from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, silence
+from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, lapse, silence
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.wire import Result, SimulationState
 from seoro.bridges.wire.refusal import RequestRefused
@@ -41,8 +41,6 @@ OF_ALL = frozenset(
 HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.GET_NAVIGATION_FEEDBACK.name})
 STILL = frozenset({wire.INJECT_FAULT.name, wire.CLEAR_FAULTS.name})  # move nothing by themselves
 
-log = logging.getLogger(__name__)
-
 Carry = Callable[[Any], wire.Message]
 
 
@@ -51,12 +49,15 @@ class Leasing:
 
     Args:
         simulator: The simulator.
+        stop_file: Where an emergency stop is kept, so that it outlasts the process; None for nowhere.
     """
 
-    def __init__(self, simulator: Simulator) -> None:
+    def __init__(self, simulator: Simulator, stop_file: Path | None = None) -> None:
         self._simulator = simulator
-        self._latch = Latch()
+        self._latch = Latch(stop_file)
         self._leases = Leases(lambda: self._robots)
+        if self._latch.reason:  # robots may go on with what a snapshot says
+            self._stop(self._robots, self._latch.reason)
         verbs: dict[wire.Verb[Any, Any], Carry] = {
             wire.GET_ROBOT_FEATURES: self._features,
             wire.TAKE_ROBOTS: self._take,
@@ -135,17 +136,11 @@ class Leasing:
 
     def token_changed(self, token: str, *, is_alive: bool) -> None:
         """A holder has appeared, or its process has died."""
-        holder = token.rpartition("/")[2]
-        if is_alive:
-            self._leases.see(holder)
-        elif (hold := self._leases.lose(holder)) is not None:
+        if (hold := self._leases.token_changed(token, is_alive=is_alive)) is not None:
             self._lapse(hold, GONE)
 
     def _lapse(self, hold: Hold, why: str) -> None:
-        hold.is_alive = False
-        reason = f"the robots were stopped, {called(hold.holder)}: {why}"
-        log.warning("%s", reason)
-        self._stop(self._leases.robots_of(hold), reason)
+        self._stop(self._leases.robots_of(hold), lapse(hold, why))
 
     def _stop(self, robots: Iterable[str], reason: str) -> None:
         for robot in robots:

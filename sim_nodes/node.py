@@ -20,6 +20,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from types import FrameType
 from typing import assert_never
 
@@ -66,12 +67,17 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """Where a node is reached and under which name; exactly one of `listen` and `connect` is given."""
+    """Where a node is reached and under which name; exactly one of `listen` and `connect` is given.
+
+    Args:
+        stop_file: Where it keeps an emergency stop, so that it outlasts the process; None for nowhere.
+    """
 
     node: str
     namespace: str = NAMESPACE
     listen: str | None = None
     connect: str | None = None
+    stop_file: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -139,7 +145,7 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
     with start_blocking_portal() as portal:
         portal.start_task(door.attend, reached)
         ready(simulator)
-        serving = Serving(simulator)
+        serving = Serving(simulator, settings.stop_file)
         while True:
             serving.turn(inbox)
 
@@ -195,11 +201,12 @@ class Serving:
 
     Args:
         simulator: The simulator.
+        stop_file: See `NodeSettings`.
     """
 
-    def __init__(self, simulator: Simulator) -> None:
+    def __init__(self, simulator: Simulator, stop_file: Path | None = None) -> None:
         self._simulator = simulator
-        self._leasing = Leasing(simulator)
+        self._leasing = Leasing(simulator, stop_file)
         self._waiting = WaitingRequests(simulator.log)
 
     def turn(self, inbox: queue.SimpleQueue[Arrived]) -> None:

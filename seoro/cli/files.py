@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -20,6 +21,12 @@ SUFFIX = ".osc"
 def state_folder() -> Path:
     """Where what goes on is kept for this user, beyond the end of a process."""
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seoro"
+
+
+def stop_file(kind: str, name: str, endpoint: str) -> Path:
+    """Where an emergency stop of a node is kept, which is known by its name and where it is reached."""
+    place = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
+    return state_folder() / kind / f"{name}@{place}.stop.json"
 
 
 def find_files(arguments: Sequence[str]) -> list[str]:

@@ -6,11 +6,10 @@ import argparse
 import re
 import signal
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_folders
-from seoro.cli.files import state_folder
+from seoro.cli.files import stop_file
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
         options.name,
         listen,
         options.connect,
-        _state_file(options.name, listen or options.connect),
+        stop_file("bridges", options.name, listen or options.connect),
     )
 
     async def serve() -> None:
@@ -86,12 +85,6 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
         anyio.run(serve)
     except SessionError as error:
         raise InvalidUse(str(error), help="`--listen` or `--connect` says where runs reach the bridge") from error
-
-
-def _state_file(name: str, endpoint: str) -> Path:
-    """Where an emergency stop of a bridge is kept, which is known by its name and where it is reached."""
-    place = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
-    return state_folder() / "bridges" / f"{name}@{place}.stop.json"
 
 
 def _robots(texts: Sequence[str]) -> list[BridgedRobot]:

@@ -8,10 +8,12 @@ import sys
 from pathlib import Path
 
 from seoro.cli.arguments import add_folders, rate, seed
+from seoro.cli.files import stop_file
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
 DEFAULT_WORLD = "maze"
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
 
 EXAMPLES = """examples:
   seoro sim mujoco --world maze
@@ -45,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     place = parser.add_mutually_exclusive_group()
     place.add_argument(
-        "--listen", metavar="ENDPOINT", help="Zenoh endpoint to listen on (default: tcp/127.0.0.1:7450)"
+        "--listen", metavar="ENDPOINT", help=f"Zenoh endpoint to listen on (default: {DEFAULT_ENDPOINT})"
     )
     place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the Zenoh router there")
     parser.add_argument(
@@ -77,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
     for option in ("seed", "listen", "connect", "node", "rate"):
         if getattr(options, option) is not None:
             arguments += [f"--{option}", str(getattr(options, option))]
+    endpoint = options.connect or options.listen or DEFAULT_ENDPOINT
+    arguments += ["--stop-file", str(stop_file("simulators", options.node or name, endpoint))]
     for folder in options.model_path:
         arguments += ["--model-path", str(folder)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606

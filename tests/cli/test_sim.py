@@ -15,14 +15,18 @@ pytestmark = pytest.mark.engine("mujoco")
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What the program that takes the place of this one would be given."""
+def started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the program that takes the place of this one is given, but for where it keeps an emergency stop."""
     given: list[str] = []
 
     def replace(_: str, command: Sequence[str]) -> None:
-        given.extend(command[3:])
+        *others, option, file = command[3:]
+        assert option == "--stop-file"
+        assert Path(file).parent == tmp_path / "seoro" / "simulators"
+        given.extend(others)
         raise SystemExit(0)
 
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setattr(os, "execv", replace)
     return given
 

@@ -24,6 +24,8 @@ from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
 from tests.lab.nodes import Hall, hall_at
 from tests.lab.test_holding import speed
+from tests.routers import process
+from tests.sim_nodes.engines import make_engine
 
 pytestmark = pytest.mark.anyio
 
@@ -144,6 +146,25 @@ async def test_it_outlasts_a_restart_of_the_bridge(start_rails: Callable[..., Ra
         with pytest.raises(InvalidUse, match="emergency stop by ana@lab"):
             async with connect_robots(endpoint, "a run"):
                 pass
+
+
+async def test_it_outlasts_a_restart_of_a_simulator_with_a_name_and_of_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_engine("mujoco")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    endpoint = f"unixsock-stream/{tmp_path}/hall"
+    command = ("-m", "seoro.cli.main", "sim", "mujoco", "--world", "hall", "--listen", endpoint, "--rate", "1")
+    with process(*command, says=None):
+        assert [outcome.error for outcome in await stop(endpoint)] == [""]
+    (tmp_path / "hall").unlink()
+    with process(*command, says=None), pytest.raises(InvalidUse, match="emergency stop by ana@lab"):
+        async with connect_robots(endpoint, "a run"):
+            pass
+    (tmp_path / "hall").unlink()
+    with hall_at(tmp_path):  # as runs start theirs
+        async with connect_robots(endpoint, "a run"):
+            pass
 
 
 async def test_the_command_says_who_has_not_stopped(

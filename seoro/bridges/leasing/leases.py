@@ -8,6 +8,7 @@ one gets a robot that somebody before them in line wants, so that nobody starves
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ MOST_WAITING = 1000  # clients in line
 MOST_LEASES = 1000  # by hand
 GONE = "its process has died, or the connection to it is lost"  # why robots are stopped
 UNSEEN = 5.0  # [s] that the token of a client that gives no signs of life may take to be seen
+
+log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -216,6 +219,14 @@ class Leases:
             return hold.last + HOLD_DEADLINE - self._clock()
         return float("inf") if hold.is_seen else hold.last + UNSEEN - self._clock()
 
+    def token_changed(self, token: str, *, is_alive: bool) -> Hold | None:
+        """The token of a client has come, or is gone; returns what it holds if it is gone and was alive."""
+        holder = token.rpartition("/")[2]
+        if not is_alive:
+            return self.lose(holder)
+        self.see(holder)
+        return None
+
     def see(self, holder: str) -> None:
         """The token of a client is there, which may be before it takes anything."""
         self._present.add(holder)
@@ -341,6 +352,14 @@ class Leases:
         for robot in robots:
             if robot not in known:
                 raise RequestRefused(Result.NOT_FOUND, f"there is no robot '{robot}': there are {listed(known)}")
+
+
+def lapse(hold: Hold, why: str) -> str:
+    """Take a client for gone; returns for what reason its robots are stopped, in words."""
+    hold.is_alive = False
+    reason = f"the robots were stopped, {called(hold.holder)}: {why}"
+    log.warning("%s", reason)
+    return reason
 
 
 def silence(hold: Hold) -> str:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import AsyncIterator, Awaitable, Callable
 
 import anyio
 from anyio.abc import TaskGroup
 
-from seoro.bridges import wire
-from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, silence
+from seoro.bridges.leasing.leases import GONE, Hold, Leases, lapse, silence
 from seoro.changes import Changes
 
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
-
-log = logging.getLogger(__name__)
 
 Stop = Callable[[Hold, str], Awaitable[None]]
 """Stops the robots of a client for a reason, and ends their goals as aborted."""
@@ -56,22 +52,15 @@ class Watchdog:
             for hold in leases.overdue():
                 self._lapse(hold, silence(hold))
 
-    async def watch_tokens(self, tokens: AsyncIterator[tuple[str, bool]], namespace: str) -> None:
+    async def watch_tokens(self, tokens: AsyncIterator[tuple[str, bool]]) -> None:
         """Stop robots when the token of who holds them is gone, which is as soon as its process has died."""
-        async for token, alive in tokens:
-            holder = token.rpartition("/")[2]
-            if token != wire.holder_token(namespace, holder):
-                continue
-            if alive:
-                self._leases.see(holder)
-            elif (hold := self._leases.lose(holder)) is not None:
+        async for token, is_alive in tokens:
+            if (hold := self._leases.token_changed(token, is_alive=is_alive)) is not None:
                 self._lapse(hold, GONE)
 
     def _lapse(self, hold: Hold, why: str) -> None:
-        hold.is_alive, hold.is_stopping = False, True
-        reason = f"the robots were stopped, {called(hold.holder)}: {why}"
-        log.warning("%s", reason)
-        self._tasks.start_soon(self._carry_out, hold, reason)
+        hold.is_stopping = True
+        self._tasks.start_soon(self._carry_out, hold, lapse(hold, why))
 
     async def _carry_out(self, hold: Hold, reason: str) -> None:
         try:

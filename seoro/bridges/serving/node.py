@@ -76,7 +76,7 @@ async def _served(
         session.token(wire.node_token(wire.NAMESPACE, name, boot)),
         background() as duties,
     ):
-        duties.start_soon(server.watchdog.watch_tokens, tokens, wire.NAMESPACE)
+        duties.start_soon(server.watchdog.watch_tokens, tokens)
         duties.start_soon(_answer, server, requests, tasks)
         duties.start_soon(_obey, server, urgent)
         yield
