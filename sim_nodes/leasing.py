@@ -214,6 +214,7 @@ class Leasing:
         return wire.RobotState(
             name=info.name,
             kinds=info.kinds,
+            battery=robot.mobile.charge if robot.drives else None,
             localised=pose is not None if robot.drives else None,
             deviation=robot.mobile.deviation() if robot.drives else None,
             position=None if pose is None else (pose.x, pose.y),

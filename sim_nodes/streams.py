@@ -22,6 +22,7 @@ from sim_nodes.samples import sample_message
 from sim_nodes.sensors.feed import Feed
 
 MAX_STREAMS = 16
+BATTERY_TICKS = 50  # between two charges of a battery
 POSE_TICKS = 5  # between two poses of a robot, as often as its lidar turns
 LOOK_TICKS = 50  # between two looks at whether a stream is taken
 
@@ -111,6 +112,7 @@ class _Stream:
             samples=tuple(self._samples(simulation)),
             poses=tuple(self._poses(robots)) if tick % POSE_TICKS == 0 else (),
             joints=tuple(_joints(robots[name]) for name in self.wanted.joints if name in robots),
+            batteries=tuple(self._batteries(robots)) if tick % BATTERY_TICKS == 0 else (),
         )
 
     def _samples(self, simulation: Told) -> Iterator[wire.StreamedSample]:
@@ -131,6 +133,12 @@ class _Stream:
                 yield wire.StreamedPose(
                     robot=name, base=flat_pose(base), odom=flat_pose(odom), deviation=deviation
                 )
+
+    def _batteries(self, robots: Mapping[str, Robot]) -> Iterator[wire.StreamedBattery]:
+        for name in self.wanted.batteries:
+            charge = robots[name].mobile.charge if name in robots and robots[name].drives else None
+            if charge is not None:
+                yield wire.StreamedBattery(robot=name, charge=charge)
 
 
 class Streams:
@@ -163,7 +171,7 @@ class Streams:
             raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_STREAMS} streams already: close some")
         for each in request.sensors:
             simulation.feed(each.robot, each.sensor)
-        for name in (*request.poses, *request.joints):
+        for name in (*request.poses, *request.joints, *request.batteries):
             simulation.robot(name)
         try:
             outlet = self._connect(request.id)

@@ -163,6 +163,15 @@ class BumperDeclaration(_Declared):
     zones: tuple[ZoneDeclaration, ...]
 
 
+class BatteryDeclaration(_Declared):
+    """A battery; see `battery.py`."""
+
+    capacity: PositiveFloat  # [Wh]
+    idle: NonNegativeFloat  # power that it gives while the base stands [W]
+    driving: NonNegativeFloat  # and while its wheels are told to turn [W]
+    charge: float = Field(1.0, ge=0.0, le=1.0)  # at the start
+
+
 class MobileDeclaration(_Declared):
     """A base that drives, finds its way and sees what is about it."""
 
@@ -173,6 +182,7 @@ class MobileDeclaration(_Declared):
     lidar: LidarDeclaration
     imu: ImuDeclaration | None = None
     bumper: BumperDeclaration | None = None
+    battery: BatteryDeclaration | None = None
     localisation: LocalisationDeclaration = LocalisationDeclaration()
 
 

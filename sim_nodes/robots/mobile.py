@@ -21,6 +21,7 @@ from sim_nodes.navigation.navigator import Feedback, Goal, Navigator, Situation
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
+from sim_nodes.robots.battery import Battery
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds, wheel_ways
 from sim_nodes.robots.sensing import base_sensors
@@ -48,9 +49,10 @@ class MobileBase(Stateful):
     Attributes:
         wheels: Its wheels.
         sensors: The ways of its sensors' samples, by the sensors' names.
+        battery: Its battery, if one is declared.
     """
 
-    STATE = ("wheels", "sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
+    STATE = ("wheels", "battery", "sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
 
     def __init__(
         self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
@@ -59,6 +61,7 @@ class MobileBase(Stateful):
         self.declaration = declaration
         self._engine = engine
         self.wheels = Wheels(name, engine)
+        self.battery = None if declaration.battery is None else Battery(declaration.battery)
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
         self._lidar: Feed[Scan] = self.sensors["lidar"]
         self._odometry: Feed[Odometer] = self.sensors["odometry"]
@@ -78,6 +81,11 @@ class MobileBase(Stateful):
     def goal(self) -> str | None:
         """The id of the goal that the robot is driving for."""
         return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
+
+    @property
+    def charge(self) -> float | None:
+        """The charge of its battery, from 0 to 1; None without one."""
+        return None if self.battery is None else self.battery.charge
 
     def motion(self) -> Motion:
         """What the wheels do in the present tick."""
@@ -136,6 +144,8 @@ class MobileBase(Stateful):
 
     def tick(self, tick: int) -> Ended | None:
         """Do what is due in a tick; returns the goal that ended."""
+        if self.battery is not None:
+            self.battery.pass_tick(tick, drives=any(self.wheels.told))
         self.wheels.pass_tick(tick)
         self._lidar.in_use |= self.localisation.running
         for feed in self.sensors.values():

@@ -20,6 +20,7 @@ def _get_robot_description(simulator: Simulator, request: wire.RobotName) -> wir
         arm=None if arm is None else _arm(arm),
         max_speed=0.0 if mobile is None else mobile.drive.max_speed,
         max_turn_rate=0.0 if mobile is None else mobile.drive.max_turn_rate,
+        has_battery=mobile is not None and mobile.battery is not None,
     )
 
 

@@ -175,6 +175,11 @@ def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:
         pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
         if robot.pose.z and not declaration.fixed:
             raise FileError(f"robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
+        if robot.battery is not None:
+            if declaration.mobile is None:
+                raise FileError(f"robots.{index}.battery: a {robot.robot} does not drive, leave it out")
+            mobile = declaration.mobile.model_copy(update={"battery": robot.battery})
+            declaration = declaration.model_copy(update={"mobile": mobile})
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
 

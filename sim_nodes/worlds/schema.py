@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from sim_nodes.files import NAME
 from sim_nodes.models.reading import FRICTIONS, MASSES, SIZES
+from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 
 MAX_WALLS = 500
@@ -153,6 +154,7 @@ class RobotFile(_Part):
     name: Name
     robot: str
     pose: PoseFile = PoseFile()
+    battery: BatteryDeclaration | None = None  # in the place of the one that is declared
     tags: Tags = ()
 
 

@@ -19,6 +19,7 @@ from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.conftest import Rails
 from tests.lab.test_runs import ALONE, lab_of
 from tests.lab.test_runs import run as run_scenario
+from tests.sim_nodes.engines import make_engine
 
 LAB = """bridges:
   floor: {connect: tcp/127.0.0.1:7460}
@@ -138,6 +139,18 @@ def test_a_robot_that_is_not_ready_is_refused(two: Rails, tmp_path: Path) -> Non
     words = r"lab\.yaml:4: robots\.leader is not ready: its battery is at 50%, below 80%; it is at x 0\.00 m"
     with pytest.raises(InvalidUse, match=words):
         run_scenario(tmp_path, ALONE, lab_of(tmp_path, floor(two, robots)))
+
+
+def test_the_charge_of_a_simulated_robot_counts(tmp_path: Path) -> None:
+    make_engine("mujoco")
+    robot = "{name: cart, robot: turtlebot4, battery: {capacity: 26, idle: 9, driving: 20, charge: 0.5}}"
+    (tmp_path / "w.yaml").write_text(f"name: w\nextent: [-4, -4, 4, 4]\nrobots: [{robot}]\n")
+    text = "simulators:\n  sim: {simulator: mujoco, world: w.yaml}\nrobots:\n"
+    text += "  leader: {in: sim, as: cart, before: {battery: CHARGE}}\n"
+    short = ALONE.partition("    do")[0] + "    do serial:\n        wait elapsed(0.1s)\n"
+    assert run_scenario(tmp_path, short, lab_of(tmp_path, text.replace("CHARGE", "0.4"))).passed
+    with pytest.raises(InvalidUse, match=r"lab\.yaml:4: .* its battery is at 50%, below 60%"):
+        run_scenario(tmp_path, short, lab_of(tmp_path, text.replace("CHARGE", "0.6")))
 
 
 def test_what_is_beyond_the_limits_of_the_lab_fails_the_run(two: Rails, tmp_path: Path) -> None:

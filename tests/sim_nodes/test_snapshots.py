@@ -235,7 +235,7 @@ def test_rewinding_goes_on_with_a_goal_that_was_active_then_and_is_now() -> None
         ({"engine": "pybullet"}, "the engine pybullet, and here is mujoco"),
         ({"engine_version": "3.0"}, "version of mujoco 3.0"),
         ({"version": "9.9"}, "version of seoro 9.9"),
-        ({"format": 7}, "the format 7, and here is 2"),
+        ({"format": 7}, "the format 7, and here is 3"),
         ({"state": b"nonsense"}, "damaged"),
     ],
     ids=str,

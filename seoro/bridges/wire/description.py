@@ -37,6 +37,7 @@ class RobotDescription(Message):
     arm: ArmDescription | None = None
     max_speed: float = 0.0
     max_turn_rate: float = 0.0
+    has_battery: bool = False
 
 
 GET_ROBOT_DESCRIPTION = Verb("get_robot_description", RobotName, RobotDescription)

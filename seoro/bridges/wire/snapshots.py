@@ -7,7 +7,7 @@ from enum import StrEnum
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulatorFeatures
 
-SNAPSHOT_FORMAT = 2
+SNAPSHOT_FORMAT = 3
 
 
 class Snapshot(Message):

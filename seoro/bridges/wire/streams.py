@@ -17,14 +17,15 @@ from seoro.bridges.wire.sensors import SensorName, SensorSample
 class OpenStream(Message):
     """Publish the time, and what else is listed, under the name of the stream.
 
-    `sensors` are those whose samples are published when they arrive; `poses` and `joints` are the robots of which
-    it is published where they believe they are, and how their joints are.
+    `sensors` are those whose samples are published when they arrive; `poses`, `joints` and `batteries` are the
+    robots of which it is published where they believe they are, and how their joints and their batteries are.
     """
 
     id: str
     sensors: tuple[SensorName, ...] = ()
     poses: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
+    batteries: tuple[str, ...] = ()
 
 
 class StreamName(Message):
@@ -60,6 +61,13 @@ class StreamedJoints(Message):
     joints: JointStates
 
 
+class StreamedBattery(Message):
+    """The charge of a robot's battery, from 0 to 1."""
+
+    robot: str
+    charge: float
+
+
 class Streamed(Message):
     """What a stream has to tell of a tick. `number` counts from 1, so that losses are noticed."""
 
@@ -68,6 +76,7 @@ class Streamed(Message):
     samples: tuple[StreamedSample, ...] = ()
     poses: tuple[StreamedPose, ...] = ()
     joints: tuple[StreamedJoints, ...] = ()
+    batteries: tuple[StreamedBattery, ...] = ()
 
 
 OPEN_STREAM = Verb("open_stream", OpenStream, Empty)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.geometry import header, pose_message, stamp, transform_message, vector_message
 
 MAP, ODOM = "map", "odom"
+
+DISCHARGING = 2  # `POWER_SUPPLY_STATUS_DISCHARGING`
 
 Fields = dict[str, Any]
 
@@ -55,6 +58,23 @@ def imu(sample: wire.ImuSample, base: str, time: float) -> Fields:
         "orientation_covariance": unknown,
         "angular_velocity": vector_message(sample.angular_rate),
         "linear_acceleration": vector_message(sample.acceleration),
+    }
+
+
+def battery_state(charge: float, base: str, time: float) -> Fields:
+    """A `sensor_msgs/BatteryState` of a charge from 0 to 1; what simulated ones do not have is no number."""
+    unknown = math.nan
+    return {
+        "header": header(base, time),
+        "voltage": unknown,
+        "temperature": unknown,
+        "current": unknown,
+        "charge": unknown,
+        "capacity": unknown,
+        "design_capacity": unknown,
+        "percentage": charge,
+        "power_supply_status": DISCHARGING,
+        "present": True,
     }
 
 

@@ -67,6 +67,7 @@ class ExposedRobot:
             sensors=tuple(wire.SensorName(robot=self.name, sensor=sensor) for sensor in sensors),
             poses=(self.name,) if self.drives and self.navigates else (),
             joints=(self.name,),
+            batteries=(self.name,) if self.description.has_battery else (),
         )
 
 
@@ -128,6 +129,10 @@ class RobotTopics:
         if moving:
             self._topics["tf"].publish({"transforms": moving})
 
+    def publish_battery(self, charge: float, time: float) -> None:
+        """Publish how its battery is."""
+        self._topics["battery_state"].publish(messages.battery_state(charge, self._base, time))
+
     def _transform(self, transform: dict[str, Any]) -> None:
         self._topics["tf"].publish({"transforms": [transform]})
 
@@ -176,6 +181,8 @@ def _published(robot: ExposedRobot) -> list[tuple[str, str, Qos | None]]:
         topics += [("amcl_pose", POSED, LATCHED), ("map", "nav_msgs/msg/OccupancyGrid", LATCHED)]
     if "imu" in robot.description.sensors:
         topics.append(("imu", "sensor_msgs/msg/Imu", None))
+    if robot.description.has_battery:
+        topics.append(("battery_state", "sensor_msgs/msg/BatteryState", None))
     return topics
 
 

@@ -153,6 +153,7 @@ def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
         sensors=one.sensors + other.sensors,
         poses=one.poses + other.poses,
         joints=one.joints + other.joints,
+        batteries=one.batteries + other.batteries,
     )
 
 
@@ -182,3 +183,5 @@ async def _pass_on(
             robots[pose.robot].publish_pose(pose, told.time)
         for joints in told.joints:
             robots[joints.robot].publish_joints(joints.joints, told.time)
+        for battery in told.batteries:
+            robots[battery.robot].publish_battery(battery.charge, told.time)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from contextlib import AsyncExitStack
+from pathlib import Path
 from typing import Any
 
 import anyio
@@ -157,3 +158,25 @@ async def test_it_is_there_again_after_a_restart_of_the_router(simulator: str, t
                 await client.wait_for_server()
             assert list((await client.call({}, 5.0)).entities) == ["turtlebot4"]
             await stack.aclose()
+
+
+async def test_batteries_are_published_of_robots_that_have_one(
+    simulator: str, router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    world = tmp_path / "fleet.yaml"
+    battery = "battery: {capacity: 0.1, idle: 18, driving: 54, charge: 0.9}"
+    world.write_text(
+        f"name: fleet\nextent: [-4, -4, 4, 4]\nrobots: [{{name: one, robot: turtlebot4, {battery}}},\n"
+        "  {name: two, robot: turtlebot4, pose: {y: 2}}]\n"
+    )
+    async with (
+        exposed(simulator, router, types, str(world)) as node,
+        node.ros.subscribing("/one/battery_state", "sensor_msgs/msg/BatteryState", KEEPING) as batteries,
+    ):
+        await step(node, 500)  # of 4 ms
+        first_one, second_one = await first(batteries, 2)
+        assert [seconds(each.header.stamp) for each in (first_one, second_one)] == [1.0, 2.0]
+        assert [each.percentage for each in (first_one, second_one)] == pytest.approx([0.85, 0.8])
+        assert second_one.present
+        assert math.isnan(second_one.voltage)
+        assert not node.ros.system.graph.publishers("/two/battery_state")
