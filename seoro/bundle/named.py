@@ -11,6 +11,7 @@ from seoro.bundle.worlds import FILE_SCHEME, files_of_world, is_file_uri, is_wor
 from seoro.embed.options import Options
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
+from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
 from seoro.lang.plan import InvokeAction
 from seoro.lang.plan.expressions import Literal
@@ -46,7 +47,8 @@ def named_files(scenario: Scenario, options: Options, folder: Path) -> Iterator[
     marks = {name: bound.mark for name, bound in scenario.functions.actions.items()}
     if not any(mark.files or mark.uris for mark in marks.values()):
         return
-    for invocation in invocations(lower(scenario.checked, options.name, options.overrides)):
+    overrides, _ = split_wishes(options.overrides)
+    for invocation in invocations(lower(scenario.checked, options.name, overrides)):
         mark = marks.get(invocation.action)
         if mark is not None:
             yield from _named_by(invocation, mark, folder)

@@ -25,6 +25,7 @@ from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
 from seoro.errors import InvalidUse
+from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
 from seoro.parameters import read_parameters
@@ -98,7 +99,7 @@ class _Sweep:
         self._options = options
         self._scenario = scenario
         self._entry = find_entry(scenario.checked, options.scenario).qualified_name
-        self._given = overrides_of(options.set)
+        self._given, _ = split_wishes(overrides_of(options.set))  # robots vary nothing
 
     async def main(self) -> int:
         """Find what there is to run, and do what is asked for."""

@@ -290,7 +290,8 @@ class Queue:
 
     async def _give_turn(self, live: LiveRun, worker: Worker) -> None:
         """A run has its robots, and goes on when it has a turn, too."""
-        live.set(waits=HAS_ROBOTS)
+        if not self._turns.is_free_again_for(live):
+            live.set(waits=HAS_ROBOTS)
         await self._turns.take_again(live)
         try:
             await self._store.start(live.info.run)

@@ -50,6 +50,10 @@ class Turns:
         """Whether a run that has not begun may have one."""
         if live.may_wait and len(self._lent) >= MOST_LENT:
             return False
+        return self.is_free_again_for(live)
+
+    def is_free_again_for(self, live: LiveRun) -> bool:
+        """Whether a run that has lent its turn would have one at once."""
         return self._may_have(live) and not any(map(self._may_have, self._returning))
 
     def take(self, live: LiveRun) -> None:

@@ -190,3 +190,16 @@ def test_a_sweep_that_is_killed_leaves_no_runs(write: Write, tmp_path: Path) -> 
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     assert wait_until(lambda: not runs_of(tmp_path / "runs/1") and not runs_of(tmp_path / "runs/2"), 10)
+
+
+def test_a_robot_that_is_wished_for_varies_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "lab.yaml").write_text("simulators:\n  sim: {simulator: mujoco}\n")
+    actor = "scenario main:\n    robot: differential_drive_robot"
+    text = "import osc.driving\n" + TEXT.format(pause="1h").replace("scenario main:", actor)
+    file = tmp_path / "main.osc"
+    file.write_text(text)
+    lab = ["--lab", str(tmp_path / "lab.yaml"), "--set", "robot=any:cart", "--set", "shift=0.5"]
+    assert main(["sweep", str(file), "--list", *lab]) == 0
+    out = capsys.readouterr().out
+    assert "3 combinations of 2 parameters" in out
+    assert "1 combination ruled out" in out

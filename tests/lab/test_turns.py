@@ -59,7 +59,8 @@ async def holding(rails: Rails) -> AsyncIterator[None]:
 
 async def patient(client: seoro.Client, lab: seoro.Lab) -> RemoteRun:
     """A run that waits for its robot."""
-    run = await client.submit(NAME, lab.file.with_name("go.osc"), lab=lab, leasing=PATIENT)
+    bound = {"leader": "robot:leader"}
+    run = await client.submit(NAME, lab.file.with_name("go.osc"), lab=lab, leasing=PATIENT, overrides=bound)
     await waiting_for(run, HOLDER)
     return run
 
