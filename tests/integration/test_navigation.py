@@ -155,6 +155,7 @@ scenario main:
     assert {r["status"] for r in ended} == {"succeeded"}
 
 
+@pytest.mark.slow
 def test_a_goal_that_nobody_waits_for_gives_way_to_what_is_next(tmp_path: Path) -> None:
     file = tmp_path / "left.osc"
     file.write_text(
