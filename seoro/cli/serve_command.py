@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import anyio
+from anyio.abc import TaskGroup
 
+from seoro.background import background
 from seoro.bridges.executor.addresses import ENDPOINT
 from seoro.cli.arguments import number, whole
 from seoro.cli.exits import Exit
@@ -97,18 +99,31 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _serve(settings: ExecutorOptions) -> int:
+    from seoro.executor.naming import name_given_up  # noqa: PLC0415 - as above
     from seoro.executor.running import executing  # noqa: PLC0415 - as above
 
     with anyio.open_signal_receiver(*_ENDS) as signals:
-        async with executing(settings) as lost:
+        async with executing(settings) as started:
             where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
             print(f"the executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)
-            if lost:
-                print(f"{lost} of its runs went on when it died: they are lost", flush=True)
-            async for _ in signals:
-                print("stopping what runs, and cleaning up", flush=True)
-                break
+            if started.lost:
+                print(f"{started.lost} of its runs went on when it died: they are lost", flush=True)
+            async with background() as tasks:
+                tasks.start_soon(_cancel_when, started.name_lost, tasks)
+                async for _ in signals:
+                    break
+            print("stopping what runs, and cleaning up", flush=True)
+    if started.name_lost.is_set():
+        raise InvalidUse(
+            name_given_up(settings.name),
+            help=f"`--name` gives this one another; with `--folder {settings.folder}` it goes on with its runs",
+        )
     return Exit.PASSED
+
+
+async def _cancel_when(happened: anyio.Event, tasks: TaskGroup) -> None:
+    await happened.wait()
+    tasks.cancel_scope.cancel()
 
 
 def _name_in_keys(endpoint: str) -> str | None:

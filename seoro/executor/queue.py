@@ -179,8 +179,10 @@ class Queue:
             if await self._keep(run, finished):
                 self._ends.pop(run, None)
 
-    async def close(self) -> int:
-        """Stop what runs, and wait for its clean-up; what waits, also for robots, is left for the next start.
+    async def close(self, reason: str) -> int:
+        """Stop what runs, for a reason, and wait for its clean-up.
+
+        What waits, also for robots, is left for the next start.
 
         Returns:
             How many runs were stopped.
@@ -188,7 +190,7 @@ class Queue:
         self._is_closing = True
         for live in self._turns.lent:
             live.leave()
-        running = [self._live[run] for run in self.stop_running("the executor ends")]
+        running = [self._live[run] for run in self.stop_running(reason)]
         for live in running:
             await live.changes.wait_for(lambda live=live: _is_done_with(live))  # type: ignore[misc]
         await self._keep_again()

@@ -7,7 +7,8 @@ from contextlib import asynccontextmanager
 from functools import partial
 from typing import Final
 
-from anyio.abc import TaskGroup
+import anyio
+from anyio.abc import TaskGroup, TaskStatus
 
 from seoro.background import background
 from seoro.bridges import wire
@@ -19,7 +20,7 @@ from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire.keys import executor_command
 from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
-from seoro.executor.naming import announced, await_name
+from seoro.executor.naming import await_name, check_first, draw_token, name_given_up, wait_for_elder
 
 WAITING: Final = Bound(1024, lose="newest")  # requests
 
@@ -30,12 +31,22 @@ class Reached:
     Args:
         name: Of the executor.
         door: Where.
+
+    Attributes:
+        name_lost: Set when it is not reached by its name any more: another has it, who has started before.
     """
 
     def __init__(self, name: str, door: Door) -> None:
         self._name = name
         self._door = door
+        self._token = draw_token(name)
         self._had_name = False
+        self.name_lost = anyio.Event()
+
+    @property
+    def why_it_ends(self) -> str:
+        """Why the executor ends, when it does."""
+        return name_given_up(self._name) if self.name_lost.is_set() else "the executor ends"
 
     @asynccontextmanager
     async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
@@ -58,19 +69,30 @@ class Reached:
     async def _served(
         self, gate: Gate, emergency: Emergency, tasks: TaskGroup, session: AsyncSession
     ) -> AsyncIterator[None]:
+        async with emergencies(session, wire.NAMESPACE) as heard, background() as duties:
+            await duties.start(self._take_requests, gate, tasks, session)
+            duties.start_soon(emergency.obey, heard)
+            yield
+
+    async def _take_requests(
+        self, gate: Gate, tasks: TaskGroup, session: AsyncSession, *, task_status: TaskStatus[None]
+    ) -> None:
+        """Take requests under the name, for as long as nobody has it who had it before."""
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
         if not self._had_name:
             await await_name(session, self._name)
-            self._had_name = True
         async with (
-            emergencies(session, wire.NAMESPACE) as heard,
             session.answering(executor_command(wire.NAMESPACE, self._name, "*"), WAITING, busy) as requests,
-            announced(session, self._name),
+            session.token(self._token),
             background() as duties,
         ):
+            if not self._had_name:
+                await check_first(session, self._token)
+            self._had_name = True
             duties.start_soon(_answer, gate, requests, tasks)
-            duties.start_soon(emergency.obey, heard)
-            yield
+            task_status.started()
+            await wait_for_elder(session, self._token)
+        self.name_lost.set()
 
 
 async def _answer(gate: Gate, requests: Mailbox[Request], tasks: TaskGroup) -> None:

@@ -67,9 +67,22 @@ class ExecutorOptions:
     policy: Policy = field(default_factory=Policy)
 
 
+@dataclass(frozen=True)
+class Started:
+    """An executor that is there.
+
+    Attributes:
+        lost: How many runs an earlier start has lost.
+        name_lost: Set when it is not reached by its name any more: another has it, who has started before.
+    """
+
+    lost: int
+    name_lost: anyio.Event
+
+
 @asynccontextmanager
-async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
-    """Be an executor for as long as the block lasts; yields how many runs an earlier start has lost.
+async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
+    """Be an executor for as long as the block lasts, which has to end when the name is lost.
 
     Raises:
         InvalidUse: The folder or the keys cannot be used, or another executor has the name.
@@ -110,10 +123,10 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[int]:
                 duties.start_soon(queue.keep_ends)
                 duties.start_soon(_forget, server, options.keep)
                 try:
-                    yield lost
+                    yield Started(lost, reached.name_lost)
                 finally:
                     with anyio.CancelScope(shield=True):
-                        if await queue.close():
+                        if await queue.close(reached.why_it_ends):
                             await anyio.sleep(LAST_ANSWERS)
 
 

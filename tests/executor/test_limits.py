@@ -274,3 +274,25 @@ async def test_nothing_is_taken_by_a_disk_that_is_too_full_and_runs_can_be_stopp
                 await client.submit("lab-a", file)
         await run.stop()
         assert (await run.result()).status.value == "cancelled"
+
+
+async def test_turns_go_by_the_names_in_certificates(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path / "lab")
+    long = tmp_path / "long.osc"
+    long.write_text(LONG)
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
+    async with (  # of one user at one machine
+        executing(made),
+        seoro.Client(endpoint, lab.keys("anna")) as anna,
+        seoro.Client(endpoint, lab.keys("ada")) as ada,
+    ):
+        first = await anna.submit(NAME, long)
+        async for record in first.records():
+            if record.get("message") == "begun":
+                break
+        runs = [await anna.submit(NAME, long), await anna.submit(NAME, long), await ada.submit(NAME, long)]
+        places = {each.id: (each.info.by, each.info.place) for each in await anna.runs()}
+        assert [places[run.id] for run in runs] == [("anna", 1), ("anna", 3), ("ada", 2)]
+        for run in (*runs, first):
+            await run.stop()

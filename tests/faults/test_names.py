@@ -1,0 +1,77 @@
+"""Two executors of one name, of which the second one started while a link to the first was broken."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import ExitStack
+from pathlib import Path
+
+import anyio
+import anyio.to_thread
+import pytest
+
+import seoro
+from seoro.bridges.session import open_session
+from seoro.executor.naming import draw_token, wait_for_elder
+from tests.executors import HELLO, LONG, NAME, executor
+from tests.faults.checks import DEADLINE
+from tests.faults.conftest import linking
+from tests.routers import free_endpoint, router_process, routing
+
+
+@pytest.mark.slow
+async def test_the_second_one_gives_the_name_up_as_soon_as_both_are_reached(tmp_path: Path) -> None:
+    near, far = free_endpoint(), free_endpoint()
+    hello, long = tmp_path / "hello.osc", tmp_path / "long.osc"
+    hello.write_text(HELLO)
+    long.write_text(LONG)
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+    with ExitStack() as stack:
+        stack.enter_context(router_process(far))
+        link = ExitStack()
+        link.enter_context(linking("connection", port(near), port(far)))
+        first = stack.enter_context(executor(tmp_path / "first", connect=near))
+        link.close()
+        stack.callback(link.close)
+        second = stack.enter_context(executor(tmp_path / "second", connect=far))
+        async with seoro.Client(far) as client:
+            run = await client.submit(NAME, long)
+            async for record in run.records():
+                if record.get("message") == "begun":
+                    break
+            link.enter_context(linking("connection", port(near), port(far)))
+            with anyio.fail_after(DEADLINE):
+                assert await anyio.to_thread.run_sync(second.process.wait, abandon_on_cancel=True) == 2
+                assert (await (await client.submit(NAME, hello)).result()).passed
+                assert [each.info.file for each in await client.runs(NAME)] == [str(hello)]
+        assert first.process.poll() is None
+    with sqlite3.connect(tmp_path / "second" / "state" / "runs.sqlite") as database:
+        [[state, reason]] = database.execute("SELECT state, reason FROM runs").fetchall()
+    assert state == "cancelled"
+    assert "another executor 'lab-a', which has started before this one, is reached again" in reason
+
+
+async def test_the_one_that_has_started_first_keeps_the_name() -> None:
+    first, second, third = (f"{draw_token(NAME)[:-16]}{number:016x}" for number in range(3))
+    with routing() as endpoint:
+        async with open_session(connect=endpoint) as here, open_session(connect=endpoint) as there:
+            async with there.token(third):
+                with anyio.move_on_after(0.5) as waited:
+                    await wait_for_elder(here, second)
+                assert waited.cancelled_caught
+            with anyio.fail_after(DEADLINE):
+                async with there.token(first):
+                    await wait_for_elder(here, second)
+
+
+def test_tokens_are_in_the_order_of_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    for moment in (1.7e9, 1.7e9 + 0.01, 1.8e9):
+        monkeypatch.setattr("seoro.executor.naming.time.time_ns", lambda moment=moment: int(moment * 1e9))
+        drawn.append(draw_token(NAME))
+    assert drawn == sorted(drawn)
+
+
+def port(endpoint: str) -> str:
+    return endpoint.rpartition(":")[2]
