@@ -16,6 +16,7 @@ from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.wire.artifacts import Artifact
 from seoro.cli.concluding import Conclusion, conclude, progress_of
 from seoro.cli.exits import OF_STATUS, Exit
+from seoro.cli.printed import PrintedLines
 from seoro.cli.results import STDOUT, ResultFiles
 from seoro.client.runs import RemoteRun
 from seoro.embed.ends import Ended, LeftFile
@@ -83,13 +84,18 @@ class Follower:
         return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _show(self, run: RemoteRun) -> None:
+        printed = PrintedLines()
         async with background() as waiting:
             waiting.start_soon(self._tell_of_waiting, run)
-            async for info, records in run.parts():
+            async for info, records in run.parts(printed.add):
                 self._tell_for_whom_it_waits(info)
                 self._announce(info)
+                for line in printed.take():
+                    self._progress.say(line)
                 for record in records:
                     self._record(record)
+        for line in printed.take(is_end=True):
+            self._progress.say(line)
 
     def _record(self, record: dict[str, Any]) -> None:
         self._now = record["t"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncGenerator, AsyncIterator, Mapping
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
 from contextlib import aclosing
 from pathlib import Path
 from types import MappingProxyType
@@ -48,15 +48,21 @@ class RemoteRun:
         """What has become of it, when that was last asked for."""
         return self.info.state
 
-    async def parts(self) -> AsyncIterator[tuple[RunInfo, list[dict[str, Any]]]]:
+    async def parts(
+        self, printed: Callable[[bytes], object] | None = None
+    ) -> AsyncIterator[tuple[RunInfo, list[dict[str, Any]]]]:
         """What is known of the run and the records that are new, whenever one of them has changed, to its end.
+
+        Args:
+            printed: Called with what the process of the run has printed, before the part with which that came.
 
         Raises:
             BackendError: The executor is gone, or has forgotten the run.
         """
         at, is_complete = 0, False
+        printed_at = None if printed is None else 0
         while not is_complete:
-            async with aclosing(self._news(at)) as news:
+            async with aclosing(self._news(at, printed_at)) as news:
                 async for found in news:
                     start = found.at - len(found.lines)
                     if start > at:
@@ -66,9 +72,12 @@ class RemoteRun:
                     if isinstance(found, wire.Records):
                         self.info, self._end = found.info, found.end
                         is_complete = found.is_complete and at == found.at
+                        if printed is not None and printed_at is not None and found.printed:
+                            printed(found.printed)
+                            printed_at += len(found.printed)
                     yield self.info, _records(new)
 
-    async def _news(self, at: int) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
+    async def _news(self, at: int, printed_at: int | None) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
         """What the executor has after a byte of the trace, or what comes then, for a while."""
         allowed = self._stop_if_lost
         wait = WAIT if allowed is None else min(WAIT, max(allowed / 3.0, SHORTEST_WAIT))
@@ -80,6 +89,7 @@ class RemoteRun:
             waits=self.info.waits,
             wait=wait,
             keeps_alive=allowed is not None,
+            printed_at=printed_at,
             in_parts=True,
         )
         try:
@@ -88,7 +98,7 @@ class RemoteRun:
                 async for found in parts:
                     yield found
         except Unavailable:  # `ask` tells of that, and asks again and again
-            now = wire.AskRecords(run=self.id, at=at, keeps_alive=request.keeps_alive)
+            now = wire.AskRecords(run=self.id, at=at, keeps_alive=request.keeps_alive, printed_at=printed_at)
             answer: wire.Records = await self.executor.ask(wire.RECORDS, now)
             yield answer
 

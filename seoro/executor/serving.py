@@ -17,6 +17,7 @@ import anyio
 import anyio.to_thread
 
 from seoro import __version__
+from seoro.background import background
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.executor.sight import LOOK, Hop, Look, PlaceSeen, Sight
@@ -36,7 +37,7 @@ from seoro.executor.queue import Queue
 from seoro.executor.room import make_room
 from seoro.executor.store import RunFolder, Store
 from seoro.executor.trying import DryRuns
-from seoro.executor.watching import Watch
+from seoro.executor.watching import Watch, size_of, until_printed
 from seoro.lab.examining import examine
 
 LOOKS: Final = 20  # at each node, for who asks what is seen from here
@@ -241,17 +242,21 @@ class Server:
             if request.keeps_alive:
                 live.note_watcher()
             if request.in_parts:
-                at = await _watch(live, request, send)
+                at = await _watch(live, request, self._store.folder(request.run).log, send)
             else:
                 with suppress(TimeoutError):
                     await live.changes.wait_for(lambda: _is_news(live, request), request.wait)
             if request.keeps_alive:
                 live.note_watcher()
         info = self._queue.placed(live.info) if live is not None else await self._known(request.run)
-        lines, is_last = _lines(self._store.folder(request.run).trace, at)
-        is_complete = is_last and info.state.is_final
+        folder = self._store.folder(request.run)
+        lines, is_last = _lines(folder.trace, at)
+        printed, is_all = _printed(folder.log, request.printed_at)
+        is_complete = is_last and is_all and info.state.is_final
         end = await self._store.end(request.run) if is_complete and request.in_parts else b""
-        return wire.Records(lines=lines, at=at + len(lines), is_complete=is_complete, info=info, end=end)
+        return wire.Records(
+            lines=lines, at=at + len(lines), is_complete=is_complete, info=info, end=end, printed=printed
+        )
 
     async def _list_files(self, request: wire.OneRun) -> wire.Outputs:
         await self._known(request.run)
@@ -287,7 +292,7 @@ def _is_news(live: LiveRun, request: wire.AskRecords) -> bool:
     return live.size > request.at or not is_known or request.waits not in (None, info.waits)
 
 
-async def _watch(live: LiveRun, request: wire.AskRecords, send: Callable[[bytes], None]) -> int:
+async def _watch(live: LiveRun, request: wire.AskRecords, log: Path, send: Callable[[bytes], None]) -> int:
     """Send records as they come, until there is something else to tell; returns up to where they were sent."""
 
     def send_part(start: int, lines: bytes) -> None:
@@ -296,8 +301,16 @@ async def _watch(live: LiveRun, request: wire.AskRecords, send: Callable[[bytes]
     watch = Watch(request.at, wire.WINDOW, send_part)
     if not _is_news(live, request):
         with live.watches.having(watch), anyio.move_on_after(request.wait):
-            await watch.over.wait()
+            async with background() as looking:
+                if request.printed_at is not None:
+                    looking.start_soon(_end_when_printed, watch, log, request.printed_at)
+                await watch.over.wait()
     return watch.at
+
+
+async def _end_when_printed(watch: Watch, log: Path, at: int) -> None:
+    await until_printed(log, at)
+    watch.over.set()
 
 
 def _not_taken(reason: str) -> RequestRefused:
@@ -318,6 +331,16 @@ def _lines(trace: Path, at: int) -> tuple[bytes, bool]:
             return whole, at + len(data) >= size
     except FileNotFoundError:  # it has not begun
         return b"", True
+
+
+def _printed(log: Path, at: int | None) -> tuple[bytes, bool]:
+    """What was printed from a byte on, and whether there is no more; nothing for those who do not ask for it."""
+    if at is None or size_of(log) <= at:
+        return b"", True
+    with log.open("rb") as file:
+        file.seek(at)
+        data = file.read(PART)
+        return data, at + len(data) >= os.fstat(file.fileno()).st_size
 
 
 def _outputs(folder: Path) -> Iterator[wire.OutputInfo]:

@@ -10,11 +10,13 @@ import asyncio
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Final
 
 import anyio
 
 SHARE: Final = 0.25  # of its time that an executor sends parts, before they become larger
+LOOK: Final = 0.2  # [s] between two looks at what a run prints, which nobody tells
 PERIOD: Final = 0.005  # [s] from one part of a run to the next, at most, when they do
 
 log = logging.getLogger(__name__)
@@ -67,6 +69,20 @@ class Pace:
     def took(self, began: float, ended: float) -> None:
         """A part was sent."""
         self._free = max(self._free, began) + (ended - began) / SHARE
+
+
+async def until_printed(log: Path, at: int) -> None:
+    """Wait until a file for what is printed has more than some bytes."""
+    while size_of(log) <= at:  # noqa: ASYNC110 - it is another process that prints
+        await anyio.sleep(LOOK)
+
+
+def size_of(log: Path) -> int:
+    """Of a file for what is printed, which may not be there [bytes]."""
+    try:
+        return log.stat().st_size
+    except FileNotFoundError:
+        return 0
 
 
 class Watches:

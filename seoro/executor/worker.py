@@ -8,6 +8,7 @@ process.
 from __future__ import annotations
 
 import asyncio
+import io
 import math
 import os
 import sys
@@ -155,6 +156,8 @@ def _redirect(log: Path) -> None:
     with log.open("ab") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # for those who follow the run
 
 
 async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End | None:

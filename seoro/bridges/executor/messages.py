@@ -257,6 +257,9 @@ class AskRecords(OneRun):
     waits: str | None = None  # for whom it waits, as far as the asker knows; None from one who does not want to
     wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0
     keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
+    printed_at: Annotated[int, Field(ge=0)] | None = (
+        None  # up to where the asker has what it prints; None: not at all
+    )
     in_parts: bool = False  # whether to send what comes at once, `WINDOW` bytes at most, and then the answer
 
 
@@ -268,6 +271,7 @@ class Records(Said):
     is_complete: bool  # whether nothing comes any more
     info: RunInfo
     end: bytes = b""  # with the last lines: what it ended with, as in `Details`
+    printed: bytes = b""  # what its process has printed after `printed_at`
 
 
 class NewRecords(Said):

@@ -1,0 +1,144 @@
+"""What `seoro exec --on` prints and leaves is what a run here does, character by character but for times."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from seoro.cli.printed import LONGEST, PrintedLines
+from tests.executors import NAME, RunningExecutor, executor
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+INVALID = "import osc.helpers\nscenario main:\n    do serial:\n        log(3)\n        nothing()\n"
+LATE = """import osc.helpers
+scenario main:
+    timeout(2s)
+    event go
+    count: int = 3
+    do serial:
+        log("a")
+        wait @go
+"""
+PROGRAMS = """import osc.helpers
+scenario main:
+    do serial:
+        run_process("echo one")
+        run_process("sh -c 'echo bad >&2; exit 3'")
+"""
+NOISY = """import osc.noisy
+import osc.helpers
+scenario main:
+    do serial:
+        make_noise()
+        wait elapsed(60s)
+"""
+NOISE = """import sys
+from seoro import ActionContext, action
+
+@action("make_noise")
+async def make_noise(ctx: ActionContext) -> None:
+    print("one\\x1b[2J")
+    sys.stderr.write("two\\nthree")
+    sys.stderr.flush()
+"""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
+    with executor(tmp_path_factory.mktemp("x"), "--allow", "python", "--allow", "run_process") as running:
+        yield running
+
+
+@pytest.fixture(autouse=True)
+def _here(lab: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SEORO_EXECUTOR", lab.endpoint)
+
+
+def without_times(text: str) -> str:
+    """A text without what the machine's clock has said."""
+    return re.sub(r'[\d.]+ s real|"(wall|wall_duration|clean_up)": ?[^,}]+|(time|timestamp)="[^"]*"', "?", text)
+
+
+def said_and_left(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> tuple[int, str, str, dict[str, str]]:
+    shutil.rmtree("out", ignore_errors=True)
+    status = main(arguments)
+    out, err = capsys.readouterr()
+    left = {path.name: without_times(path.read_text()) for path in Path().glob("out/*")}
+    return status, without_times(out), without_times(err), left
+
+
+@pytest.mark.parametrize(
+    ("scenario", "options", "status"),
+    [
+        (SCENARIOS / "coverage/lanes_and_speeds.osc", ["--clock", "virtual", "-o", "out"], 0),
+        (INVALID, ["-o", "out", "--json"], 2),
+        (LATE, ["--clock", "virtual", "-o", "out"], 1),
+        (LATE, ["--clock", "virtual", "--junit", "out/junit.xml", "--trace", "-"], 1),
+        (SCENARIOS / "navigation/obstacle.osc", ["--sim", "nonsense", "-o", "out"], 2),
+        (SCENARIOS / "navigation/obstacle.osc", ["-o", "out"], 2),
+    ],
+)
+def test_it_is_the_same(
+    scenario: str | Path, options: list[str], status: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("test.osc").write_text(scenario if isinstance(scenario, str) else scenario.read_text())
+    arguments = ["exec", "test.osc", "--seed", "3", *options]
+    here = said_and_left(arguments, capsys)
+    assert here[0] == status, here
+    assert said_and_left([*arguments, "--on", NAME], capsys) == here
+
+
+def test_what_programs_print_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("test.osc").write_text(PROGRAMS)
+    arguments = ["exec", "test.osc", "--seed", "3"]
+    (status, out, err, _), there = (said_and_left([*arguments, *where], capsys) for where in ([], ["--on", NAME]))
+    assert status == 1
+    stamps = r"\d+\.\d+ s"
+    assert re.sub(stamps, "?", there[1]) == re.sub(stamps, "?", out)
+    assert re.sub(stamps, "?", there[2]) == re.sub(stamps, "?", err)
+
+
+def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("seoro.libraries").mkdir()
+    Path("seoro.libraries/noisy.osc").write_text("action make_noise\n")
+    Path("seoro.libraries/noisy.py").write_text(NOISE)
+    Path("test.osc").write_text(NOISY)
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", "test.osc", "--on", NAME]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        lines: list[str] = []
+        while "two" not in (line := running.stdout.readline()):
+            assert line, lines
+            lines.append(line)
+        running.send_signal(signal.SIGINT)
+        rest = running.communicate(timeout=30)[0]
+    assert "one\ufffd[2J\n" in lines
+    assert "three\n" in rest
+    assert main(["ps", "--limit", "1"]) == 0
+    run = capsys.readouterr().out.splitlines()[1].split()[0]
+    assert main(["attach", run]) == 4
+    assert "one\ufffd[2J\ntwo\n" in capsys.readouterr().out
+
+
+def test_lines_are_put_together_of_parts() -> None:
+    printed = PrintedLines()
+    data = "grün\r\nblau".encode()
+    for at in range(len(data)):
+        printed.add(data[at : at + 1])
+    assert printed.take() == ["grün"]
+    assert printed.take(is_end=True) == ["blau"]
+    printed.add(b"x" * (LONGEST + 1))
+    assert [len(line) for line in printed.take()] == [LONGEST + 1]
