@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="let scenarios do what they else may not: python, network, run_process, ros_run, ros_launch "
+        help="let scenarios do what they else may not: python, files, network, run_process, ros_run, ros_launch "
         "(repeatable)",
     )
     parser.add_argument(

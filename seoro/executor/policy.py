@@ -2,12 +2,12 @@
 
 Two things let a scenario do on the executor's machine whatever its user can: programs that it starts, and
 Python that it brings or names. Both are found in the text before anything of it runs, and refused as an invalid
-scenario is. So is what it wants to reach on other machines.
+scenario is. So is what it wants to reach on other machines. Files that it names are refused when it comes to them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +16,7 @@ from seoro.actions.processes import RUNNING_PROGRAMS
 from seoro.bindings.modules import is_module, root_of
 from seoro.bridges.session import is_local
 from seoro.embed.options import Options
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import ActionFailed, InvalidScenario, InvalidUse
 from seoro.lab.reading import read_lab
 from seoro.lang import ast
 from seoro.lang.diagnostic import Diagnostic, error
@@ -25,14 +25,17 @@ from seoro.lang.libraries import Origin, library_files, own_libraries
 from seoro.lang.loader import Reader, Sources, Unreadable, read_file
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
+from seoro.located import Locate
 from seoro.runtime.invocations import invocations
 
 PYTHON: Final = "python"
 NETWORK: Final = "network"
+FILES: Final = "files"
 CODE: Final = "E0500"
 _FILES: Final = "check_data_external"  # runs Python of a file that it names
 PERMISSIONS: Final = {
     PYTHON: "Python that a scenario brings with it, or names with `external`",
+    FILES: "files of the executor's machine that were not sent",
     NETWORK: "simulators, bridges and ROS 2 systems of other machines",
     **{name: f"the action `{name}`, which starts programs" for name in RUNNING_PROGRAMS},
 }
@@ -121,6 +124,32 @@ def _endpoints(options: Options) -> Iterator[str]:
         yield options.ros.endpoint
     if options.lab is not None:
         yield from read_lab(options.lab.file).endpoints
+
+
+def keeping_to(folders: Iterable[Path], locate: Locate, allowed: Collection[str]) -> Locate:
+    """Finds files that a scenario names while it runs, in some folders only unless others are allowed.
+
+    Args:
+        folders: With what was sent, and what the run leaves.
+        locate: Finds what was sent.
+        allowed: Names of permissions.
+
+    What is returned raises `ActionFailed` for a file that may not be read.
+    """
+    if FILES in allowed:
+        return locate
+    homes = [folder.resolve() for folder in folders]
+
+    def kept(path: Path) -> Path:
+        found = locate(path)
+        if not any(found.resolve().is_relative_to(home) for home in homes):
+            raise ActionFailed(
+                f"this executor does not let scenarios read {path}, which was not sent: whoever runs it can allow "
+                f"it, by `seoro serve --allow {FILES}`"
+            )
+        return found
+
+    return kept
 
 
 def _refused(span: Span, what: str, permission: str) -> Diagnostic:

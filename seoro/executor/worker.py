@@ -37,7 +37,7 @@ from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
-from seoro.executor.policy import reader_of, vet_endpoints, vet_plan, vet_sources
+from seoro.executor.policy import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
 from seoro.lang.loader import Reader
@@ -199,6 +199,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
         observers=(telling,),
         output_directory=Path(job.output),
         vet=partial(vet_plan, allowed=job.allowed),
+        locate=keeping_to((files, Path(job.output)), locate, job.allowed),
         load=lambda path: load(locate(path), str(path)),
     )
     vet_endpoints(options, job.allowed, job.reach)

@@ -22,6 +22,14 @@ scenario main:
         box.spawn(pose_3d(position_3d(x: 1m, y: 1m, z: 1m)), "file://{folder}/models/box.sdf")
 """
 
+COMPUTED = """import osc.gazebo
+scenario main:
+    box: sim_object
+    model: string
+    do serial:
+        box.spawn(pose_3d(position_3d(x: 1m, y: 1m, z: 1m)), model)
+"""
+
 
 @pytest.mark.engine("mujoco")
 async def test_they_are_found_by_the_names_that_the_user_gives_them(tmp_path: Path) -> None:
@@ -48,3 +56,21 @@ async def test_they_are_found_by_the_names_that_the_user_gives_them(tmp_path: Pa
     [log] = [record for record in records if record["kind"] == "log"]
     assert log["source"] == f"{folder}/common/parts.osc:5:9"
     assert verdict.file == f"{folder}/tests/main.osc"
+
+
+@pytest.mark.engine("mujoco")
+async def test_what_was_not_sent_is_not_read(tmp_path: Path) -> None:
+    """A path that is computed is no client's to refuse."""
+    secret = tmp_path / "secret.sdf"
+    shutil.copy(OWN_MODELS / "example_simulation/models/box.sdf", secret)
+    file = tmp_path / "main.osc"
+    file.write_text(COMPUTED)
+    with executor(tmp_path) as lab:
+        async with seoro.Client(lab.endpoint) as client:
+            simulator = seoro.Simulator(name="mujoco", world="empty", rate=math.inf)
+            overrides = {"model": f'"file://{secret}"'}
+            run = await client.submit(NAME, file, simulator=simulator, overrides=overrides)
+            with anyio.fail_after(60.0):
+                verdict = await run.result()
+    assert verdict.status is seoro.RunStatus.FAILED
+    assert f"does not let scenarios read {secret}, which was not sent" in verdict.reason

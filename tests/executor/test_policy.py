@@ -8,9 +8,10 @@ import pytest
 import seoro
 from seoro.embed import check_file
 from seoro.embed.options import Options
-from seoro.errors import InvalidScenario, InvalidUse
-from seoro.executor.policy import check_permissions, reader_of, vet_endpoints, vet_plan, vet_sources
+from seoro.errors import ActionFailed, InvalidScenario, InvalidUse
+from seoro.executor.policy import check_permissions, keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.lang.frontend import lower
+from seoro.located import as_named
 
 EXTERNAL = """import osc.helpers
 struct clock:
@@ -122,3 +123,20 @@ def test_other_machines_are_reached_only_if_that_is_allowed(
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:7450", "unixsock-stream//tmp/hub", "tcp/[::1]:7450"])
 def test_what_is_on_the_machine_of_the_executor_is_reached(endpoint: str) -> None:
     vet_endpoints(Options(simulator=seoro.Simulator(endpoint=endpoint)), (), ())
+
+
+def test_only_what_was_sent_or_left_is_found(tmp_path: Path) -> None:
+    sent, left, other = tmp_path / "files", tmp_path / "output", tmp_path / "other.yaml"
+    for folder in (sent, left):
+        folder.mkdir()
+    other.touch()
+    (sent / "link").symlink_to(other)
+    kept = keeping_to((sent, left), as_named, ())
+    assert kept(sent / "bag") == sent / "bag"
+    assert kept(left / "bag") == left / "bag"
+    for path in (other, sent / ".." / "other.yaml", sent / "link", Path("/etc/passwd")):
+        with pytest.raises(
+            ActionFailed, match=f"does not let scenarios read {path}, which was not sent.*--allow files"
+        ):
+            kept(path)
+    assert keeping_to((sent,), as_named, ("files",))(other) == other
