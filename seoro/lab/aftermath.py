@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 import anyio
 import anyio.lowlevel
@@ -99,6 +99,8 @@ async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFi
         over.set()
 
     await node.start_run(lambda name, arguments: None, lose)
+    if lost:
+        raise lost[0]
     goal = await node.navigate(robot, [_pose(home)], stop_at_each=False, report=tell)
     try:
         with anyio.fail_after(within):
@@ -107,7 +109,7 @@ async def _drive_home(robot: str, node: SimulatorNode | RobotNode, home: PlaceFi
             else:
                 await over.wait()
     except BaseException:
-        with anyio.CancelScope(shield=True):
+        with anyio.CancelScope(shield=True), suppress(BackendError):
             await node.cancel_goal(goal)
         raise
     if lost:
