@@ -91,11 +91,11 @@ class Follower:
                 self._tell_for_whom_it_waits(info)
                 self._announce(info)
                 for line in printed.take():
-                    self._progress.say(line)
+                    self._progress.printed(line)
                 for record in records:
                     self._record(record)
         for line in printed.take(is_end=True):
-            self._progress.say(line)
+            self._progress.printed(line)
 
     def _record(self, record: dict[str, Any]) -> None:
         self._now = record["t"]

@@ -76,6 +76,12 @@ class LiveTree:
             self._head += text.strip().splitlines()
             self._changed.set()
 
+    def printed(self, line: str) -> None:
+        """Show a line that the process of the run has printed, among the messages."""
+        with self._lock:
+            self._tree.messages.append((self._clock(), "info", line))
+        self._changed.set()
+
     async def end_of_run(self) -> None:
         """Draw for the last time; what is said from now on is printed."""
         self._over.set()

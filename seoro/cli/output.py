@@ -156,6 +156,10 @@ class Progress:
         with suppress(OSError):
             self._writer.put(text + "\n")
 
+    def printed(self, line: str) -> None:
+        """Print a line that the process of the run has printed elsewhere."""
+        self.say(printable(line))
+
     def follow(self, clock: Callable[[], float]) -> None:
         """What shows time as it goes on follows a clock; lines have the times of their records."""
 

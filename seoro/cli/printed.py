@@ -5,13 +5,11 @@ from __future__ import annotations
 import codecs
 from typing import Final
 
-from seoro.cli.output import printable
-
 LONGEST: Final = 100_000  # [characters] of a line, which is then cut
 
 
 class PrintedLines:
-    """Puts parts together to lines, without what would control the terminal here."""
+    """Puts parts together to lines."""
 
     def __init__(self) -> None:
         self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
@@ -27,4 +25,4 @@ class PrintedLines:
         if self._rest and (is_end or len(self._rest) > LONGEST):
             lines.append(self._rest)
             self._rest = ""
-        return [printable(line.rstrip("\r")) for line in lines]
+        return [line.rstrip("\r") for line in lines]

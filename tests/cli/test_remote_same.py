@@ -14,6 +14,7 @@ import pytest
 
 from seoro.cli.main import main
 from seoro.cli.printed import LONGEST, PrintedLines
+from tests.cli.test_live_tree import in_a_terminal, read_until
 from tests.executors import NAME, RunningExecutor, executor
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -109,13 +110,25 @@ def test_what_programs_print_is_the_same(capsys: pytest.CaptureFixture[str]) -> 
     assert re.sub(stamps, "?", there[2]) == re.sub(stamps, "?", err)
 
 
-def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def write_noise(scenario: str) -> None:
     Path("seoro.libraries").mkdir()
     Path("seoro.libraries/noisy.osc").write_text("action make_noise\n")
     Path("seoro.libraries/noisy.py").write_text(NOISE)
-    Path("test.osc").write_text(NOISY)
+    Path("test.osc").write_text(scenario)
+
+
+def test_what_an_action_prints_is_below_the_live_tree() -> None:
+    write_noise("import osc.noisy\nscenario main:\n    do make_noise()\n")
+    with in_a_terminal(["test.osc", "--on", NAME, "--live-tree", "--seed", "7"], 80, 20) as (_, ours):
+        shown = read_until(ours, b"passed")
+    last = shown[shown.rindex(b"seed 7") :]
+    assert last.index(b"make_noise") < last.index(b"one\xef\xbf\xbd[2J") < last.index(b"three")
+
+
+def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write_noise(NOISY)
     command = [sys.executable, "-m", "seoro.cli.main", "exec", "test.osc", "--on", NAME]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
