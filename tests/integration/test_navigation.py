@@ -37,6 +37,7 @@ def test_the_robot_goes_around_the_box(tmp_path: Path, capsys: pytest.CaptureFix
         assert str(tmp_path / name) in out
 
 
+@pytest.mark.slow  # the catalogue has the same scenario in the suite
 def test_the_robot_goes_around_the_box_in_pybullet(tmp_path: Path) -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     first, second = (run(OBSTACLE, tmp_path / name, 0, simulator="pybullet") for name in ("first", "second"))
@@ -46,6 +47,7 @@ def test_the_robot_goes_around_the_box_in_pybullet(tmp_path: Path) -> None:
     assert (tmp_path / "first" / "top_down.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow  # the same
 def test_its_simpler_sister(tmp_path: Path) -> None:
     assert run(GO_TO_POSE, tmp_path, 3)[-1]["duration"] < 60.0
 

@@ -123,10 +123,11 @@ def test_the_signature_of_a_call_is_shown(tmp_path: Path) -> None:
     assert named is not None and named.active == 0
 
 
-def test_every_prefix_of_a_text_is_answered(tmp_path: Path) -> None:
+@pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.slow)])
+def test_every_prefix_of_a_text_is_answered(tmp_path: Path, step: int) -> None:
     from seoro.lsp.completion import complete
 
     analyses = [analysis(tmp_path, SCENARIO)]
-    for offset in range(len(SCENARIO) + 1):
+    for offset in range(0, len(SCENARIO) + 1, step):
         complete(SCENARIO, offset, analyses)
         signature_at(SCENARIO, offset, analyses)
