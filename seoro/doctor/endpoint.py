@@ -21,30 +21,35 @@ _START: Final = (
 )
 
 
-async def look_at_endpoint(endpoint: str) -> Finding:
-    """Whether something listens at an endpoint."""
+async def look_at_endpoint(endpoint: str, start: str = _START) -> Finding:
+    """Whether something listens at an endpoint.
+
+    Args:
+        endpoint: The endpoint.
+        start: What to do if nothing does.
+    """
     if not is_endpoint(endpoint):
         return failed("endpoint", f"'{endpoint}' is none", "endpoints look like tcp/127.0.0.1:7470")
     if match := _FILE.fullmatch(endpoint):
-        return await _look_at_file(Path(match["path"]))
+        return await _look_at_file(Path(match["path"]), start)
     if match := _PLACE.fullmatch(endpoint):
-        return await _look_at_port(match["host"].strip("[]"), int(match["port"]))
+        return await _look_at_port(match["host"].strip("[]"), int(match["port"]), start)
     return ok("endpoint", f"{endpoint}: whether it answers is seen by Zenoh only")
 
 
-async def _look_at_file(path: Path) -> Finding:
+async def _look_at_file(path: Path, start: str) -> Finding:
     try:
         with anyio.fail_after(TIMEOUT):
             stream = await anyio.connect_unix(path)
     except FileNotFoundError:
-        return failed("endpoint", f"there is no socket {path}", _START)
+        return failed("endpoint", f"there is no socket {path}", start)
     except (OSError, TimeoutError) as error:
-        return failed("endpoint", f"nothing listens at the socket {path}: {_reason(error)}", _START)
+        return failed("endpoint", f"nothing listens at the socket {path}: {_reason(error)}", start)
     await stream.aclose()
     return ok("endpoint", f"something listens at {path}")
 
 
-async def _look_at_port(host: str, port: int) -> Finding:
+async def _look_at_port(host: str, port: int, start: str) -> Finding:
     if not 0 < port < 1 << 16:
         return failed("endpoint", f"there is no port {port}", "ports go from 1 to 65535")
     try:
@@ -55,13 +60,13 @@ async def _look_at_port(host: str, port: int) -> Finding:
             "endpoint", f"the name '{host}' belongs to no machine", "check how it is written, and the DNS"
         )
     except ConnectionRefusedError:
-        return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", _START)
+        return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", start)
     except TimeoutError:
         text = f"{host} does not answer at port {port} within {TIMEOUT:g} s"
         return failed("endpoint", text, "check that it is on, and that no firewall is in the way")
     except OSError as error:
         if _is_refused(error):
-            return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", _START)
+            return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", start)
         return failed("endpoint", f"{host} cannot be reached: {_reason(error)}", "check the network")
     await stream.aclose()
     return ok("endpoint", f"something listens at {host}, port {port}")

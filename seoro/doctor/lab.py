@@ -21,6 +21,7 @@ from seoro.lab.reading import Lab
 from seoro.lab.seeing import known_of
 
 HERE: Final = Viewer()
+_START: Final = "start what should be there with `seoro sim` or `seoro bridge`, or correct the endpoint"
 _NOT_NEEDED: Final = "runs on executors need what these see only"
 _ENDS: Final = {
     Hop.POLICY: "it is not looked at",
@@ -50,12 +51,25 @@ class Places:
             Wanted(each, robots[each.name].before) for each in known_of(self.lab) if each.endpoint == endpoint
         )
 
+    def called(self, endpoint: str) -> str:
+        """What lines call an endpoint: by what the lab file has there, if it has something."""
+        if self.lab is None or endpoint not in self.lab.endpoints:
+            return endpoint
+        here = [name for name in self._nodes if self.lab.address(name)[0] == endpoint]
+        return f"{', '.join(here)} ({endpoint})"
+
+    @property
+    def _nodes(self) -> tuple[str, ...]:
+        """What the lab file calls its bridges and its simulator."""
+        if self.lab is None:
+            return ()
+        return (*self.lab.bridges, *([] if self.lab.simulator is None else [self.lab.simulator[0]]))
+
     def names(self, endpoint: str) -> tuple[str, ...]:
         """Names of the nodes that it has there."""
         if self.lab is None:
             return ()
-        nodes = dict.fromkeys([*self.lab.bridges, *([self.lab.simulator[0]] if self.lab.simulator else [])])
-        found = [self.lab.address(node) for node in nodes]
+        found = [self.lab.address(node) for node in self._nodes]
         return tuple(name for place, name in found if place == endpoint and name is not None)
 
 
@@ -78,7 +92,8 @@ async def look_at_lab(
     for endpoint in places.endpoints:
         if endpoint == told:
             continue
-        there = await look_at_endpoint(endpoint)
+        there = await look_at_endpoint(endpoint, _START)
+        there = Finding(places.called(endpoint), there.health, there.text, there.help)
         if there.health is not Health.FAILED:
             yield there
             seen = await examine(endpoint, folder, places.names(endpoint))

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -46,3 +47,20 @@ def test_no_executor_is_no_fault_if_none_was_asked_for(
     monkeypatch.setattr("seoro.cli.doctor_command.ENDPOINT", "unixsock-stream//nowhere/hub")
     assert main(["doctor"]) == 0
     assert "none was asked for" in capsys.readouterr().out
+
+
+def test_a_lab_file_is_looked_at_from_the_file_itself_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("SEORO_EXECUTOR", raising=False)
+    monkeypatch.setattr("seoro.cli.doctor_command.ENDPOINT", "unixsock-stream//nowhere/hub")
+    file = tmp_path / "lab.yaml"
+    file.write_text("bridges:\n  floor: {connect: unixsock-stream//nowhere/floor}\nrobots:\n  tb: {in: flor}\n")
+    assert main(["doctor", "--lab", str(file)]) == 1
+    assert f"failed   lab file: {file}:4: robots.tb: there is no simulator" in capsys.readouterr().out
+    file.write_text(file.read_text().replace("flor}", "floor}"))
+    monkeypatch.setenv("SEORO_LAB", str(file))
+    assert main(["doctor"]) == 1
+    out = capsys.readouterr().out
+    assert "failed   floor (unixsock-stream//nowhere/floor): there is no socket /nowhere/floor" in out
+    assert "= help: start what should be there with `seoro sim` or `seoro bridge`" in out
