@@ -60,7 +60,7 @@ class Ledger:
         return self._audit.write(**_entry(asked), outcome="taken")
 
     def conclude(self, asked: Asked, number: int | None, outcome: str, reason: str = "") -> None:
-        """Write down what came of what was taken, as soon as it can be written.
+        """Write down what came of what was taken; if it cannot be written, then before the next line that can.
 
         Args:
             asked: What was taken.
@@ -77,7 +77,7 @@ class Ledger:
             self._owe(**_entry(asked), outcome="refused", **_reason(reason))
 
     def end(self, info: RunInfo, role: str) -> None:
-        """Write down what has become of a run, as soon as it can be written."""
+        """Write down what has become of a run; if it cannot be written, then before the next line that can."""
         self._owe(what=RUN, by=info.by, role=role, run=info.run, outcome=info.state.value, **_reason(info.reason))
 
     def _owe(self, **entry: Any) -> None:

@@ -21,6 +21,7 @@ from seoro.executor.memory import used_by
 from seoro.executor.order import Waiting
 from seoro.executor.rates import MOST, Rates
 from seoro.executor.running import ExecutorOptions, executing
+from seoro.executor.store import Store
 from seoro.keys.audit import Audit, check_log
 from seoro.keys.folder import read_keys
 from tests.executors import HELLO, LONG
@@ -232,10 +233,16 @@ async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
             assert path.read_bytes() == written
         assert len(await anna.runs()) == 1
         await run.result()
+        with pytest.MonkeyPatch.context() as broken:
+            broken.setattr(Store, "remove", refuse)
+            with pytest.raises(BackendRefused, match="fault in the executor"):
+                await run.remove()
         await run.remove()
     check_log(path, read_keys(lab.keys("anna")).authority)
     said = [(line["what"], line.get("outcome")) for line in map(json.loads, path.read_bytes().splitlines())]
-    assert {("stop_run", "done"), ("run", "cancelled"), ("remove_run", "done")} < {*said}
+    assert {("stop_run", "done"), ("run", "cancelled"), ("remove_run", "broken off"), ("remove_run", "done")} < {
+        *said
+    }
 
 
 async def test_what_has_become_of_runs_is_written_down_also_after_the_executor_died(tmp_path: Path) -> None:
