@@ -48,9 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
-    settings = NodeSettings(
-        options.node or options.engine, options.namespace, listen, options.connect, options.stop_file
-    )
+    node = options.node or options.engine
+    settings = NodeSettings(node, options.namespace, listen, options.connect, options.stop_file, options.audit)
     end_on_signals()
     if options.die_with_parent:
         die_with_parent(options.folder)
@@ -120,6 +119,9 @@ def _parser() -> argparse.ArgumentParser:
         "--namespace", default=NAMESPACE, help="first part of the node's name (default %(default)s)"
     )
     parser.add_argument("--node", help="name of the node (default: the engine's)")
+    parser.add_argument(
+        "--audit", type=Path, metavar="FILE", help="log of what is asked of it, where there are keys"
+    )
     beginning = parser.add_mutually_exclusive_group()
     beginning.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
     beginning.add_argument("--from-snapshot", type=Path, metavar="FILE", help="go on from a state that was saved")

@@ -78,6 +78,10 @@ class Leasing:
 
     # ------------------------------------------------------------ what is asked of the simulator
 
+    def holds(self, sender: str) -> bool:
+        """Whether a client of this name holds robots, or did and has not been replaced."""
+        return self._leases.hold_of(sender) is not None
+
     def permit(self, sender: str, verb: str, request: wire.Message) -> wire.Message:
         """Refuse what a client may not ask for; gives the request, with its robot if it does not say which.
 

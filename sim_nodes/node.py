@@ -27,6 +27,7 @@ from typing import assert_never
 from anyio.from_thread import start_blocking_portal
 
 from seoro.bridges.door import node_door
+from seoro.bridges.serving.gate import NodeGate, opened_gate
 from seoro.bridges.session import (
     AsyncSession,
     Publisher,
@@ -37,6 +38,7 @@ from seoro.bridges.session import (
     declare_subscriber,
 )
 from seoro.bridges.wire import (
+    CHALLENGE,
     HOLD_ROBOTS,
     EmergencyStop,
     Refusal,
@@ -50,7 +52,6 @@ from seoro.bridges.wire import (
     node_command,
     node_stream,
     node_token,
-    sender_of,
 )
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
@@ -78,6 +79,7 @@ class NodeSettings:
     listen: str | None = None
     connect: str | None = None
     stop_file: Path | None = None
+    log: Path | None = None  # of what is asked of a node with keys
 
 
 @dataclass(frozen=True)
@@ -139,13 +141,13 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         RequestRefused: The world cannot be loaded.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    door = node_door(settings.listen, settings.connect)
-    simulator, inbox = make(), queue.SimpleQueue[Arrived]()
-    reached = partial(_reached, settings, simulator, inbox, secrets.token_hex(8))
-    with start_blocking_portal() as portal:
+    door = node_door(settings.listen, settings.connect, settings.node)
+    with opened_gate(door, settings.log) as gate, start_blocking_portal() as portal:
+        simulator, inbox = make(), queue.SimpleQueue[Arrived]()
+        reached = partial(_reached, settings, simulator, gate, inbox, secrets.token_hex(8))
         portal.start_task(door.attend, reached)
         ready(simulator)
-        serving = Serving(simulator, settings.stop_file)
+        serving = Serving(simulator, gate, settings.stop_file)
         while True:
             serving.turn(inbox)
 
@@ -154,6 +156,7 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
 async def _reached(
     settings: NodeSettings,
     simulator: Simulator,
+    gate: NodeGate,
     inbox: queue.SimpleQueue[Arrived],
     boot: str,
     session: AsyncSession,
@@ -163,7 +166,7 @@ async def _reached(
     busy = Refusal(code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later")
     inbox.put(Opened())
     opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox)
-    blind = _listen(opened, settings, simulator, inbox)
+    blind = _listen(opened, settings, simulator, gate, inbox)
     simulator.streams.connect(partial(_declare_stream, opened, settings))
     opened.declare_token(node_token(settings.namespace, settings.node, boot))
     try:
@@ -173,7 +176,11 @@ async def _reached(
 
 
 def _listen(
-    session: Session, settings: NodeSettings, simulator: Simulator, inbox: queue.SimpleQueue[Arrived]
+    session: Session,
+    settings: NodeSettings,
+    simulator: Simulator,
+    gate: NodeGate,
+    inbox: queue.SimpleQueue[Arrived],
 ) -> Callable[[], None]:
     """Hear of holders that die, and of emergency stops, also in the middle of a long grant.
 
@@ -184,11 +191,14 @@ def _listen(
     def changed(token: str, is_alive: bool) -> None:
         inbox.put(TokenChanged(token, is_alive))
 
-    def stop(payload: bytes) -> None:
-        simulator.halt()
-        inbox.put(Urgent(payload))
+    key = emergency_key(settings.namespace)
 
-    declare_subscriber(session, emergency_key(settings.namespace), stop)
+    def stop(payload: bytes, seal: bytes) -> None:
+        if gate.obeys(key, payload, seal):
+            simulator.halt()
+            inbox.put(Urgent(payload))
+
+    declare_subscriber(session, key, stop)
     return session.watch_tokens(holder_tokens(settings.namespace), changed)
 
 
@@ -201,11 +211,13 @@ class Serving:
 
     Args:
         simulator: The simulator.
+        gate: Lets requests in.
         stop_file: See `NodeSettings`.
     """
 
-    def __init__(self, simulator: Simulator, stop_file: Path | None = None) -> None:
+    def __init__(self, simulator: Simulator, gate: NodeGate, stop_file: Path | None = None) -> None:
         self._simulator = simulator
+        self._gate = gate
         self._leasing = Leasing(simulator, stop_file)
         self._waiting = WaitingRequests(simulator.log)
 
@@ -244,6 +256,7 @@ class Serving:
         except WireError:
             asked = EmergencyStop(by="somebody whose message cannot be read")
         self._leasing.emergency_stop(asked)
+        self._gate.stopped()
         for request in self._waiting.all():
             self.answer(request)
 
@@ -251,7 +264,12 @@ class Serving:
         """Carry out a request and answer it, whatever happens."""
         verb = request.key.rsplit("/", 1)[-1]
         try:
-            request.reply(self._carry_out(verb, request))
+            if verb == CHALLENGE.name:
+                request.reply(encode(self._gate.prove(request.payload)))
+                return
+            with self._gate.admitted(request, self._leasing.holds) as sender:
+                answer = self._carry_out(sender, verb, request.payload)
+            request.reply(answer)
         except RequestRefused as refused:
             _refuse(request, refused.code, refused.message)
         except Exception as error:
@@ -259,14 +277,13 @@ class Serving:
             why = f"fault in the simulator node: {type(error).__name__}: {error}"
             _refuse(request, Result.OPERATION_FAILED, why)
 
-    def _carry_out(self, verb: str, request: Request) -> bytes:
+    def _carry_out(self, sender: str, verb: str, payload: bytes) -> bytes:
         own = self._leasing.verbs.get(verb)
         if own is None:
-            permit = partial(self._leasing.permit, sender_of(request.attachment))
-            return handle(self._simulator, verb, request.payload, permit)
+            return handle(self._simulator, verb, payload, partial(self._leasing.permit, sender))
         model, carry = own
         try:
-            asked = decode(model, request.payload)
+            asked = decode(model, payload)
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
         self._simulator.stay()

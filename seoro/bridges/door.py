@@ -20,6 +20,7 @@ from seoro.background import background
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
     from seoro.keys.certificates import Seat
@@ -86,11 +87,24 @@ class Door:
             await self.revoked.wait_for_change(known)
 
 
-def node_door(listen: str | None, connect: str | None) -> Door:
-    """Where a node is reached, with its keys where it needs some.
+def node_door(listen: str | None, connect: str | None, name: str) -> Door:
+    """Where a node of a name is reached, with its keys where it needs some.
 
     Raises:
         InvalidUse: They are missing, or of no use there.
     """
     keys = node_keys(listen or connect or "", SERVING_NODES)
+    if keys is not None and keys.identity.name != name:
+        raise InvalidUse(
+            f"the node '{name}' cannot have the keys of {keys.identity}",
+            help="runs trust a node whose keys have its name: leave the name out",
+        )
     return Door(listen, connect, keys, None if keys is None else Revoked(keys))
+
+
+def node_name(endpoint: str, chosen: str | None, otherwise: str) -> str:
+    """The name of a node: what was chosen, else that in its keys, else another."""
+    if chosen is not None:
+        return chosen
+    keys = node_keys(endpoint, SERVING_NODES)
+    return otherwise if keys is None else keys.identity.name

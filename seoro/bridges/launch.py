@@ -28,11 +28,13 @@ from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import Claim, held
-from seoro.bridges.secured import MOVING, check_reached, node_keys, security_of
+from seoro.bridges.seals import node_seals
+from seoro.bridges.secured import check_reached, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
+from seoro.keys.roles import MOVING
 
 SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # name, and the module its engine needs
 ENGINES = "seoro.engines"  # the group of entry points by which packages bring engines of others
@@ -109,12 +111,15 @@ async def connect_simulator(
         RobotsTaken: Others have it.
         InvalidUse: There is none at the endpoint, or it does not know the world.
     """
-    security = security_of(endpoint, node_keys(endpoint, MOVING))
+    keys = node_keys(endpoint, MOVING)
+    security = security_of(endpoint, keys)
     holder = (claim or Claim()).of(purpose, gives_signs=False)
     try:
         async with open_session(connect=endpoint, security=security) as session:
             node_name = await find_simulator(session, endpoint, name)
-            address = NodeAddress(session, wire.NAMESPACE, node_name, sender=holder.holder)
+            seals = node_seals(session, node_name, keys)
+            address = NodeAddress(session, wire.NAMESPACE, node_name, sender=holder.holder, seals=seals)
+            await address.prove()
             async with _all_of(address, holder), _cleared(address, options) as node:
                 yield node
     except SessionError as error:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
 ASKING: Final = frozenset({*PEOPLE, Role.EXECUTOR})  # of nodes, how they are
-MOVING: Final = frozenset({Role.OPERATOR, Role.ADMIN, Role.EXECUTOR})  # simulators and robots
 CLIENTS: Final = frozenset(PEOPLE)  # of executors
 SERVING_NODES: Final = frozenset({Role.NODE})
 SERVING_RUNS: Final = frozenset({Role.EXECUTOR})

@@ -23,10 +23,10 @@ def state_folder() -> Path:
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seoro"
 
 
-def stop_file(kind: str, name: str, endpoint: str) -> Path:
-    """Where an emergency stop of a node is kept, which is known by its name and where it is reached."""
+def node_file(folder: str, name: str, endpoint: str, kind: str) -> Path:
+    """Where something of a node is kept, which is known by its name and where it is reached."""
     place = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
-    return state_folder() / kind / f"{name}@{place}.stop.json"
+    return state_folder() / folder / f"{name}@{place}.{kind}"
 
 
 def find_files(arguments: Sequence[str]) -> list[str]:

@@ -124,7 +124,7 @@ def _audit(file: Path, folder: Path) -> int:
     from seoro.keys.files import read_certificate  # noqa: PLC0415 - the same
 
     checked = check_log(file, read_certificate(KeyFolder(folder).authority))
-    print(f"{file} holds: {checked.count} lines of {', '.join(checked.executors) or 'nobody'}")
+    print(f"{file} holds: {checked.count} lines of {', '.join(checked.writers) or 'nobody'}")
     print(f"hash of the last: {checked.last}")
     return Exit.PASSED
 

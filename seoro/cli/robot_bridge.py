@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_folders
-from seoro.cli.files import stop_file
+from seoro.cli.files import node_file
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 LISTEN = "tcp/127.0.0.1:7460"
+NAME = "ros2"
 _ROBOT = re.compile(r"(?P<profile>[^:@]+)(:(?P<name>[A-Za-z][A-Za-z0-9_-]*))?(@(?P<namespace>/?[A-Za-z0-9_/]*))?")
 
 
@@ -38,7 +39,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
         "--connect", metavar="ENDPOINT", help="with --robot: be reached by runs over the Zenoh router there"
     )
     parser.add_argument(
-        "--name", default="ros2", help="with --robot: name of the bridge, for lab files (default: %(default)s)"
+        "--name", help=f"with --robot: name of the bridge, for lab files (default: that in its keys, else {NAME})"
     )
     add_folders(parser, "--ros-interfaces", "with --robot: definitions of messages that seoro does not bring")
 
@@ -52,31 +53,33 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
     """
     import anyio  # noqa: PLC0415 - for this command only
 
+    from seoro.bridges.door import node_name  # noqa: PLC0415 - Zenoh
     from seoro.bridges.ros2.robots.running import BridgeOptions, bridging  # noqa: PLC0415 - Zenoh and numpy
     from seoro.bridges.session import SessionError  # noqa: PLC0415 - the same
 
     robots = _robots(options.robot)
-    if re.fullmatch(r"[a-z0-9_-]+", options.name) is None:
-        raise InvalidUse(f"'{options.name}' cannot name a bridge: use lower-case letters, digits, '_' and '-'")
     listen = None if options.connect else options.listen or LISTEN
+    endpoint = listen or options.connect
+    name = node_name(endpoint, options.name, NAME)
+    if re.fullmatch(r"[a-z0-9_-]+", name) is None:
+        raise InvalidUse(f"'{name}' cannot name a bridge: use lower-case letters, digits, '_' and '-'")
     settings = BridgeOptions(
         robots,
         ros,
         options.domain,
         options.ros_interfaces,
-        options.name,
+        name,
         listen,
         options.connect,
-        stop_file("bridges", options.name, listen or options.connect),
+        node_file("bridges", name, endpoint, "stop.json"),
+        node_file("bridges", name, endpoint, "audit.jsonl"),
     )
 
     async def serve() -> None:
         async with bridging(settings):
             names = ", ".join(robot.name for robot in robots)
             where = f"listens on {listen}" if listen else f"is connected to {options.connect}"
-            print(
-                f"the bridge '{options.name}' {where} with {names}, reached at {ros}; Ctrl-C ends it", flush=True
-            )
+            print(f"the bridge '{name}' {where} with {names}, reached at {ros}; Ctrl-C ends it", flush=True)
             with anyio.open_signal_receiver(*_ENDS) as signals:
                 async for _ in signals:
                     return

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from seoro.cli.arguments import add_folders, rate, seed
-from seoro.cli.files import stop_file
+from seoro.cli.files import node_file
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import InvalidUse
 
@@ -53,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--node",
         metavar="NODE",
-        help="what lab files call it by `name`, where several are reached over one router (default: NAME)",
+        help="what lab files call it by `name`, where several are reached over one router (default: that in its "
+        "keys, else NAME)",
     )
     parser.add_argument(
         "--rate",
@@ -72,15 +73,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command: the node takes the place of this process."""
-    from seoro.bridges.launch import check_installed  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.bridges.door import node_name  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.bridges.launch import check_installed  # noqa: PLC0415 - the same
+    from seoro.bridges.session import is_secured  # noqa: PLC0415 - the same
 
     name, arguments = _beginning(options)
     check_installed(name)
+    endpoint = options.connect or options.listen or DEFAULT_ENDPOINT
+    if is_secured(endpoint):
+        options.node = node_name(endpoint, options.node, name)
+        arguments += ["--audit", str(node_file("simulators", options.node, endpoint, "audit.jsonl"))]
     for option in ("seed", "listen", "connect", "node", "rate"):
         if getattr(options, option) is not None:
             arguments += [f"--{option}", str(getattr(options, option))]
-    endpoint = options.connect or options.listen or DEFAULT_ENDPOINT
-    arguments += ["--stop-file", str(stop_file("simulators", options.node or name, endpoint))]
+    arguments += ["--stop-file", str(node_file("simulators", options.node or name, endpoint, "stop.json"))]
     for folder in options.model_path:
         arguments += ["--model-path", str(folder)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606

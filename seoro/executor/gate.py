@@ -5,30 +5,30 @@ Without keys everybody who reaches the executor may ask for everything; that is 
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.sight import LOOK
+from seoro.bridges.ledger import Asked, take
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.session import Request
-from seoro.bridges.wire import Message, Result, encode
+from seoro.bridges.wire import Empty, Message, Result, encode
+from seoro.bridges.wire.lab import EMERGENCY_STOP
+from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.executor.ledger import Asked, Ledger
 from seoro.executor.limits import Policy
-from seoro.executor.rates import Rates
 from seoro.executor.serving import Server
-from seoro.keys.roles import READING, STOPPING, executor_verbs, least_role
+from seoro.keys.errors import InvalidKeys
+from seoro.keys.roles import MOVING, READING, STOPPING, executor_verbs, least_role
+from seoro.rates import Rates
 
 if TYPE_CHECKING:
-    from seoro.executor.lock import Lock
+    from seoro.bridges.lock import Lock
     from seoro.keys.certificates import Identity
 
 _UNSAID: Final = READING | {"missing_blobs", "put_blob"}  # of which only refusals are written down
 _SUBMITTING: Final = {verb.name: verb for verb in (wire.SUBMIT, wire.DRY_RUN, wire.PUT_BLOB)}
-
-log = logging.getLogger(__name__)
 
 
 class Gate:
@@ -54,8 +54,8 @@ class Gate:
         """
         if self._lock is None:
             return await self._server.carry_out(verb, _stamped(verb, payload, None), request.reply_part)
-        if verb == wire.CHALLENGE.name:
-            return self._lock.prove(decoded(wire.CHALLENGE, payload))
+        if verb == CHALLENGE.name:
+            return self._lock.prove(decoded(CHALLENGE, payload))
         return await self._carry_out_noted(request, Asked(None, verb, payload), self._lock)
 
     async def _carry_out_noted(self, request: Request, asked: Asked, lock: Lock) -> Message:
@@ -65,9 +65,9 @@ class Gate:
             who = lock.admit(request)
             asked = replace(asked, who=who)
             self._check(who, verb)
-            number = None if verb in _UNSAID else _take(ledger, asked)
+            number = None if verb in _UNSAID else take(ledger, asked, "executor")
         except RequestRefused as refused:
-            if refused.code not in (wire.UNAVAILABLE, wire.STALE):
+            if refused.code not in (wire.UNAVAILABLE, STALE):
                 ledger.refuse(asked, refused.message)
             raise
         try:
@@ -75,7 +75,7 @@ class Gate:
         except RequestRefused as refused:
             if verb not in _UNSAID:
                 ledger.conclude(asked, number, "refused", refused.message)
-            elif refused.code not in (wire.UNAVAILABLE, wire.STALE):
+            elif refused.code not in (wire.UNAVAILABLE, STALE):
                 ledger.refuse(asked, refused.message)
             raise
         except BaseException as error:  # a fault, or the executor ends
@@ -88,36 +88,46 @@ class Gate:
 
     async def _carry_out_for(self, who: Identity, request: Request, asked: Asked, lock: Lock) -> Message:
         if asked.verb == wire.REVOKE.name:
-            return lock.revoke(decoded(wire.REVOKE, asked.payload))
+            return _revoke(lock, decoded(wire.REVOKE, asked.payload))
         said = _stamped(asked.verb, asked.payload, who)
         return await self._server.carry_out(asked.verb, said, request.reply_part)
+
+    def obeys(self, key: str, payload: bytes, seal: bytes) -> bool:
+        """Whether an emergency stop that is published is by somebody who may; it is written down."""
+        if self._lock is None:
+            return True
+        asked = Asked(None, EMERGENCY_STOP.name, payload)
+        try:
+            asked = replace(asked, who=(who := self._lock.admit_urgent(key, payload, seal)))
+            if who.role not in MOVING:
+                raise RequestRefused(DENIED, f"{who} may not stop everything")
+        except RequestRefused as refused:
+            self._lock.ledger.refuse(asked, refused.message)
+            return False
+        take(self._lock.ledger, asked, "executor")
+        return True
 
     def _check(self, who: Identity, verb: str) -> None:
         if verb not in executor_verbs(who.role):
             raise RequestRefused(
-                wire.DENIED, f"{who} may not ask for `{verb}`, which is for one who is {least_role(verb).value}"
+                DENIED, f"{who} may not ask for `{verb}`, which is for one who is {least_role(verb).value}"
             )
         rate, burst = self._policy.of(who.role).rate
         if not self._rates.take(who.name, rate, burst) and verb not in STOPPING:
             raise RequestRefused(wire.UNAVAILABLE, f"{who} asks for more than {rate:g} things a second")
 
 
-def _take(ledger: Ledger, asked: Asked) -> int | None:
-    """Write down what is about to be done; what cannot be written down is not done, but for stopping.
+def _revoke(lock: Lock, request: wire.Revoke) -> Empty:
+    """Have a newer list of those who are revoked.
 
-    Returns:
-        The number of the line; None if there is none.
+    Raises:
+        RequestRefused: The authority has not signed it, or it is older.
     """
     try:
-        return ledger.take(asked)
-    except OSError as error:
-        if asked.verb not in STOPPING:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"the executor cannot write into its audit log: {error.strerror or error}",
-            ) from error
-        log.exception("cannot write into the audit log")
-        return None
+        lock.revoked.take(request.data)
+    except InvalidKeys as error:
+        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+    return Empty()
 
 
 def _stamped(verb: str, payload: bytes, who: Identity | None) -> bytes:

@@ -69,7 +69,7 @@ class Reached:
     async def _served(
         self, gate: Gate, emergency: Emergency, tasks: TaskGroup, session: AsyncSession
     ) -> AsyncIterator[None]:
-        async with emergencies(session, wire.NAMESPACE) as heard, background() as duties:
+        async with emergencies(session, wire.NAMESPACE, gate.obeys) as heard, background() as duties:
             await duties.start(self._take_requests, gate, tasks, session)
             duties.start_soon(emergency.obey, heard)
             yield

@@ -30,7 +30,7 @@ from seoro.executor.trying import DryRuns
 from seoro.executor.workers import open_pool
 
 if TYPE_CHECKING:
-    from seoro.executor.lock import Lock
+    from seoro.bridges.lock import Lock
     from seoro.keys.folder import Keys
 
 AUDIT: Final = "audit.jsonl"
@@ -136,8 +136,8 @@ def _locked(
     """Who is revoked, and the lock, if there are keys; what has to be closed is on the stack."""
     if keys is None:
         return None, None
-    from seoro.executor.ledger import Ledger  # noqa: PLC0415 - only where there are keys
-    from seoro.executor.lock import Lock  # noqa: PLC0415 - the same
+    from seoro.bridges.ledger import Ledger  # noqa: PLC0415 - only where there are keys
+    from seoro.bridges.lock import Lock  # noqa: PLC0415 - the same
     from seoro.keys.audit import Audit  # noqa: PLC0415 - the same
 
     revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)

@@ -1,4 +1,4 @@
-"""The log of what was asked of an executor: lines of JSON, each signed, each with the hash of the one before it.
+"""The log of what was asked of an executor or a node: signed lines of JSON, each with the hash of the one before.
 
 Whoever changes a line, takes one out of the middle or puts one in breaks the chain. Lines that are taken off the
 end leave no trace but in copies: whoever wants to be sure keeps the number and the hash of a last line elsewhere.
@@ -27,7 +27,7 @@ from seoro.keys.folder import Keys
 from seoro.keys.roles import Role
 from seoro.keys.sealing import certificate_der
 
-STARTED: Final = "executor started"
+WRITERS: Final = frozenset({Role.EXECUTOR, Role.NODE})
 _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _NOTHING: Final = "0" * 64  # the hash of the line before the first
 _LONGEST: Final = 1 << 20  # [bytes] of a line
@@ -38,7 +38,7 @@ class Audit:
 
     Args:
         path: Its file.
-        keys: Of the executor.
+        keys: Of the executor or the node.
 
     Raises:
         OSError: It cannot be written.
@@ -53,7 +53,7 @@ class Audit:
         self._number = 0 if last is None else int(json.loads(last)["number"]) + 1
         self._previous = _NOTHING if last is None else hashlib.sha256(last).hexdigest()
         certificate = b64encode(certificate_der(keys.certificate)).decode()
-        self.write(what=STARTED, by=keys.identity.name, certificate=certificate)
+        self.write(what=_started(keys.identity.role), by=keys.identity.name, certificate=certificate)
 
     def write(self, **entry: Any) -> int:
         """Write a line.
@@ -94,12 +94,12 @@ class Checked:
     Attributes:
         count: How many lines it has.
         last: Hash of the last line.
-        executors: Whose logs they are.
+        writers: Whose logs they are.
     """
 
     count: int
     last: str
-    executors: tuple[str, ...]
+    writers: tuple[str, ...]
 
 
 def check_log(path: Path, authority: x509.Certificate) -> Checked:
@@ -109,36 +109,41 @@ def check_log(path: Path, authority: x509.Certificate) -> Checked:
         InvalidKeys: Something was, or it is no log.
     """
     previous, public, number = _NOTHING, None, -1
-    executors: dict[str, None] = {}
+    writers: dict[str, None] = {}
     for number, line in enumerate(_lines(path)):
         where = f"{path}:{number + 1}"
         try:
             said = json.loads(line)
             signature = b64decode(said.pop("signature"), validate=True)
-            if said["what"] == STARTED:
-                public, name = _executor(b64decode(said["certificate"], validate=True), authority)
-                executors[name] = None
+            if said["what"] in map(_started, Role):
+                public, name = _writer(b64decode(said["certificate"], validate=True), authority)
+                writers[name] = None
             if public is None:
-                raise InvalidKeys("the line with the certificate of the executor is missing before it")
+                raise InvalidKeys("the line with the certificate of who writes is missing before it")
             public.verify(signature, _signed(said), _ALGORITHM)
             if said["number"] != number or said["previous"] != previous:
                 raise InvalidKeys("lines before it are missing, or were changed")
         except InvalidSignature:
-            raise InvalidKeys(f"{where}: the line was changed, or was not written by the executor") from None
+            raise InvalidKeys(f"{where}: the line was changed, or was not written by whose log it is") from None
         except InvalidKeys as error:
             raise InvalidKeys(f"{where}: {error}") from None
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise InvalidKeys(f"{where}: it is no line of such a log") from error
         previous = hashlib.sha256(line).hexdigest()
-    return Checked(number + 1, previous, tuple(executors))
+    return Checked(number + 1, previous, tuple(writers))
 
 
-def _executor(data: bytes, authority: x509.Certificate) -> tuple[ec.EllipticCurvePublicKey, str]:
+def _started(role: Role) -> str:
+    """What the first line of each start says."""
+    return f"{role.value} started"
+
+
+def _writer(data: bytes, authority: x509.Certificate) -> tuple[ec.EllipticCurvePublicKey, str]:
     certificate = x509.load_der_x509_certificate(data)
     check_issued(certificate, authority)
     identity, public = identity_of(certificate), certificate.public_key()
-    if identity.role is not Role.EXECUTOR or not isinstance(public, ec.EllipticCurvePublicKey):
-        raise InvalidKeys(f"{identity} is no executor")
+    if identity.role not in WRITERS or not isinstance(public, ec.EllipticCurvePublicKey):
+        raise InvalidKeys(f"{identity} is neither an executor nor a node")
     return public, identity.name
 
 

@@ -44,7 +44,8 @@ _EXECUTOR_VERBS: Final[Mapping[Role, frozenset[str]]] = MappingProxyType(
     }
 )
 # What viewers may ask nodes, of which all else is for those who move robots.
-NODE_READING: Final = frozenset({"get_lab_state"})
+NODE_READING: Final = frozenset({"challenge", "get_lab_state"})
+MOVING: Final = frozenset({Role.OPERATOR, Role.ADMIN, Role.EXECUTOR})  # simulators and robots
 READING: Final = _EXECUTOR_VERBS[Role.VIEWER]  # changes nothing
 STOPPING: Final = frozenset({"stop_run", "emergency_stop"})  # works whatever else does not
 

@@ -8,12 +8,17 @@ again: neither later, nor to the same executor after it has been started anew.
 Before its first command a client challenges the executor, which proves by a signature that it is the one of
 that name, and says which start of it this is, and what time it is by its clock. Clients seal with times of that
 clock, so that clocks of machines may differ.
+
+Nodes take sealed commands as executors do. An emergency stop is sealed without a challenge, for any start and any
+time: no clock, and nobody who is slow to prove who they are, keeps it from being obeyed. Who has recorded one can
+say it again once the node has forgotten it, which stops what moves.
 """
 
 from __future__ import annotations
 
 import hashlib
 import secrets
+import threading
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -37,8 +42,10 @@ LARGEST: Final = 8192  # [bytes] of a seal
 NONCE: Final = 16  # [bytes]
 _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _COMMAND: Final = "seoro command 1"
-_PROOF: Final = "seoro executor 1"
+_URGENT: Final = "seoro stop 1"
+_PROOFS: Final = {Role.EXECUTOR: "seoro executor 1", Role.NODE: "seoro node 1"}
 _MOST_KNOWN: Final = 1000  # certificates that are remembered as checked
+_MOST_STOPS: Final = 10_000  # emergency stops that are remembered as said
 
 
 class Stale(InvalidKeys):
@@ -55,31 +62,49 @@ def certificate_der(certificate: x509.Certificate) -> bytes:
     return certificate.public_bytes(serialization.Encoding.DER)
 
 
-def prove(keys: Keys, executor: str, nonce: bytes, boot: str, now: int) -> bytes:
-    """The signature by which an executor answers a challenge.
+def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
+    """The signature by which an executor or a node answers a challenge.
 
     Args:
-        keys: Of the executor.
-        executor: Its name.
+        keys: Its keys.
+        name: Its name.
         nonce: What the challenger has drawn.
-        boot: Which start of the executor this is.
+        boot: Which start of it this is.
         now: [ns] since 1970, by its clock.
     """
-    return keys.key.sign(_digest(_PROOF, executor, nonce, boot, now), _ALGORITHM)
+    kind = _PROOFS.get(keys.identity.role, "")
+    return keys.key.sign(_digest(kind, name, nonce, boot, now), _ALGORITHM)
+
+
+def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
+    """The seal of an emergency stop, for any start of whoever it reaches, and any time."""
+    return _seal(keys, _URGENT, key, payload, "", time.time_ns())
+
+
+def _seal(keys: Keys, kind: str, key: str, payload: bytes, boot: str, now: int) -> bytes:
+    nonce = secrets.token_bytes(NONCE)
+    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), _ALGORITHM)
+    seal: bytes = msgpack.packb([certificate_der(keys.certificate), boot, now, nonce, signature])
+    return seal
+
+
+def _said(kind: str, key: str, payload: bytes, boot: str, stamp: int, nonce: bytes) -> bytes:
+    return _digest(kind, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
 
 
 class Sealer:
-    """Seals the commands of a client to one executor.
+    """Seals the commands of a client to one executor, or to one node.
 
     Args:
         keys: Of the client.
-        executor: Name of the executor.
+        name: Of the executor or the node.
+        role: Which of both it is.
     """
 
-    def __init__(self, keys: Keys, executor: str) -> None:
+    def __init__(self, keys: Keys, name: str, role: Role = Role.EXECUTOR) -> None:
         self._keys = keys
-        self._executor = executor
-        self._certificate = certificate_der(keys.certificate)
+        self._name = name
+        self._role = role
         self._boot = ""  # not known before `accept`
         self._offset = 0  # [ns] of the executor's clock from ours
 
@@ -91,40 +116,39 @@ class Sealer:
     def accept(
         self, certificate: bytes, signature: bytes, nonce: bytes, boot: str, now: int, asked: tuple[int, int]
     ) -> None:
-        """Take the answer of the executor to a challenge.
+        """Take the answer to a challenge.
 
         Args:
-            certificate: Of the executor.
+            certificate: Of the executor or node.
             signature: Of `prove`.
             nonce: What the challenge had.
-            boot: Which start of the executor this is.
+            boot: Which start of it this is.
             now: [ns] since 1970, by its clock.
             asked: When it was asked and when the answer was there; [ns] since 1970, by ours.
 
         Raises:
-            InvalidKeys: It is not the executor of that name.
+            InvalidKeys: It is not the one of that name.
         """
         found, identity = _load(certificate, self._keys.authority)
-        if identity.role is not Role.EXECUTOR or identity.name != self._executor:
-            raise InvalidKeys(f"who answers for the executor '{self._executor}' has the keys of {identity}")
+        if identity.role is not self._role or identity.name != self._name:
+            raise InvalidKeys(
+                f"who answers for the {self._role.value} '{self._name}' has the keys of {identity}",
+                help="robots are not given to one who may be another: find out who that is",
+            )
         check_time(identity, datetime.now(UTC))
-        _check_signature(found, signature, _digest(_PROOF, self._executor, nonce, boot, now))
+        _check_signature(found, signature, _digest(_PROOFS[self._role], self._name, nonce, boot, now))
         self._boot, self._offset = boot, now - sum(asked) // 2
 
     def seal(self, key: str, payload: bytes) -> bytes:
         """The seal of a command that is said on a key."""
-        now, nonce = time.time_ns() + self._offset, secrets.token_bytes(NONCE)
-        signed = _digest(_COMMAND, key, self._boot, now, nonce, hashlib.sha256(payload).digest())
-        signature = self._keys.key.sign(signed, _ALGORITHM)
-        seal: bytes = msgpack.packb([self._certificate, self._boot, now, nonce, signature])
-        return seal
+        return _seal(self._keys, _COMMAND, key, payload, self._boot, time.time_ns() + self._offset)
 
 
 class Verifier:
-    """Finds out who has sealed commands.
+    """Finds out who has sealed commands; for any thread.
 
     Args:
-        keys: Of the executor.
+        keys: Of the executor or node.
         boot: Which start of it this is.
         revoked: Who is revoked, at any time.
         clock: [ns] since 1970.
@@ -139,6 +163,8 @@ class Verifier:
         self._clock = clock
         self._known: dict[bytes, tuple[x509.Certificate, Identity]] = {}
         self._nonces: dict[bytes, int] = {}  # with their times, in the order in which they came
+        self._stops: dict[bytes, None] = {}  # the nonces of emergency stops, the same
+        self._lock = threading.Lock()
 
     def verify(self, key: str, payload: bytes, seal: bytes) -> Identity:
         """Who has sealed a command.
@@ -147,20 +173,51 @@ class Verifier:
             Stale: The client has to challenge this executor, and seal it again.
             InvalidKeys: Nobody who may, or it was said before.
         """
-        certificate, boot, stamp, nonce, signature = _parts(seal)
-        found, identity = self._certificate(certificate)
-        now = self._clock()
-        check_time(identity, datetime.fromtimestamp(now / 1e9, UTC))
+        certificate, boot, stamp, nonce, signature = self._parts(seal)
+        with self._lock:
+            found, identity = self._certificate(certificate)
+            now = self._clock()
+            check_time(identity, datetime.fromtimestamp(now / 1e9, UTC))
+            self._check_revoked(identity)
+            _check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
+            here = self._keys.identity.role.value
+            if boot != self._boot:
+                raise Stale(f"the command is for another start of this {here}")
+            if abs(now - stamp) > WINDOW * 1e9:
+                away = f"{abs(now - stamp) / 1e9:.0f} s"
+                raise Stale(f"the time of the command is {away} from that of this {here}")
+            self._use(nonce, stamp, now)
+        return identity
+
+    def verify_urgent(self, key: str, payload: bytes, seal: bytes) -> Identity:
+        """Who has sealed an emergency stop, whatever time it is here, there, and by their certificate.
+
+        Raises:
+            InvalidKeys: Nobody, or it was said before.
+        """
+        certificate, boot, stamp, nonce, signature = self._parts(seal)
+        with self._lock:
+            found, identity = self._certificate(certificate)
+            self._check_revoked(identity)
+            _check_signature(found, signature, _said(_URGENT, key, payload, boot, stamp, nonce))
+            if nonce in self._stops:
+                raise InvalidKeys("the stop was said before")
+            if len(self._stops) >= _MOST_STOPS:
+                del self._stops[next(iter(self._stops))]
+            self._stops[nonce] = None
+        return identity
+
+    def _check_revoked(self, identity: Identity) -> None:
         if self._revoked().has(identity.serial):
             raise InvalidKeys(f"{identity} is revoked")
-        signed = _digest(_COMMAND, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
-        _check_signature(found, signature, signed)
-        if boot != self._boot:
-            raise Stale("the command is for another start of this executor")
-        if abs(now - stamp) > WINDOW * 1e9:
-            raise Stale(f"the time of the command is {abs(now - stamp) / 1e9:.0f} s from that of this executor")
-        self._use(nonce, stamp, now)
-        return identity
+
+    def _parts(self, seal: bytes) -> tuple[bytes, str, int, bytes, bytes]:
+        if not seal:
+            here = self._keys.identity.role.value
+            raise InvalidKeys(
+                f"this {here} takes commands with keys only", help="`--keys DIR` or SEORO_KEYS names them"
+            )
+        return _parts(seal)
 
     def _use(self, nonce: bytes, stamp: int, now: int) -> None:
         if nonce in self._nonces:
@@ -182,10 +239,6 @@ class Verifier:
 
 
 def _parts(seal: bytes) -> tuple[bytes, str, int, bytes, bytes]:
-    if not seal:
-        raise InvalidKeys(
-            "this executor takes commands with keys only", help="`--keys DIR` or SEORO_KEYS names them"
-        )
     try:
         if len(seal) > LARGEST:
             raise ValueError("it is too large")

@@ -12,15 +12,20 @@ from collections.abc import Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession, Publisher, SessionError, is_secured, publishing
-from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.sim.requests import ask
 from seoro.errors import BackendError, InvalidUse
+from seoro.keys.roles import MOVING
 from seoro.lab.seeing import Member, Reached, asking, reaching
+
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
 
 STOP_WITHIN = 2.0  # [s] that a node may take to acknowledge that all stands still
 Place = tuple[str, str | None]
@@ -67,15 +72,25 @@ async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | 
 async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop, keys: Path | None) -> list[Outcome]:
     async with AsyncExitStack() as stack:
         reached = await stack.enter_async_context(reaching(endpoints, keys))
-        sessions = dict.fromkeys(each.session for each in reached if each.session is not None)
-        publishers: list[Publisher] = []
-        for session in sessions:
-            publisher = publishing(session, wire.emergency_key(wire.NAMESPACE))
-            publishers.append(await stack.enter_async_context(publisher))
+        sessions = {each.session: each.own_keys for each in reached if each.session is not None}
+        key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(asked)
+        publishers: list[tuple[Publisher, bytes | None]] = []
+        for session, own in sessions.items():
+            if own is None or own.identity.role in MOVING:  # others are told when they ask
+                publisher = await stack.enter_async_context(publishing(session, key))
+                publishers.append((publisher, _sealed(own, key, payload)))
         sent = time.monotonic()
-        for each in publishers:
-            each.put(wire.encode(asked))
+        for publisher, seal in publishers:
+            publisher.put(payload, seal)
         return await _ask_all(reached, wire.EMERGENCY_STOP, asked, sent)
+
+
+def _sealed(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
+    if keys is None:
+        return None
+    from seoro.keys.sealing import seal_urgently  # noqa: PLC0415 - only where there are keys
+
+    return seal_urgently(keys, key, payload)
 
 
 async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
@@ -107,16 +122,19 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
         if member.is_executor:
             with anyio.fail_after(STOP_WITHIN):
                 answer = await _executor(each, each.session).ask(verb, asked)
+            came = time.monotonic()
         else:
-            address = NodeAddress(each.session, wire.NAMESPACE, member.node, "node")
+            address = each.address(each.session)
             answer = await ask(address, verb, asked, STOP_WITHIN)
+            came = time.monotonic()
+            await address.prove()  # which may be after it: nobody waits for that in an emergency
     except TimeoutError:
         return Outcome(member.endpoint, member.called, error=f"no answer within {STOP_WITHIN:g} s")
-    except (BackendError, SessionError) as error:
+    except (BackendError, InvalidUse, SessionError) as error:
         return Outcome(member.endpoint, member.called, error=str(error))
     what = "runs" if member.is_executor else "robots"
     done = _in_words(verb.name, answer, what)
-    return Outcome(member.endpoint, member.called, done, took=time.monotonic() - sent)
+    return Outcome(member.endpoint, member.called, done, took=came - sent)
 
 
 def _executor(each: Reached, session: AsyncSession) -> Executor:

@@ -13,10 +13,12 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.executor.clocks import Clock, compare
 from seoro.bridges.executor.sight import Hop, NodeSeen, PlaceSeen
-from seoro.bridges.secured import ASKING, MOVING, check_reached, keys_for, security_of
+from seoro.bridges.seals import node_seals
+from seoro.bridges.secured import ASKING, check_reached, keys_for, security_of
 from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, InvalidUse
+from seoro.keys.roles import MOVING
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
@@ -83,11 +85,13 @@ async def examine_nodes(
     names = Counter(wire.token_node(token)[0] for token in found)
     majors = {wire.token_node(token)[0]: wire.token_major(token) for token in sorted(found)}
     may_use = not is_secured(endpoint) or (keys is not None and keys.identity.role in MOVING)
+    own = keys if is_secured(endpoint) else None
     seen: dict[str, NodeSeen] = {}
 
     async def see(name: str) -> None:
         node = NodeSeen(node=name, count=names[name], major=majors[name])
-        seen[name] = await _first_look(session, node, may_use=may_use) if _is_ours(node) else node
+        address = _address(session, node, own)
+        seen[name] = await _first_look(address, node, may_use=may_use) if _is_ours(node) else node
 
     async with anyio.create_task_group() as tasks:
         for name in names:
@@ -112,12 +116,12 @@ async def _tokens(session: AsyncSession, wanted: Collection[str]) -> frozenset[s
     return found
 
 
-async def _first_look(session: AsyncSession, node: NodeSeen, *, may_use: bool) -> NodeSeen:
-    """Whether a node answers at all, and whether its robots may be used."""
-    address = _address(session, node)
+async def _first_look(address: NodeAddress, node: NodeSeen, *, may_use: bool) -> NodeSeen:
+    """Whether a node answers at all, as the one that it says it is, and whether its robots may be used."""
     try:
         state = await ask(address, wire.GET_LAB_STATE, wire.Empty(), ANSWER_WITHIN)
-    except BackendError as error:
+        await address.prove()
+    except (BackendError, InvalidUse) as error:
         return node.model_copy(update={"why": str(error)})
     seen: dict[str, object] = {"state": state}
     if may_use:
@@ -137,7 +141,7 @@ async def _measured(session: AsyncSession, node: NodeSeen, exchanges: int) -> No
     for _ in range(exchanges):
         began, left = time.perf_counter(), time.time()
         try:
-            state = await ask(_address(session, node), wire.GET_LAB_STATE, wire.Empty(), ANSWER_WITHIN)
+            state = await ask(_address(session, node, None), wire.GET_LAB_STATE, wire.Empty(), ANSWER_WITHIN)
         except BackendError as error:
             return node.model_copy(update={"why": str(error)})
         times.append(time.perf_counter() - began)
@@ -155,5 +159,5 @@ def quantiles(times: list[float]) -> tuple[float, float]:
     return ordered[len(times) // 2], ordered[int(0.99 * len(times))]
 
 
-def _address(session: AsyncSession, node: NodeSeen) -> NodeAddress:
-    return NodeAddress(session, wire.NAMESPACE, node.node, "lab")
+def _address(session: AsyncSession, node: NodeSeen, keys: Keys | None) -> NodeAddress:
+    return NodeAddress(session, wire.NAMESPACE, node.node, "lab", seals=node_seals(session, node.node, keys))

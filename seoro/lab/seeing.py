@@ -14,8 +14,9 @@ from anyio.abc import TaskStatus
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.seals import node_seals
 from seoro.bridges.secured import ASKING, keys_for, security_of
-from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, InvalidUse
 from seoro.lab.reading import Lab
@@ -91,6 +92,16 @@ class Reached:
     session: AsyncSession | None
     keys: Keys | None = None
 
+    @property
+    def own_keys(self) -> Keys | None:
+        """The keys by which nodes know who asks; None where they have none."""
+        return self.keys if is_secured(self.member.endpoint) else None
+
+    def address(self, session: AsyncSession) -> NodeAddress:
+        """How it is asked, of a node."""
+        seals = node_seals(session, self.member.node, self.own_keys)
+        return NodeAddress(session, wire.NAMESPACE, self.member.node, "node", seals=seals)
+
 
 @asynccontextmanager
 async def reaching(endpoints: Iterable[str], folder: Path | None = None) -> AsyncIterator[list[Reached]]:
@@ -147,11 +158,12 @@ async def asking(reached: list[Reached]) -> list[Member]:
 
     async def ask_one(index: int, each: Reached) -> None:
         assert each.session is not None
-        address = NodeAddress(each.session, wire.NAMESPACE, each.member.node, "node")
+        address = each.address(each.session)
         try:
             state = await ask(address, wire.GET_LAB_STATE, wire.Empty(), ANSWER_WITHIN)
+            await address.prove()
             seen[index] = replace(each.member, state=state)
-        except BackendError as error:
+        except (BackendError, InvalidUse) as error:
             seen[index] = replace(each.member, why=str(error))
 
     async with anyio.create_task_group() as tasks:

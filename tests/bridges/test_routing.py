@@ -9,13 +9,13 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import ExecutorLost
-from seoro.bridges.secured import MOVING, SERVING_NODES, node_keys, security_of
+from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import NoServer, Request, Session, open_session
 from seoro.bridges.wire import encode
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command, node_stream, node_token
 from seoro.errors import BackendError, InvalidUse
 from seoro.keys.folder import read_keys
-from seoro.keys.roles import Role
+from seoro.keys.roles import MOVING, Role
 from tests.executors import HELLO
 from tests.labs import NAME, KeyedLab, RunningCommand, command, free_port, keyed_executor, make_lab
 

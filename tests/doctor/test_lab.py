@@ -58,14 +58,15 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
     folder = tmp_path_factory.mktemp("x")
     lab = make_lab(folder / "keys")
     lab.authority.add("rob", Role.OPERATOR, lab.keys("rob"))
+    lab.authority.add("hall", Role.NODE, lab.keys("hall"))
     endpoint = f"tls/127.0.0.1:{free_port()}"
     (folder / "lab.yaml").write_text(LAB.format(endpoint=endpoint))
     router = ("router", "--listen", endpoint, "--keys", str(lab.keys("hub")))
-    hall = ("sim", "mujoco", "--world", "hall", "--rate", "1", "--connect", endpoint, "--node", "hall")
+    hall = ("sim", "mujoco", "--world", "hall", "--rate", "1", "--connect", endpoint)
     with ExitStack() as stack:
         stack.enter_context(command(folder / "router.log", endpoint, *router))
         stack.enter_context(keyed_executor(folder, lab, connect=endpoint))
-        keys = ("--keys", str(lab.keys("maze")))
+        keys = ("--keys", str(lab.keys("hall")))
         running = stack.enter_context(command(folder / "hall.log", endpoint, *hall, *keys))
         yield Keyed(endpoint, read_lab(folder / "lab.yaml"), lab, running)
 

@@ -19,11 +19,11 @@ from seoro.errors import BackendRefused, InvalidUse
 from seoro.executor.limits import Limits, Policy, read_policy
 from seoro.executor.memory import used_by
 from seoro.executor.order import Waiting
-from seoro.executor.rates import MOST, Rates
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.executor.store import Store
 from seoro.keys.audit import Audit, check_log
 from seoro.keys.folder import read_keys
+from seoro.rates import MOST, Rates
 from tests.executors import HELLO, LONG
 from tests.labs import NAME, free_port, keyed_executor, make_lab
 

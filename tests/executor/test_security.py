@@ -24,6 +24,7 @@ from seoro.bridges.session import NoAnswer, NoServer, Refused, Security, Session
 from seoro.bridges.wire import encode
 from seoro.bridges.wire.keys import executor_command
 from seoro.bridges.wire.message import decode
+from seoro.bridges.wire.proving import DENIED, Challenge, Proof
 from seoro.bridges.wire.refusal import said_in
 from seoro.bundle.packing import pack
 from seoro.embed.options import Options
@@ -86,7 +87,7 @@ async def sealer(session: Any, lab: KeyedLab, name: str) -> Sealer:
     made, nonce = Sealer(read_keys(lab.keys(name)), NAME), secrets.token_bytes(16)
     asked = time.time_ns()
     key = executor_command("default", NAME, "challenge")
-    proof = decode(wire.Proof, await session.query(key, encode(wire.Challenge(nonce=nonce)), 5.0))
+    proof = decode(Proof, await session.query(key, encode(Challenge(nonce=nonce)), 5.0))
     made.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns()))
     return made
 
@@ -166,7 +167,7 @@ async def test_what_is_not_sealed_or_by_another_is_refused(
         for attachment, reason in ((None, "with keys only"), (forged, "signature is wrong"), (b"x", "is no seal")):
             with pytest.raises(Refused) as caught:
                 await session.query(key, payload, 5.0, attachment)
-            assert said_in(caught.value.payload).code == wire.DENIED
+            assert said_in(caught.value.payload).code == DENIED
             assert any(reason in each for each in refused(place, lab))
 
 

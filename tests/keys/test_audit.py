@@ -39,7 +39,7 @@ def write(path: Path, keys: Keys, count: int) -> None:
 def test_a_log_holds_over_several_starts(log: Path, keys: Keys) -> None:
     write(log, keys, 2)
     checked = check_log(log, keys.authority)
-    assert (checked.count, checked.executors) == (7, (NAME,))
+    assert (checked.count, checked.writers) == (7, (NAME,))
     assert log.stat().st_mode & 0o777 == 0o600
 
 
@@ -92,5 +92,5 @@ def test_a_log_of_another_lab_does_not_hold(log: Path, tmp_path: Path) -> None:
 def test_only_executors_write_logs(lab: KeyedLab, tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     write(path, read_keys(lab.keys("anna")), 1)
-    with pytest.raises(InvalidUse, match="is no executor"):
+    with pytest.raises(InvalidUse, match="is neither an executor nor a node"):
         check_log(path, read_keys(lab.keys("vera")).authority)

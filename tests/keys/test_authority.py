@@ -129,7 +129,7 @@ def test_keys_that_are_not_whole_are_refused(lab: KeyedLab, name: str, content: 
 
 
 def test_a_certificate_is_valid_for_its_time_only(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:
-    lab.authority.add("old", Role.VIEWER, lab.keys("old"), days=1e-6)
+    lab.authority.add("old", Role.VIEWER, lab.keys("old"), days=1e-9)
     with pytest.raises(InvalidUse, match="has expired on"):
         read_keys(lab.keys("old"))
     with monkeypatch.context() as patch:

@@ -2,14 +2,17 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from seoro.errors import InvalidUse
-from seoro.keys.folder import Keys, read_keys
+from seoro.keys.files import read_pair
+from seoro.keys.folder import KeyFolder, Keys, read_keys
 from seoro.keys.revocation import Revocations, read_list
-from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, certificate_der, prove
+from seoro.keys.roles import Role
+from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, certificate_der, prove, seal_urgently
 from tests.labs import NAME, KeyedLab, make_lab
 
 KEY = f"seoro/1/default/exec/{NAME}/cmd/submit"
@@ -129,3 +132,42 @@ def test_what_was_said_is_not_remembered_for_ever(lab: KeyedLab, executor: Keys)
     for _ in range(50):
         there.verify(KEY, b"x", later.seal(KEY, b"x"))
     assert len(there._nonces) <= 51
+
+
+def test_an_emergency_stop_is_taken_whatever_time_it_is(lab: KeyedLab, tmp_path: Path) -> None:
+    """Here, there, and by the certificate of who stops."""
+    lab.authority.add("old", Role.OPERATOR, tmp_path / "old", days=1e-9)
+    node, long_ago, key = read_keys(lab.keys("maze")), lambda: 0, "seoro/1/default/estop"
+    files = KeyFolder(tmp_path / "old")
+    own, certificate = read_pair(files.key, files.certificate)  # whatever time it is
+    old = replace(read_keys(lab.keys("anna")), key=own, certificate=certificate)
+    seal = seal_urgently(old, key, b"x")
+    there = verifier(node, clock=long_ago)
+    assert there.verify_urgent(key, b"x", seal).name == "old"
+    with pytest.raises(InvalidUse, match="said before"):
+        there.verify_urgent(key, b"x", seal)
+    for said, payload in ((key, b"y"), ("seoro/1/default/node/maze/cmd/emergency_stop", b"x")):
+        with pytest.raises(InvalidUse, match="signature is wrong"):
+            there.verify_urgent(said, payload, seal)
+    with pytest.raises(InvalidUse):  # and it is no seal for anything else
+        verifier(node, boot="").verify(key, b"x", seal)
+
+
+def test_an_emergency_stop_by_somebody_revoked_is_refused(lab: KeyedLab, tmp_path: Path) -> None:
+    lab.authority.add("rob2", Role.OPERATOR, tmp_path / "rob2")
+    lab.authority.revoke("rob2")
+    node = read_keys(lab.keys("maze"))
+    revoked = read_list(lab.path / "ca" / "revoked.crl", node.authority)
+    seal = seal_urgently(read_keys(tmp_path / "rob2"), "key", b"x")
+    with pytest.raises(InvalidUse, match="is revoked"):
+        Verifier(node, BOOT, lambda: revoked).verify_urgent("key", b"x", seal)
+
+
+def test_only_the_node_of_a_name_answers_for_it(lab: KeyedLab) -> None:
+    made, now = Sealer(read_keys(lab.keys("anna")), "maze", Role.NODE), time.time_ns()
+    here = (now, now)
+    node, executor = read_keys(lab.keys("maze")), read_keys(lab.keys(NAME))
+    proof = prove(executor, "maze", NONCE, BOOT, now)
+    with pytest.raises(InvalidUse, match=f"who answers for the node 'maze' has the keys of {NAME}"):
+        made.accept(certificate_der(executor.certificate), proof, NONCE, BOOT, now, here)
+    made.accept(certificate_der(node.certificate), prove(node, "maze", NONCE, BOOT, now), NONCE, BOOT, now, here)

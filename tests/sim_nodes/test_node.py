@@ -14,6 +14,7 @@ from typing import cast
 import pytest
 
 from seoro.bridges import wire
+from seoro.bridges.serving.gate import NodeGate
 from seoro.bridges.session import AsyncSession, NoServer, Refused, Request, open_session
 from seoro.bridges.wire import (
     Advance,
@@ -154,7 +155,7 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
 
     monkeypatch.setattr(maze.simulator, "features", fault)
     request = RecordedRequest()
-    Serving(maze.simulator).answer(cast(Request, request))
+    Serving(maze.simulator, NodeGate()).answer(cast(Request, request))
     assert request.refusal is not None
     assert request.refusal.code == Result.OPERATION_FAILED
     assert request.refusal.message == "fault in the simulator node: ZeroDivisionError: a wheel came off"

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import anyio
 
-from seoro.bridges.executor.messages import STALE, UNAVAILABLE
-from seoro.bridges.executor.seals import Seals
+from seoro.bridges.executor.messages import UNAVAILABLE
+from seoro.bridges.seals import Peer, Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError, asking_for_parts
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.message import A, M, Message, Q, Verb, WireError, decode, encode
+from seoro.bridges.wire.proving import STALE
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendLost, BackendRefused
+from seoro.keys.roles import Role
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
@@ -54,7 +56,8 @@ class Executor:
         self._session = session
         self.name = name
         self.minor = minor
-        self._seals = None if keys is None else Seals(session, name, keys, is_secured)
+        peer = Peer(name, Role.EXECUTOR)
+        self._seals = None if keys is None else Seals(session, peer, keys, is_secured)
         self.patience = PATIENCE
         self.on_silence: Callable[[str], object] = lambda reason: None
         self.on_answer: Callable[[], object] = lambda: None

@@ -17,6 +17,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.proving import CHALLENGE
 
 MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
@@ -31,9 +32,7 @@ MAX_FILE = 256 << 20  # [bytes]
 MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
-DENIED = 102  # the code of a refusal: the keys of who asks, or their role, do not allow it
 LACKING = 104  # the code of a refusal: blobs of the bundle are not there, and have to be sent
-STALE = 103  # the code of a refusal: what was sealed has to be sealed anew, after a challenge
 UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 HIGHEST_PRIORITY = 100  # and the lowest, below 0
 WINDOW = 256 << 10  # [bytes] of a trace that are sent to one who asks once: a link has room for them
@@ -323,28 +322,12 @@ class ExecutorInfo(Said):
     stopped: str = ""  # the emergency stop that keeps runs from beginning, in words
 
 
-class Challenge(Said):
-    """Asks an executor to prove that it is the one of its name."""
-
-    nonce: Annotated[bytes, Field(min_length=16, max_length=16)]  # drawn for this
-
-
-class Proof(Said):
-    """What proves it (`seoro.keys.sealing`), and what seals for it need."""
-
-    certificate: bytes
-    signature: bytes
-    boot: str  # which start of the executor this is
-    now: int  # [ns] since 1970, by its clock
-
-
 class Revoke(Said):
     """A list of revoked keys, which the authority of the lab has signed."""
 
     data: Annotated[bytes, Field(max_length=CHUNK)]
 
 
-CHALLENGE = Verb("challenge", Challenge, Proof)
 DESCRIBE = Verb("describe", Empty, ExecutorInfo)
 MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes)
 PUT_BLOB = Verb("put_blob", PutBlob, Empty)

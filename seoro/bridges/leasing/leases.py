@@ -16,6 +16,7 @@ from datetime import datetime
 from itertools import count
 
 from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
+from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LONGEST_LEASE, MAX_TEXT, Lease, LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused, check_id, listed
 from seoro.bridges.wire.results import LabResult, Result
@@ -86,7 +87,7 @@ class Leases:
         self._line: dict[str, _Place] = {}
         self._leases: dict[str, _Lease] = {}
         self._numbers = count()
-        self._present: set[str] = set()  # clients whose tokens are there
+        self._present: set[str] = set()  # clients whose tokens are there, as they are shown
 
     # ------------------------------------------------------------ runs
 
@@ -116,7 +117,7 @@ class Leases:
         gone = tuple(hold for hold in self._holds.values() if _overlap(hold.holder.robots, asked.robots))
         for hold in gone:
             del self._holds[hold.holder.holder]
-        is_seen = asked.holder in self._present
+        is_seen = shown_holder(asked.holder) in self._present
         self._holds[asked.holder] = Hold(asked, self._clock(), is_seen=is_seen, began=now)
         return tuple(hold for hold in gone if hold.holder.holder != asked.holder)
 
@@ -221,24 +222,27 @@ class Leases:
 
     def token_changed(self, token: str, *, is_alive: bool) -> Hold | None:
         """The token of a client has come, or is gone; returns what it holds if it is gone and was alive."""
-        holder = token.rpartition("/")[2]
+        shown = token.rpartition("/")[2]
         if not is_alive:
-            return self.lose(holder)
-        self.see(holder)
+            return self.lose(shown)
+        self.see(shown)
         return None
 
-    def see(self, holder: str) -> None:
-        """The token of a client is there, which may be before it takes anything."""
-        self._present.add(holder)
-        hold = self._holds.get(holder)
+    def see(self, shown: str) -> None:
+        """The token of a client is there, which may be before it takes anything; see `shown_holder`."""
+        self._present.add(shown)
+        hold = self._shown(shown)
         if hold is not None:
             hold.is_seen = True
 
-    def lose(self, holder: str) -> Hold | None:
+    def lose(self, shown: str) -> Hold | None:
         """The token of a client is gone; what it holds, if it was alive."""
-        self._present.discard(holder)
-        hold = self._holds.get(holder)
+        self._present.discard(shown)
+        hold = self._shown(shown)
         return hold if hold is not None and hold.is_alive else None
+
+    def _shown(self, shown: str) -> Hold | None:
+        return next((hold for name, hold in self._holds.items() if shown_holder(name) == shown), None)
 
     def lose_sight(self) -> None:
         """No token is seen any more, which says nothing of those who have them: they have to be seen again."""
@@ -369,7 +373,7 @@ def silence(hold: Hold) -> str:
 
 def called(holder: Holder) -> str:
     """What messages call a client."""
-    return holder.purpose[:MAX_TEXT] or f"the client '{holder.holder}'"
+    return holder.purpose[:MAX_TEXT] or f"the client '{shown_holder(holder.holder)}'"
 
 
 def _rank(place: _Place) -> tuple[int, int]:

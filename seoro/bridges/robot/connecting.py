@@ -6,6 +6,7 @@ import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import anyio
 
@@ -13,10 +14,15 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.secured import MOVING, check_reached, node_keys, security_of
+from seoro.bridges.seals import node_seals
+from seoro.bridges.secured import check_reached, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError, BackendRefused, InvalidUse
+from seoro.keys.roles import MOVING
+
+if TYPE_CHECKING:
+    from seoro.keys.folder import Keys
 
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
@@ -85,12 +91,13 @@ async def connect_robots(
         NoSuchRobot: There is none of a name.
         InvalidUse: There is no bridge, or they cannot be had.
     """
-    security = security_of(endpoint, node_keys(endpoint, MOVING))
+    keys = node_keys(endpoint, MOVING)
+    security = security_of(endpoint, keys)
     holder = (claim or Claim()).of(purpose, robots)
     try:
         async with (
             open_session(connect=endpoint, security=security) as session,
-            _held(session, endpoint, holder, name) as node,
+            _held(session, endpoint, holder, name, keys) as node,
         ):
             yield node
     except SessionError as error:
@@ -100,10 +107,13 @@ async def connect_robots(
 
 @asynccontextmanager
 async def _held(
-    session: AsyncSession, endpoint: str, holder: wire.Holder, name: str | None
+    session: AsyncSession, endpoint: str, holder: wire.Holder, name: str | None, keys: Keys | None
 ) -> AsyncIterator[RobotNode]:
     found = await find_node(session, endpoint, name, "bridge to robots", START)
-    address = NodeAddress(session, wire.NAMESPACE, found, "bridge", holder.holder)
+    address = NodeAddress(
+        session, wire.NAMESPACE, found, "bridge", holder.holder, node_seals(session, found, keys)
+    )
+    await address.prove()
     async with held(address, holder) as features:
         node = RobotNode(address, holder, features)
         async with background() as group:

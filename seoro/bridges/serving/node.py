@@ -22,6 +22,7 @@ from seoro.bridges.leasing.leases import Hold, Leases, called
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.serving.answering import answer, decoded
 from seoro.bridges.serving.emergency import emergencies
+from seoro.bridges.serving.gate import NodeGate, opened_gate
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.hold import Watchdog
 from seoro.bridges.serving.robot import Handlers, ServedRobot, state_of
@@ -39,7 +40,11 @@ CALLED = "bridge"
 
 @asynccontextmanager
 async def serving(
-    door: Door, name: str, make: Callable[[Work, HappeningLog], Sequence[ServedRobot]], state: Path | None = None
+    door: Door,
+    name: str,
+    make: Callable[[Work, HappeningLog], Sequence[ServedRobot]],
+    state: Path | None = None,
+    log: Path | None = None,
 ) -> AsyncIterator[RobotServer]:
     """Serve robots for as long as the block lasts; in its end they stand still.
 
@@ -48,18 +53,23 @@ async def serving(
         name: Of the node.
         make: Makes the robots, which tell of goals and watches there.
         state: File in which an emergency stop outlasts the node; None for nowhere.
+        log: File of the log of a node with keys.
+
+    Raises:
+        InvalidUse: The log cannot be written.
     """
     happenings, boot = HappeningLog(), secrets.token_hex(8)
-    async with background() as reached, background() as tasks:
-        work = Work(tasks, happenings)
-        server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state))
-        reached.start_soon(server.watchdog.watch_deadlines)
-        await reached.start(door.attend, partial(_served, server, name, boot, tasks))
-        try:
-            yield server
-        finally:
-            with anyio.move_on_after(STOP_DEADLINE, shield=True):
-                await server.end("the bridge ends")
+    with opened_gate(door, log) as gate:
+        async with background() as reached, background() as tasks:
+            work = Work(tasks, happenings)
+            server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state), gate)
+            reached.start_soon(server.watchdog.watch_deadlines)
+            await reached.start(door.attend, partial(_served, server, name, boot, tasks))
+            try:
+                yield server
+            finally:
+                with anyio.move_on_after(STOP_DEADLINE, shield=True):
+                    await server.end("the bridge ends")
 
 
 @asynccontextmanager
@@ -71,7 +81,7 @@ async def _served(
     server.watchdog.lose_sight()
     async with (
         session.tokens(wire.holder_tokens(wire.NAMESPACE)) as tokens,
-        emergencies(session, wire.NAMESPACE) as urgent,
+        emergencies(session, wire.NAMESPACE, server.gate.obeys) as urgent,
         session.answering(wire.node_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
         session.token(wire.node_token(wire.NAMESPACE, name, boot)),
         background() as duties,
@@ -90,6 +100,7 @@ async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGr
 async def _obey(server: RobotServer, urgent: AsyncIterator[wire.EmergencyStop]) -> None:
     async for asked in urgent:
         await server.emergency_stop(asked)
+        server.gate.stopped()
 
 
 class RobotServer:
@@ -101,6 +112,7 @@ class RobotServer:
         happenings: What has happened to them.
         tasks: Where robots are stopped whose clients are gone.
         latch: Whether an emergency stop holds.
+        gate: Lets requests in.
     """
 
     def __init__(
@@ -110,7 +122,9 @@ class RobotServer:
         happenings: HappeningLog,
         tasks: TaskGroup,
         latch: Latch,
+        gate: NodeGate,
     ) -> None:
+        self.gate = gate
         self._robots = {robot.info.name: robot for robot in robots}
         self._work = work
         self._happenings = happenings
@@ -167,7 +181,13 @@ class RobotServer:
 
     async def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
-        await answer(request, partial(self._carry_out, wire.sender_of(request.attachment)), CALLED)
+        await answer(request, partial(self._admit, request), CALLED)
+
+    async def _admit(self, request: Request, name: str, payload: bytes) -> wire.Message:
+        if name == wire.CHALLENGE.name:
+            return self.gate.prove(payload)
+        with self.gate.admitted(request, lambda holder: self._leases.hold_of(holder) is not None) as sender:
+            return await self._carry_out(sender, name, payload)
 
     async def _carry_out(self, sender: str, name: str, payload: bytes) -> wire.Message:
         if self._ended:

@@ -90,17 +90,18 @@ def declare_publisher(session: Session, key: str) -> Publisher:
     return Publisher(_declare_publisher(session, key, reliable=True, keep=0, recover=False), key)
 
 
-def declare_subscriber(session: Session, key: str, take: Callable[[bytes], None]) -> None:
+def declare_subscriber(session: Session, key: str, take: Callable[[bytes, bytes], None]) -> None:
     """Subscribe until the session closes, for those who have no event loop.
 
     Args:
         session: Session to subscribe with.
         key: A key expression, wildcards included.
-        take: Gets payloads on a thread of Zenoh's, and must not wait.
+        take: Gets payloads, and what travels beside them, on a thread of Zenoh's, and must not wait.
     """
 
     def receive(sample: zenoh.Sample) -> None:
-        take(sample.payload.to_bytes())
+        attachment = sample.attachment
+        take(sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
 
     session.keep(_declare_subscriber(session, key, receive, history=0, recover=False))
 

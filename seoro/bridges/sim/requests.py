@@ -10,9 +10,11 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.share import own_id
+from seoro.bridges.seals import Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.wire.proving import STALE, is_open, is_sealed
 from seoro.bridges.wire.refusal import said_in
-from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped
+from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, InvalidUse
 from seoro.runtime.contracts import Lost, Reporter
 
 REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; more than the lease of the session, which tells more
@@ -23,7 +25,8 @@ LOSS_NOTICE = 0.5  # [s] after a request has failed
 class NodeAddress:
     """How a node is reached: a session that is connected to it, its namespace and its name.
 
-    `called` is what messages call such a node, `sender` who holds robots there and asks.
+    `called` is what messages call such a node, `sender` who holds robots there and asks, and `seals` what seals
+    requests to one with keys.
     """
 
     session: AsyncSession
@@ -31,6 +34,34 @@ class NodeAddress:
     node: str
     called: str = "simulator"
     sender: str = ""
+    seals: Seals | None = None
+
+    async def prove(self) -> None:
+        """Have a node with keys prove that it is the one of its name.
+
+        Raises:
+            InvalidUse: It is not.
+            BackendLost: It does not answer.
+        """
+        if self.seals is None:
+            return
+        try:
+            await self.seals.prove()
+        except BackendRefused as error:
+            raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
+        except SessionError as error:
+            raise BackendLost(f"the {self.called} node '{self.node}' does not prove who it is: {error}") from error
+
+    async def beside(self, verb: str, key: str, payload: bytes) -> bytes | None:
+        """What goes beside a request: a seal where one is needed, else the name of who asks.
+
+        Raises:
+            BackendRefused: The keys here may not ask for that, or the node is not who it says.
+            SessionError: It does not answer.
+        """
+        if self.seals is not None and (is_sealed(verb) or not (self.sender or is_open(verb))):
+            return await self.seals.seal(verb, key, payload)
+        return wire.sender(self.sender) if self.sender else None
 
 
 class Requests:
@@ -115,8 +146,13 @@ async def ask(
     key = wire.node_command(address.namespace, address.node, verb.name)
     called = f"the {address.called} node '{address.node}'"
     try:
-        attachment = wire.sender(address.sender) if address.sender else None
-        answer = await address.session.query(key, wire.encode(request), timeout, attachment)
+        try:
+            answer = await _ask_once(address, key, verb.name, request, timeout)
+        except Refused as refused:
+            if address.seals is None or said_in(refused.payload).code != STALE:
+                raise
+            address.seals.forget()
+            answer = await _ask_once(address, key, verb.name, request, timeout)
         return wire.decode(verb.answer, answer)
     except Refused as refused:
         raise refusal_of(refused) from None
@@ -128,6 +164,11 @@ async def ask(
         raise BackendLost(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
+
+
+async def _ask_once(address: NodeAddress, key: str, verb: str, request: wire.Message, timeout: float) -> bytes:
+    payload = wire.encode(request)
+    return await address.session.query(key, payload, timeout, await address.beside(verb, key, payload))
 
 
 def _ignore_request(request: wire.Message) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 
 MAJOR = 1
@@ -61,8 +62,17 @@ def token_node(key: str) -> tuple[str, str]:
 
 
 def holder_token(namespace: str, holder: str) -> str:
-    """Liveliness token of a client that holds robots."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/{_chunk(holder)}"
+    """Liveliness token of a client that holds robots.
+
+    It has not the name of the client, by which robots may be moved, but one that follows from that: everybody may
+    look at tokens.
+    """
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/{shown_holder(holder)}"
+
+
+def shown_holder(holder: str) -> str:
+    """What a client is called before everybody."""
+    return hashlib.sha256(holder.encode()).hexdigest()[:32]
 
 
 def holder_tokens(namespace: str) -> str:

@@ -8,6 +8,7 @@ import pytest
 
 from seoro.bridges.leasing.leases import UNSEEN, Leases, silence
 from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
+from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import LabResult
@@ -209,14 +210,14 @@ def test_who_gives_no_signs_of_life_has_its_token_to_be_seen_by(
 ) -> None:
     quiet = want("one", "a").model_copy(update={"gives_signs": False})
     if is_seen_first:  # it is declared before the robots are asked for
-        leases.see("one")
+        leases.see(shown_holder("one"))
     leases.take(quiet, 0.0)
     if not is_seen_first:
-        leases.see("one")
+        leases.see(shown_holder("one"))
     clock.now += 10.0 * UNSEEN
     assert leases.within() is None
     assert not leases.overdue()
-    hold = leases.lose("one")
+    hold = leases.lose(shown_holder("one"))
     assert hold is not None
     assert hold.has("a")
     leases.release("one")
@@ -226,15 +227,15 @@ def test_who_gives_no_signs_of_life_has_its_token_to_be_seen_by(
 
 
 def test_who_holds_nothing_loses_nothing(leases: Leases) -> None:
-    leases.see("one")
-    assert leases.lose("one") is None
-    assert leases.lose("two") is None
+    leases.see(shown_holder("one"))
+    assert leases.lose(shown_holder("one")) is None
+    assert leases.lose(shown_holder("two")) is None
 
 
 def test_who_cannot_be_seen_has_to_be_seen_again(leases: Leases, clock: Clock) -> None:
     """As when a node opens its connections anew."""
     for name, robot, signs in (("quiet", "a", False), ("loud", "b", True)):
-        leases.see(name)
+        leases.see(shown_holder(name))
         leases.take(want(name, robot).model_copy(update={"gives_signs": signs}), 0.0)
     clock.now += HOLD_DEADLINE / 2.0
     leases.lose_sight()
@@ -242,5 +243,5 @@ def test_who_cannot_be_seen_has_to_be_seen_again(leases: Leases, clock: Clock) -
     leases.renew("loud")
     clock.now += UNSEEN
     assert [late.holder.holder for late in leases.overdue()] == ["quiet", "loud"]
-    leases.see("quiet")
+    leases.see(shown_holder("quiet"))
     assert [late.holder.holder for late in leases.overdue()] == ["loud"]

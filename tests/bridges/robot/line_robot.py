@@ -129,8 +129,8 @@ async def main(log: str, how: str, endpoint: str, *names: str) -> None:
     def make(work: Work, happenings: HappeningLog) -> Sequence[LineRobot]:
         return [LineRobot(name, Path(log), work, happenings) for name in names or ("line",)]
 
-    door = node_door(endpoint if how == "--listen" else None, endpoint if how == "--connect" else None)
-    async with serving(door, "rails", make, Path(f"{log}.stop")):
+    door = node_door(endpoint if how == "--listen" else None, endpoint if how == "--connect" else None, "rails")
+    async with serving(door, "rails", make, Path(f"{log}.stop"), Path(f"{log}.jsonl")):
         sys.stdout.write("ready\n")
         sys.stdout.flush()
         await anyio.sleep_forever()

@@ -10,6 +10,7 @@ import pytest
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.serving.gate import NodeGate
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import RobotServer
 from seoro.bridges.serving.robot import Handlers, Health
@@ -64,7 +65,7 @@ async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None
         happenings = HappeningLog()
         work = Work(tasks, happenings)
         robot = SlowRobot(work)
-        server = RobotServer([robot], work, happenings, tasks, Latch())
+        server = RobotServer([robot], work, happenings, tasks, Latch(), NodeGate())
         await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run"))
         refused: list[RequestRefused] = []
 
@@ -90,7 +91,7 @@ async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -
         happenings = HappeningLog()
         work = Work(tasks, happenings)
         robot = SlowRobot(work)
-        server = RobotServer([robot], work, happenings, tasks, Latch())
+        server = RobotServer([robot], work, happenings, tasks, Latch(), NodeGate())
         await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run"))
         drive = wire.Drive(id="a run.goal-1", robot="slow", linear=1.0, angular=0.0, duration=1.0)
         await ask(server, wire.DRIVE, drive)

@@ -19,11 +19,13 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.secured import MOVING, node_keys, security_of
+from seoro.bridges.seals import node_seals
+from seoro.bridges.secured import node_keys, security_of
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import InvalidUse
+from seoro.keys.roles import MOVING
 
 log = logging.getLogger(__name__)
 
@@ -76,7 +78,9 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
             open_session(connect=settings.router, listen=settings.listen) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
-            address = NodeAddress(near, NAMESPACE, await find_simulator(near, settings.simulator))
+            name = await find_simulator(near, settings.simulator)
+            address = NodeAddress(near, NAMESPACE, name, seals=node_seals(near, name, keys))
+            await address.prove()
             async with following(address) as node:
                 await _expose(node, system, settings, ready)
     except SessionError as error:

@@ -52,6 +52,7 @@ class BridgeOptions:
         listen: Zenoh endpoint to listen on for runs; or `connect`.
         connect: Zenoh endpoint of a router to be reached over.
         state: File in which an emergency stop outlasts the bridge; None for nowhere.
+        log: File of the log of what is asked of a bridge with keys.
     """
 
     robots: Sequence[BridgedRobot]
@@ -62,6 +63,7 @@ class BridgeOptions:
     listen: str | None = None
     connect: str | None = None
     state: Path | None = None
+    log: Path | None = None
 
 
 @asynccontextmanager
@@ -76,7 +78,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     types = TypeStore.bundled()
     for folder in options.interfaces:
         types = types.add_folder(folder)
-    door = node_door(options.listen, options.connect)
+    door = node_door(options.listen, options.connect, options.node)
     async with (
         connect(options.ros, types=types, domain=options.domain) as system,
         guarded(_guard_of(options, system)),
@@ -99,7 +101,7 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
                 robot.forget()
 
         async with (
-            serving(door, options.node, make, options.state),
+            serving(door, options.node, make, options.state, options.log),
             system.node(BRIDGE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):

@@ -1,16 +1,15 @@
-"""The keys of an executor: they prove who it is, and tell who others are. Loaded only where there are keys."""
+"""The keys of an executor or a node: they prove who it is, and tell who others are."""
 
 from __future__ import annotations
 
 import secrets
 import time
 
-from seoro.bridges.executor import messages as wire
+from seoro.bridges.ledger import Ledger
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.session import Request
-from seoro.bridges.wire import Empty, Result
+from seoro.bridges.wire.proving import DENIED, STALE, Challenge, Proof
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.executor.ledger import Ledger
 from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
@@ -21,22 +20,22 @@ class Lock:
     """Who is who.
 
     Args:
-        keys: Of the executor.
+        keys: Of the executor or the node.
         revoked: Who is revoked.
         ledger: Of what is asked.
     """
 
     def __init__(self, keys: Keys, revoked: Revoked, ledger: Ledger) -> None:
         self.ledger = ledger
+        self.revoked = revoked
         self._keys = keys
-        self._boot = secrets.token_hex(8)  # which start of the executor this is
-        self._revoked = revoked
+        self._boot = secrets.token_hex(8)  # which start of it this is
         self._verifier = Verifier(keys, self._boot, revoked.current)
 
-    def prove(self, challenge: wire.Challenge) -> wire.Proof:
+    def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""
         now, name = time.time_ns(), self._keys.identity.name
-        return wire.Proof(
+        return Proof(
             certificate=certificate_der(self._keys.certificate),
             signature=prove(self._keys, name, challenge.nonce, self._boot, now),
             boot=self._boot,
@@ -52,18 +51,17 @@ class Lock:
         try:
             return self._verifier.verify(request.key, request.payload, request.attachment)
         except Stale as error:
-            raise RequestRefused(wire.STALE, str(error)) from error
+            raise RequestRefused(STALE, str(error)) from error
         except InvalidKeys as error:
-            raise RequestRefused(wire.DENIED, str(error)) from error
+            raise RequestRefused(DENIED, str(error)) from error
 
-    def revoke(self, request: wire.Revoke) -> Empty:
-        """Have a newer list of those who are revoked.
+    def admit_urgent(self, key: str, payload: bytes, seal: bytes) -> Identity:
+        """Who has sent an emergency stop.
 
         Raises:
-            RequestRefused: The authority has not signed it, or it is older.
+            RequestRefused: Nobody whom it can be told of.
         """
         try:
-            self._revoked.take(request.data)
+            return self._verifier.verify_urgent(key, payload, seal)
         except InvalidKeys as error:
-            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-        return Empty()
+            raise RequestRefused(DENIED, str(error)) from error

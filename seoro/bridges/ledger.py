@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +16,9 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.executor.rates import Rates
+from seoro.bridges.wire.results import Result
+from seoro.keys.roles import STOPPING
+from seoro.rates import Rates
 
 if TYPE_CHECKING:
     from seoro.keys.audit import Audit
@@ -39,7 +42,7 @@ class Asked:
 
 
 class Ledger:
-    """Writes down what is asked of an executor.
+    """Writes down what is asked of an executor or a node; from any thread.
 
     Args:
         audit: Where.
@@ -49,6 +52,7 @@ class Ledger:
         self._audit = audit
         self._refusals = Rates()
         self._owed: list[dict[str, Any]] = []  # what came of something, while it cannot be written
+        self._lock = threading.Lock()
 
     def take(self, asked: Asked) -> int:
         """Write down what is about to be done; returns the number of the line.
@@ -56,8 +60,10 @@ class Ledger:
         Raises:
             OSError: It cannot be written.
         """
-        self._pay()
-        return self._audit.write(**_entry(asked), outcome="taken")
+        entry = _entry(asked)
+        with self._lock:
+            self._pay()
+            return self._audit.write(**entry, outcome="taken")
 
     def conclude(self, asked: Asked, number: int | None, outcome: str, reason: str = "") -> None:
         """Write down what came of what was taken; if it cannot be written, then before the next line that can.
@@ -73,7 +79,9 @@ class Ledger:
 
     def refuse(self, asked: Asked, reason: str) -> None:
         """Write down what was refused before it was taken, unless that happens all the time."""
-        if self._refusals.take("" if asked.who is None else asked.who.name, *REFUSALS):
+        with self._lock:
+            may = self._refusals.take("" if asked.who is None else asked.who.name, *REFUSALS)
+        if may:
             self._owe(**_entry(asked), outcome="refused", **_reason(reason))
 
     def end(self, info: RunInfo, role: str) -> None:
@@ -81,16 +89,43 @@ class Ledger:
         self._owe(what=RUN, by=info.by, role=role, run=info.run, outcome=info.state.value, **_reason(info.reason))
 
     def _owe(self, **entry: Any) -> None:
-        self._owed.append(entry)
-        try:
-            self._pay()
-        except OSError:
-            log.exception("cannot write into the audit log")
+        with self._lock:
+            self._owed.append(entry)
+            try:
+                self._pay()
+            except OSError:
+                log.exception("cannot write into the audit log")
 
     def _pay(self) -> None:
         while self._owed:
             self._audit.write(**self._owed[0])
             del self._owed[0]
+
+
+def take(ledger: Ledger, asked: Asked, called: str) -> int | None:
+    """Write down what is about to be done; what cannot be written down is not done, but for stopping.
+
+    Args:
+        ledger: Where.
+        asked: What is about to be done.
+        called: What messages call whoever does it.
+
+    Returns:
+        The number of the line; None if there is none.
+
+    Raises:
+        RequestRefused: It cannot be written down.
+    """
+    try:
+        return ledger.take(asked)
+    except OSError as error:
+        if asked.verb not in STOPPING:
+            raise RequestRefused(
+                Result.OPERATION_FAILED,
+                f"the {called} cannot write into its audit log: {error.strerror or error}",
+            ) from error
+        log.exception("cannot write into the audit log")
+        return None
 
 
 def _entry(asked: Asked) -> dict[str, Any]:

@@ -1,0 +1,158 @@
+"""Whom a node answers: with keys, those who seal what they ask for, and those who hold robots there."""
+
+from __future__ import annotations
+
+import fcntl
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from seoro.bridges.door import Door
+from seoro.bridges.ledger import Asked, take
+from seoro.bridges.session import Request
+from seoro.bridges.wire.holding import sender_of
+from seoro.bridges.wire.lab import EMERGENCY_STOP
+from seoro.bridges.wire.message import WireError, decode
+from seoro.bridges.wire.proving import DENIED, STALE, Challenge, Proof, has_seal, is_open, is_sealed
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.results import Result
+from seoro.errors import InvalidUse
+from seoro.keys.roles import MOVING
+
+if TYPE_CHECKING:
+    from seoro.bridges.lock import Lock
+    from seoro.keys.certificates import Identity
+
+STOP: Final = EMERGENCY_STOP.name
+CALLED: Final = "node"
+
+
+class NodeGate:
+    """Lets requests in, or not; from any thread.
+
+    Args:
+        lock: The keys of the node; None if it has none, and everybody who reaches it may ask for everything.
+    """
+
+    def __init__(self, lock: Lock | None = None) -> None:
+        self._lock = lock
+        self._stops: deque[Asked] = deque()  # that are not written down yet
+
+    @contextmanager
+    def admitted(self, request: Request, holds: Callable[[str], bool]) -> Iterator[str]:
+        """Let a request in, and write down what came of it; gives the client that has sent it.
+
+        Args:
+            request: The request.
+            holds: Whether there is a client of a name that holds robots.
+
+        Raises:
+            RequestRefused: Whoever has sent it may not ask for that.
+        """
+        verb = request.key.rsplit("/", 1)[-1]
+        sender = "" if has_seal(request.attachment) else sender_of(request.attachment)
+        if self._lock is None or is_open(verb) or (not is_sealed(verb) and sender and holds(sender)):
+            yield sender
+            return
+        asked = Asked(None, verb, request.payload)
+        try:
+            if sender and not is_sealed(verb):
+                raise RequestRefused(DENIED, "whoever asks for that holds no robots here any more")
+            asked = replace(asked, who=(who := _admit(self._lock, request, verb)))
+            _check(who, verb)
+            # Who stops everything is written down when all stands still.
+            number = take(self._lock.ledger, asked, CALLED) if is_sealed(verb) and verb != STOP else None
+        except RequestRefused as refused:
+            if refused.code != STALE:
+                self._lock.ledger.refuse(asked, refused.message)
+            raise
+        outcome, reason = "broken off", ""
+        try:
+            yield ""
+            outcome = "done"
+        except RequestRefused as refused:
+            outcome, reason = "refused", refused.message
+            raise
+        finally:
+            if is_sealed(verb):
+                self._lock.ledger.conclude(asked, number, outcome, reason)
+
+    def prove(self, payload: bytes) -> Proof:
+        """Answer a challenge.
+
+        Raises:
+            RequestRefused: The node has no keys, or it is none.
+        """
+        if self._lock is None:
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, "this node has no keys")
+        try:
+            return self._lock.prove(decode(Challenge, payload))
+        except WireError as error:
+            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+
+    def obeys(self, key: str, payload: bytes, seal: bytes) -> bool:
+        """Whether an emergency stop that is published is by somebody who may."""
+        if self._lock is None:
+            return True
+        asked = Asked(None, STOP, payload)
+        try:
+            asked = replace(asked, who=(who := self._lock.admit_urgent(key, payload, seal)))
+            _check(who, STOP)
+        except RequestRefused as refused:
+            self._lock.ledger.refuse(asked, refused.message)
+            return False
+        self._stops.append(asked)
+        return True
+
+    def stopped(self) -> None:
+        """Write down the emergency stops that were published, when all stands still."""
+        while self._lock is not None and self._stops:
+            self._lock.ledger.conclude(self._stops.popleft(), None, "done")
+
+
+def _admit(lock: Lock, request: Request, verb: str) -> Identity:
+    if verb == STOP:
+        return lock.admit_urgent(request.key, request.payload, request.attachment)
+    return lock.admit(request)
+
+
+def _check(who: Identity, verb: str) -> None:
+    if who.role not in MOVING:
+        raise RequestRefused(DENIED, f"{who} may not ask for `{verb}`, which is for one who is operator")
+
+
+@contextmanager
+def opened_gate(door: Door, log: Path | None) -> Iterator[NodeGate]:
+    """The gate of a node for as long as a block lasts.
+
+    Args:
+        door: Where the node is reached, with its keys.
+        log: File of the log of a node with keys.
+
+    Raises:
+        InvalidUse: The log cannot be written.
+    """
+    if door.keys is None or door.revoked is None:
+        yield NodeGate()
+        return
+    from seoro.bridges.ledger import Ledger  # noqa: PLC0415 - only where there are keys
+    from seoro.bridges.lock import Lock  # noqa: PLC0415 - only where there are keys
+    from seoro.keys.audit import Audit  # noqa: PLC0415 - the same
+
+    if log is None:
+        raise InvalidUse("it is not said where the log of a node with keys is", help="`seoro sim` says so")
+    with ExitStack() as stack:
+        try:
+            log.parent.mkdir(parents=True, exist_ok=True)
+            held = stack.enter_context(log.with_suffix(".lock").open("w"))
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            audit = Audit(log, door.keys)
+        except BlockingIOError as error:
+            raise InvalidUse(f"another node writes {log}", help="give each node a name of its own") from error
+        except OSError as error:
+            raise InvalidUse(f"cannot write the log {log}: {error.strerror}") from error
+        stack.callback(audit.close)
+        yield NodeGate(Lock(door.keys, door.revoked, Ledger(audit)))
