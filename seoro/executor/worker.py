@@ -87,6 +87,11 @@ class Orders:
                 if self._is_halted:
                     halt(self._reason)
 
+    def end(self) -> None:
+        """Have nothing called any more: the run is over, and soon so is its event loop."""
+        with self._lock:
+            self._stop, self._halt = None, lambda reason: None
+
     async def turn(self, ask: Callable[[], object]) -> None:
         """Ask for a turn, and wait for it."""
         loop, has_it = asyncio.get_running_loop(), asyncio.Event()
@@ -171,6 +176,8 @@ async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End | None:
         traceback.print_exc()
         found = error.exceptions[0] if isinstance(error, ExceptionGroup) else error
         return not_run(BackendError(f"internal error of the executor: {type(found).__name__}: {found}"))
+    finally:
+        orders.end()
 
 
 async def _run(job: Job, telling: Telling, orders: Orders) -> End | None:

@@ -100,6 +100,17 @@ def test_it_is_the_same(
     assert said_and_left([*arguments, "--on", NAME], capsys) == here
 
 
+def test_what_is_imported_by_an_absolute_path_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("common").mkdir()
+    Path("common/more.osc").write_text("struct more\n")
+    Path("common/late.osc").write_text('import "more.osc"\n' + LATE.replace("main", "late"))
+    Path("test.osc").write_text(f'import "{Path.cwd()}/common/late.osc"\nscenario main:\n    do late()\n')
+    arguments = ["exec", "test.osc", "--seed", "3", "--clock", "virtual", "-o", "out"]
+    here = said_and_left(arguments, capsys)
+    assert f"{Path.cwd()}/common/late.osc:4:5" in here[2]
+    assert said_and_left([*arguments, "--on", NAME], capsys) == here
+
+
 def test_what_programs_print_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     Path("test.osc").write_text(PROGRAMS)
     arguments = ["exec", "test.osc", "--seed", "3"]
@@ -139,7 +150,7 @@ def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
         running.send_signal(signal.SIGINT)
         rest = running.communicate(timeout=30)[0]
     assert "one\ufffd[2J\n" in lines
-    assert "three\n" in rest
+    assert "\nthree\n" in rest
     assert main(["ps", "--limit", "1"]) == 0
     run = capsys.readouterr().out.splitlines()[1].split()[0]
     assert main(["attach", run]) == 4

@@ -31,6 +31,7 @@ scenario main:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.engine("mujoco")
 async def test_they_are_found_by_the_names_that_the_user_gives_them(tmp_path: Path) -> None:
     folder = tmp_path / "here"

@@ -83,6 +83,7 @@ async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.engine("mujoco")
 async def test_a_film_that_cannot_be_kept_makes_the_run_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

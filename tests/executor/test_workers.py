@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import AsyncIterator
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from seoro.bridges.executor import messages as wire
 from seoro.embed.ends import Ended, unpack_end
 from seoro.executor.frames import Frame, Job
+from seoro.executor.worker import Orders
 from seoro.executor.workers import Pool, Worker, open_pool
 from tests.executors import HELLO
 
@@ -72,3 +74,12 @@ async def test_when_what_makes_processes_has_died_runs_go_on_and_more_are_made(p
     assert await worker.wait() is None  # there is nobody who could tell
     worker.close()
     assert (await carry_out(await pool.take(), tmp_path / "second")).verdict.passed
+
+
+def test_a_run_that_is_over_is_asked_for_nothing() -> None:
+    asked: list[str] = []
+    orders = Orders(BytesIO())
+    orders.when_asked(asked.append, asked.append)
+    orders.end()
+    orders.ask("the executor is gone", is_to_halt=True)
+    assert asked == []
