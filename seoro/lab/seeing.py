@@ -100,7 +100,7 @@ class Reached:
     def address(self, session: AsyncSession) -> NodeAddress:
         """How it is asked, of a node."""
         seals = node_seals(session, self.member.node, self.own_keys)
-        return NodeAddress(session, wire.NAMESPACE, self.member.node, "node", seals=seals)
+        return NodeAddress(session, wire.NAMESPACE, self.member.node, "lab's", seals=seals)
 
 
 @asynccontextmanager
