@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     revoke = what.add_parser("revoke", help="take an identity back")
     revoke.add_argument("name", metavar="NAME", help="the identity")
     listing = what.add_parser("list", help="all identities that were made")
-    audit = what.add_parser("audit", help="check that nothing was changed in the log of an executor")
+    audit = what.add_parser("audit", help="check that nothing was changed in the log of an executor or a node")
     audit.add_argument(
         "file", type=Path, metavar="FILE", help="the log: audit.jsonl in the folder of the executor"
     )
@@ -101,7 +101,8 @@ def run(options: argparse.Namespace) -> int:
         case "revoke":
             authority.revoke(options.name)
             print(f"'{options.name}' is revoked")
-            print(f"routers and executors have to be told: copy {folder / 'revoked.crl'} to their keys,")
+            print("whoever listens has to be told, be it a router, an executor, a simulator or a bridge:")
+            print(f"copy {folder / 'revoked.crl'} to their keys,")
             print("or, for executors, `seoro keys tell`")
         case "list":
             _list(authority)
