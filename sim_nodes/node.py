@@ -123,7 +123,12 @@ class Outlet:
         self.publisher.close()
 
 
-Arrived = Request | TokenChanged | Urgent | Opened
+@dataclass(frozen=True)
+class Signalled:
+    """A signal has come, which the main thread sees to as soon as it does not wait."""
+
+
+Arrived = Request | TokenChanged | Urgent | Opened | Signalled
 """What comes from Zenoh's threads to the main one."""
 
 
@@ -144,6 +149,7 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
     door = node_door(settings.listen, settings.connect, settings.node)
     with opened_gate(door, settings.log) as gate, start_blocking_portal() as portal:
         simulator, inbox = make(), queue.SimpleQueue[Arrived]()
+        _wake_on_signals(partial(inbox.put, Signalled()))
         reached = partial(_reached, settings, simulator, gate, inbox, secrets.token_hex(8))
         portal.start_task(door.attend, reached)
         ready(simulator)
@@ -247,6 +253,8 @@ class Serving:
                     self._leasing.note_life(arrived.payload)
                 if not self._waiting.put_aside(arrived, time.monotonic()):
                     self.answer(arrived)
+            case Signalled():
+                pass
             case _:
                 assert_never(arrived)
 
@@ -310,6 +318,22 @@ def _refuse(request: Request, code: int, message: str) -> None:
 def end_on_signals() -> None:
     """Let SIGTERM end the process as Ctrl-C does: by an exception on the main thread, the session closes."""
     signal.signal(signal.SIGTERM, _end)
+
+
+def _wake_on_signals(wake: Callable[[], None]) -> None:
+    """Have something called, on a thread, when a signal has come.
+
+    By itself, one that comes just before the main thread begins to wait does not wake it.
+    """
+    come, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+
+    def work() -> None:
+        while os.read(come, 1):
+            wake()
+
+    threading.Thread(target=work, daemon=True, name="signals").start()
 
 
 def _end(_number: int, _frame: FrameType | None) -> None:
