@@ -29,6 +29,7 @@ from seoro.errors import InvalidUse
 
 T = TypeVar("T")
 
+CACHE: Final = 256  # [KiB] of the database in memory, which would else grow with the runs for a long time
 SCHEMA: Final = 2
 _TABLES: Final = """
 CREATE TABLE runs (
@@ -255,6 +256,7 @@ def _open(path: Path) -> sqlite3.Connection:
         database = sqlite3.connect(path)
         database.execute("PRAGMA journal_mode = WAL")
         database.execute("PRAGMA synchronous = NORMAL")
+        database.execute(f"PRAGMA cache_size = -{CACHE}")
         version = database.execute("PRAGMA user_version").fetchone()[0]
         while version in _RENEWALS:
             renewal, version = _RENEWALS[version], version + 1

@@ -19,9 +19,11 @@ import select
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from itertools import count
+from pathlib import Path
 
 NEAR, FAR = "10.231.7.1", "10.231.7.2"
 RETRANSMISSION = 0.3  # [s] that a connection waits for what was lost
@@ -46,7 +48,9 @@ class Faults:
 
 
 def packets(namespace: str) -> None:
-    """Carry packets until nobody tells us anything any more."""
+    """Carry packets until nobody tells us anything any more; one at a time, as devices have names."""
+    alone = Path(tempfile.gettempdir(), "seoro-link.lock").open("w")  # noqa: SIM115 - until the process ends
+    fcntl.flock(alone, fcntl.LOCK_EX)
     near, far = _tun("seoro-near"), _tun("seoro-far")
     inside = ["ip", "netns", "exec", namespace]
     for command in (
