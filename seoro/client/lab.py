@@ -8,6 +8,9 @@ from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
+
+import anyio
 
 from seoro.errors import BackendError, InvalidUse
 from seoro.lab import commanding
@@ -15,6 +18,8 @@ from seoro.lab.commanding import Outcome, Place
 from seoro.lab.reading import Lab
 from seoro.lab.seeing import Member, look
 from seoro.people import whoami
+
+RELEASE_WITHIN: Final = 10.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,8 @@ class LabControl:
             yield lease
         finally:
             if time.time() < lease.until:
-                await self.release(lease.name)
+                with anyio.move_on_after(RELEASE_WITHIN, shield=True):  # also where the block is cancelled
+                    await self.release(lease.name)
 
     async def stop(self, *robots: str) -> list[Outcome]:
         """Stop robots, which ends their goals; they may be sent on afterwards.
