@@ -6,11 +6,14 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import anyio
 import pytest
 
 from seoro.cli.main import main
 from seoro.client import Client
+from seoro.client.lab import LabControl
 from seoro.errors import BackendError, InvalidUse
+from seoro.lab.reading import read_lab
 from tests.bridges.robot.conftest import Rails
 from tests.lab.test_runs import ALONE
 
@@ -141,3 +144,14 @@ async def test_a_program_looks_after_a_lab(start_rails: Callable[..., Rails], la
         with pytest.raises(InvalidUse, match="nothing is leased"):
             await there.release(lease.name)
         assert [member.endpoint for member in await client.lab().status()] == [hub]
+
+
+async def test_a_lease_ends_also_where_its_block_is_cancelled(lab: Path) -> None:
+    there = LabControl(read_lab(lab).endpoints, read_lab(lab))
+    with anyio.CancelScope() as scope:
+        async with there.leased("cart1"):
+            scope.cancel()
+            await anyio.sleep(0.0)
+    (member,) = await there.status()
+    assert member.state is not None
+    assert [robot.lease for robot in member.state.robots] == [None, None]
