@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bundle.named import Named, named_files
@@ -19,13 +19,16 @@ from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario, check_file
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import InvalidUse
 from seoro.film import Film
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
 from seoro.lang.lower.entry import find_entry
 from seoro.parameters import read_parameters
+
+if TYPE_CHECKING:
+    from seoro.lab.reading import Lab as ReadLab
 
 _CACHES: Final = frozenset({"__pycache__"})  # what Python leaves beside modules
 
@@ -74,12 +77,11 @@ def pack(
         read_parameters(options.parameters, find_entry(scenario.checked, options.name).qualified_name)
     folders = _folders(options)
     sent = _files_of(scenario, options, entry.parent)
-    files = [*_single_files(options), *_world_files(options), *sent.paths]
-    names_absolute = sent.is_absolute or _world_is_absolute(options)
-    for path in _resets(options):
-        reset = check_file(path, import_python=False)
-        if reset.checked.errors:
-            raise InvalidScenario(reset.checked.errors)
+    lab = _lab_of(options)
+    files = [*_single_files(options), *_world_files(options, lab), *sent.paths]
+    names_absolute = sent.is_absolute or (lab is not None and _world_is_absolute(lab))
+    for path in () if lab is None else _resets(lab):
+        reset = check_file(path, import_python=False).without_errors()
         of_reset = _files_of(reset, Options(), path.parent)
         files += of_reset.paths
         names_absolute |= of_reset.is_absolute
@@ -143,20 +145,25 @@ class _Packer:
 # ---------------------------------------------------------------- which files
 
 
-def _resets(options: Options) -> Iterator[Path]:
-    """The scenarios by which the lab leaves its robots in order."""
-    if options.lab is not None:
-        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+def _lab_of(options: Options) -> ReadLab | None:
+    """The lab file, read, if there is one."""
+    if options.lab is None:
+        return None
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
 
-        lab = read_lab(options.lab.file)
-        for name, robot in lab.robots.items():
-            if robot.after is not None and Path(robot.after.scenario or "").is_absolute():
-                raise InvalidUse(
-                    f"the lab leaves `{name}` in order by {robot.after.scenario}: an absolute path is not there "
-                    "on another machine",
-                    help="name it relative to the lab file",
-                )
-        yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
+    return read_lab(options.lab.file)
+
+
+def _resets(lab: ReadLab) -> Iterator[Path]:
+    """The scenarios by which the lab leaves its robots in order."""
+    for name, robot in lab.robots.items():
+        if robot.after is not None and Path(robot.after.scenario or "").is_absolute():
+            raise InvalidUse(
+                f"the lab leaves `{name}` in order by {robot.after.scenario}: an absolute path is not there "
+                "on another machine",
+                help="name it relative to the lab file",
+            )
+    yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
 
 
 def _files_of(scenario: Scenario, options: Options, folder: Path) -> Named:
@@ -205,17 +212,15 @@ def _single_files(options: Options) -> Iterator[Path]:
         yield options.lab.file
 
 
-def _world_files(options: Options) -> Iterator[Path]:
+def _world_files(options: Options, lab: ReadLab | None) -> Iterator[Path]:
     """The files of the world, if it is one of the user's."""
     world = options.simulator.world if options.simulator is not None else None
     if options.simulator is not None and options.simulator.name == OF_ROS:
         if world is not None and (file := file_here(world)) is not None:
             yield from files_of_foreign_world(file)
         return
-    if options.lab is not None:
-        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
-
-        world = read_lab(options.lab.file).world
+    if lab is not None:
+        world = lab.world
     if world is None or is_world_name(world):
         return
     if not is_world_file(world):
@@ -226,13 +231,8 @@ def _world_files(options: Options) -> Iterator[Path]:
     yield from files_of_world(world)
 
 
-def _world_is_absolute(options: Options) -> bool:
+def _world_is_absolute(lab: ReadLab) -> bool:
     """Whether the lab names a world file by an absolute path."""
-    if options.lab is None:
-        return False
-    from seoro.lab.reading import read_lab  # noqa: PLC0415 - as above
-
-    lab = read_lab(options.lab.file)
     return lab.simulator is not None and Path(lab.simulator[1].world or "").is_absolute()
 
 

@@ -86,10 +86,7 @@ def _load(file: str) -> Scenario:
     if file != STDIN:
         return load(file)
     path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
-    scenario = check_file(path, read=lambda other: text if other == path else read_file(other))
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return scenario
+    return check_file(path, read=lambda other: text if other == path else read_file(other)).without_errors()
 
 
 class _Exec:

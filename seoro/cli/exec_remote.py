@@ -61,9 +61,7 @@ def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bun
         )
     else:
         scenario = check_file(options.file, import_python=False)
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return pack(scenario, settings, options.timeout, contents, film)
+    return pack(scenario.without_errors(), settings, options.timeout, contents, film)
 
 
 async def _try(options: argparse.Namespace, bundle: Bundle) -> int:

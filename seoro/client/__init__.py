@@ -37,7 +37,7 @@ from seoro.client.uploading import with_files
 from seoro.embed.checking import check_options
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.scenarios import Scenario, check_file
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import InvalidUse
 from seoro.film import Film
 from seoro.lang.diagnostics import near
 from seoro.people import whoami
@@ -303,6 +303,4 @@ def _packed(
 ) -> Bundle:
     check_options(options)
     found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
-    if found.checked.errors:
-        raise InvalidScenario(found.checked.errors)
-    return pack(found, options, timeout, film=film)
+    return pack(found.without_errors(), options, timeout, film=film)

@@ -29,6 +29,16 @@ class Scenario:
     checked: Checked
     functions: BoundFunctions
 
+    def without_errors(self) -> Scenario:
+        """Itself.
+
+        Raises:
+            InvalidScenario: It has errors; the exception prints them with their places.
+        """
+        if self.checked.errors:
+            raise InvalidScenario(self.checked.errors)
+        return self
+
 
 def check_file(
     path: str | Path,
@@ -73,7 +83,4 @@ def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
     Raises:
         InvalidScenario: It has errors; the exception prints them with their places.
     """
-    scenario = check_file(path, modules=modules)
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return scenario
+    return check_file(path, modules=modules).without_errors()

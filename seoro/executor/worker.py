@@ -241,10 +241,7 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
 def _checked(path: Path, shown: str, read: Reader, locate: Locate, job: Job) -> Scenario:
     """A scenario of the bundle, which may be run here."""
     vet = partial(vet_sources, allowed=job.allowed)
-    scenario = check_file(path, name=shown, read=read, locate=locate, vet=vet)
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    return scenario
+    return check_file(path, name=shown, read=read, locate=locate, vet=vet).without_errors()
 
 
 def _stop(run: Run, reason: str) -> None:
