@@ -6,29 +6,23 @@ no more than copy bytes into a bounded queue or wake the event loop, and never c
 blocking functions; opening, declaring and closing happen in worker threads with a deadline; every query
 object is released as soon as it is answered, because a client waits as long as one is alive.
 
-`Session` is thread-neutral and is what a simulator node uses; `AsyncSession` is its face to asyncio.
+`Session` is thread-neutral and is what a simulator node uses; `asynchronous.py` has its face to asyncio.
 """
 
 from __future__ import annotations
 
-import asyncio
 import json
 import queue
 import threading
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
-import anyio
-import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.endpoints import is_endpoint
-from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -41,37 +35,12 @@ INBOX_SIZE = 256
 # As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
 LARGEST = 64 << 20  # [bytes]
 PART = b"part"  # goes beside a part of an answer
-TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
 
 
 def _reason(error: Exception) -> str:
     """What Zenoh says, without where in its sources it was raised, and in words for the most frequent case."""
     said = str(error).partition(" at /")[0]
     return "nothing answers there" if said.startswith("Unable to connect to any of") else said
-
-
-class SessionError(Exception):
-    """Nothing could be sent: the session did not open, or it is closed."""
-
-
-class InvalidEndpoint(SessionError):
-    """What was given is no endpoint."""
-
-
-class NoServer(SessionError):
-    """Nobody serves the key that was asked."""
-
-
-class NoAnswer(SessionError):
-    """The server took longer than the timeout, or went away while it had the request."""
-
-
-class Refused(SessionError):
-    """The server answered with an error; `payload` is what it sent."""
-
-    def __init__(self, payload: bytes) -> None:
-        super().__init__("the request was refused")
-        self.payload = payload
 
 
 @dataclass(frozen=True)
@@ -251,166 +220,6 @@ class Session:
         closing = threading.Thread(target=self._zenoh.close, daemon=True)
         closing.start()
         closing.join(CLOSE_DEADLINE)
-
-
-@dataclass(frozen=True)
-class Reply:
-    """What came back for one request: (ok, payload) of every answer."""
-
-    answers: tuple[tuple[bool, bytes], ...]
-
-    def value(self, key: str) -> bytes:
-        """The one answer.
-
-        Raises:
-            NoServer, NoAnswer, Refused: There is none.
-        """
-        if not self.answers:
-            raise NoServer(f"nobody serves {key}")
-        ok, payload = self.answers[-1]
-        if ok:
-            return payload
-        if payload == b"Timeout":  # Zenoh's own words for a query that was not answered in time
-            raise NoAnswer(f"no answer from {key} in time")
-        raise Refused(payload)
-
-
-class AsyncSession:
-    """A session for asyncio. Open it with `open_session`."""
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
-        self._pending: set[Callable[[], None]] = set()
-
-    @property
-    def blocking(self) -> Session:
-        """The same session for worker threads."""
-        return self._session
-
-    @property
-    def identity(self) -> str:
-        """What this session is called in tokens: Zenoh's id of it."""
-        return str(self._session.handle.zid())
-
-    def abandon(self) -> None:
-        """Give up all requests that wait for an answer, because there will be none; they end with `NoServer`."""
-        for cancel in list(self._pending):
-            cancel()
-
-    async def query(self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None) -> bytes:
-        """Ask one server and wait for its answer.
-
-        Args:
-            key: Key that it serves.
-            payload: The request.
-            timeout: [s] of the machine's clock.
-            attachment: What travels beside the payload.
-
-        Raises:
-            NoServer, NoAnswer, Refused: There is no answer, or an error.
-        """
-        loop = asyncio.get_running_loop()
-        future: asyncio.Future[Reply] = loop.create_future()
-        answers: list[tuple[bool, bytes]] = []
-
-        def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                answers.append((True, reply.ok.payload.to_bytes()))
-            elif reply.err is not None:
-                answers.append((False, reply.err.payload.to_bytes()))
-
-        def settle(reply: Reply) -> None:
-            if not future.done():
-                future.set_result(reply)
-
-        def over() -> None:
-            # The loop may be gone when a late answer arrives at the end of the process.
-            if not loop.is_closed():
-                loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
-
-        cancel = self._session.get(key, payload, timeout, Callback(take, drop=over, indirect=False), attachment)
-        self._pending.add(cancel)
-        try:
-            reply = await future
-        except asyncio.CancelledError:
-            cancel()
-            raise
-        finally:
-            self._pending.discard(cancel)
-        return reply.value(key)
-
-    @asynccontextmanager
-    async def tokens(self, key: str) -> AsyncIterator[AsyncIterator[tuple[str, bool]]]:
-        """Follow liveliness: (token, alive) for those present and for each change."""
-        async with self.token_changes(key) as changes:
-            yield aiter(changes)
-
-    @asynccontextmanager
-    async def token_changes(self, key: str) -> AsyncIterator[Mailbox[tuple[str, bool]]]:
-        """The same as `tokens`, for those who take many changes at once."""
-        changes: Mailbox[tuple[str, bool]] = Mailbox(TOKEN_BOUND)
-
-        def changed(token: str, alive: bool) -> None:
-            changes.put((token, alive), len(token))
-
-        async with declared(partial(self._session.watch_tokens, key, changed), _undeclare):
-            try:
-                yield changes
-            finally:
-                changes.close()
-
-    @asynccontextmanager
-    async def token(self, key: str) -> AsyncIterator[None]:
-        """Be visible as alive under a key for as long as the block lasts."""
-        async with declared(partial(self._session.declare_token, key), _undeclare):
-            yield
-
-    async def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
-        """Who is alive under a key expression; waits for the hub's answer, `timeout` [s] at most."""
-        return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
-
-    @asynccontextmanager
-    async def answering(self, key: str, bound: Bound, busy: bytes) -> AsyncIterator[Mailbox[Request]]:
-        """Serve a key for as long as the block lasts.
-
-        Args:
-            key: The key.
-            bound: How many requests wait.
-            busy: The error answer to requests that find no room.
-        """
-        requests: Mailbox[Request] = Mailbox(bound)
-
-        def take(request: Request) -> None:
-            if not requests.put(request, len(request.payload)):
-                request.refuse(busy)
-
-        try:
-            async with declared(partial(self._session.answer, key, take), _undeclare):
-                yield requests
-        finally:  # what comes until it is undeclared finds no answer either
-            requests.close()
-            while (request := requests.take_now()) is not None:
-                request.drop()
-
-
-@asynccontextmanager
-async def open_session(
-    *,
-    listen: str | None = None,
-    connect: str | None = None,
-    patient: bool = True,
-    security: Security | None = None,
-) -> AsyncIterator[AsyncSession]:
-    """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security)
-    async with declared(make, Session.close) as opened:
-        yield AsyncSession(opened)
-
-
-def _undeclare(undeclare: Callable[[], None]) -> None:
-    """Take back what was declared; a session that is closed has done so already."""
-    with suppress(zenoh.ZError):
-        undeclare()
 
 
 def _bytes(content: zenoh.ZBytes | None) -> bytes:

@@ -10,7 +10,8 @@ from typing import TypeAlias
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import PART, AsyncSession, Reply
+from seoro.bridges.session.asynchronous import AsyncSession, Reply
+from seoro.bridges.session.core import PART
 from seoro.bridges.session.mailbox import Bound, Mailbox
 
 WAITING = Bound(1 << 14)  # parts that wait to be looked at; the last, which says that it is, is never lost

@@ -20,8 +20,10 @@ import zenoh
 import zenoh.ext
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import AsyncSession, Session, SessionError
+from seoro.bridges.session.asynchronous import AsyncSession
+from seoro.bridges.session.core import Session
 from seoro.bridges.session.declaring import declared
+from seoro.bridges.session.errors import SessionError
 from seoro.bridges.session.mailbox import LATEST, Mailbox
 
 HEARTBEAT = 0.5  # [s] after a sample at the latest, subscribers that recover are told how many there were
