@@ -10,6 +10,7 @@ from seoro.lang.check.behaviors import Behaviors
 from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
+    RESERVED_NAMESPACES,
     check_namespaces,
     declare,
     declare_behaviors,
@@ -66,7 +67,7 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     reactions = Reactions(expressions)
     if strict:
-        _note_libraries(sources, bag)
+        _note_reserved(sources, bag)
     _declare_all(sources, program, bag)
     expressions.methods.elaborate_all()
     _check_fields(program, expressions)
@@ -117,12 +118,18 @@ def _check_fields(program: Program, expressions: Expressions) -> None:
     values.check_order({found.name: found for found in program.globals.values()})
 
 
-def _note_libraries(sources: Sources, bag: Bag) -> None:
+def _note_reserved(sources: Sources, bag: Bag) -> None:
+    """Report names that the standard keeps for itself, and that are not its own."""
     for statement in sources.entry.tree.statements:
-        if isinstance(statement, ast.ImportModule):
-            name = ".".join(statement.path)
-            if name.startswith("osc.") and name not in STANDARD_MODULES:
-                bag.add(messages.LibraryImport(statement.span, name))
+        match statement:
+            case ast.ImportModule(path):
+                name = ".".join(path)
+                if name.startswith("osc.") and name not in STANDARD_MODULES:
+                    bag.add(messages.LibraryImport(statement.span, name))
+            case ast.NamespaceStatement(name) if name.startswith(RESERVED_NAMESPACES):
+                bag.add(messages.ReservedNamespace(statement.span, name))
+            case _:
+                pass
 
 
 def _scenarios(sources: Sources, program: Program) -> tuple[str, ...]:

@@ -353,3 +353,15 @@ class OrderOfRange(Frozen):
         text = f"`{self.operator}` of a range and a number is an extension to the standard"
         hint = "compare a bound: `.lower()` or `.upper()`"
         return warning("E0394", self.span, text, help=hint)
+
+
+class ReservedNamespace(Frozen):
+    """A namespace with a name that the standard keeps for itself."""
+
+    span: Span
+    name: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"the standard reserves `{self.name}`: names of namespaces that begin with `std` are its own"
+        return warning("E0395", self.span, text, help="take a name such as `com_example_robots`")
