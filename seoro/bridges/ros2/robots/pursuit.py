@@ -89,7 +89,11 @@ class _Answer:
 
 
 async def _find(link: Link, goal: ActionGoal) -> None:
-    """Wait until the action is served, and until who does that is active if it has a life cycle, as Nav2 has."""
+    """Wait until the action is served, and until who does that is active if it has a life cycle, as Nav2 has.
+
+    A node that has one tells its state from its beginning, and serves actions once it is configured: where an
+    action is seen, so is the service that tells the state.
+    """
     graph, name = link.node.graph, link.node.resolve(goal.action)
     missing = f"nobody on the robot serves the action {name} ({goal.type})"
     with anyio.move_on_after(FOUND_WITHIN):

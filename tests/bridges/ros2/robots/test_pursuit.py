@@ -53,8 +53,9 @@ async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Wor
     navigator = Navigator()
     async with (
         two_nodes(router, types) as (robot, here),
-        serving_action(robot, "/spin", SPIN, navigator.spin),
+        # Nodes tell their state from the beginning, and serve actions once they are configured.
         robot.serving("~/get_state", "lifecycle_msgs/srv/GetState", navigator.get_state),
+        serving_action(robot, "/spin", SPIN, navigator.spin),
         robot.publishing("~/transition_event", EVENT) as events,
         AsyncExitStack() as stack,
         anyio.create_task_group() as tasks,
