@@ -9,7 +9,18 @@ from seoro.errors import ActionFailed
 from seoro.lang.frozen import Value
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
-_RESERVED = frozenset({"top_down.png", "trace.jsonl", "test.xml", "coverage.json", "video.mp4", "log.txt"})
+# What runs leave of their own; of these, simulators leave the pictures and the measurements.
+_RESERVED = frozenset(
+    {
+        "top_down.png",
+        "measurements.json",
+        "trace.jsonl",
+        "test.xml",
+        "coverage.json",
+        "video.mp4",
+        "log.txt",
+    }
+)
 
 
 class OutputFile(Value):
