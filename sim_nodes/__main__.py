@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 0
     except (SessionError, RequestRefused, ValueError) as error:
-        sys.stderr.write(f"sim_nodes: {error}\n")
+        sys.stderr.write(f"error: {error}\n")
         return INVALID
     except InvalidUse as error:
         sys.stderr.write(f"error: {error}\n" + (f"  = help: {error.help}\n" if error.help else ""))

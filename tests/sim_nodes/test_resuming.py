@@ -87,7 +87,7 @@ def test_files_without_a_snapshot_are_refused(tmp_path: Path, capsys: pytest.Cap
             f"unixsock-stream/{tmp_path}/hub",
         ]
         assert main(arguments) == INVALID
-        assert f"sim_nodes: {tmp_path / name} {words}" in capsys.readouterr().err
+        assert f"error: {tmp_path / name} {words}" in capsys.readouterr().err
 
 
 def test_by_hand_a_node_says_when_it_begins(tmp_path: Path) -> None:
