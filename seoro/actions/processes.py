@@ -256,15 +256,16 @@ async def _running(
     ours, theirs = socket.socketpair()
     with ExitStack() as stack, theirs:
         stack.callback(ours.close)
-        under = await anyio.open_process(
-            [sys.executable, "-I", "-S", str(KEEPER), str(int(ending.number)), str(ending.timeout), *command],
-            stdin=theirs.fileno(),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-        )
-        stack.pop_all()
-    said, tell = await asyncio.open_connection(sock=ours)
+        with anyio.CancelScope(shield=True):  # of what is half begun, nobody knows that it has to end
+            under = await anyio.open_process(
+                [sys.executable, "-I", "-S", str(KEEPER), str(int(ending.number)), str(ending.timeout), *command],
+                stdin=theirs.fileno(),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
+            stack.pop_all()
+            said, tell = await asyncio.open_connection(sock=ours)
     async with under, anyio.create_task_group() as group:
         group.start_soon(_follow, process, said)
         group.start_soon(_read_output, process, under)

@@ -67,7 +67,7 @@ async def action_call(
     )
     with failing():
         if success_on_acceptance:
-            await ctx.keep(pursuing)
+            await meanwhile(ctx, ctx.keep(pursuing))
             return
         result = await meanwhile(ctx, _end_of(pursuing))
     what = f"the result of {action_name}"

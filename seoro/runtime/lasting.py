@@ -18,6 +18,7 @@ import anyio
 from anyio.abc import TaskGroup
 
 T = TypeVar("T")
+OPENING = 0.2  # [s] that opening has left when nobody wants it any more: then what has begun ends as it should
 
 
 @dataclass(eq=False)
@@ -85,9 +86,18 @@ class Lasting:
             value = await asyncio.shield(host.opened)
         except asyncio.CancelledError:
             host.released.set()
-            await host.closed.wait()
+            await self._give_up(host)
             raise
         return Kept(value, host.released.set, host.closed)
+
+    @staticmethod
+    async def _give_up(host: _Host) -> None:
+        """Have something closed that may never be open, such as what waits for somebody to answer."""
+        with anyio.move_on_after(OPENING):
+            await host.closed.wait()
+        if not host.opened.done():
+            host.scope.cancel()
+        await host.closed.wait()
 
     async def _serve(self, host: _Host) -> None:
         try:

@@ -392,6 +392,28 @@ async def test_what_takes_too_long_to_close_is_an_error(prepare_text: Prepare) -
     assert verdict.cancelled[0].overran
 
 
+async def test_what_never_opens_is_given_up_with_its_action(prepare_text: Prepare) -> None:
+    ends = []
+
+    @action("work")
+    async def work_that_waits_for_a_door(ctx: ActionContext, name: str, seconds: float) -> None:
+        @asynccontextmanager
+        async def door() -> AsyncGenerator[None]:
+            try:
+                await asyncio.get_running_loop().create_future()
+                yield
+            finally:
+                ends.append(name)
+
+        await ctx.keep(door())
+
+    text = DECLARATIONS + 'scenario main:\n    do one_of:\n        work("a")\n        wait elapsed(50ms)\n'
+    async with prepare_text(text, Options(clock="real"), [work_that_waits_for_a_door]) as run, run.running():
+        verdict = await run.result()
+    assert verdict.passed, verdict.reason
+    assert ends == ["a"]
+
+
 @action("work")
 async def work_that_breaks_what_it_leaves_open(ctx: ActionContext, name: str, seconds: float) -> None:
     @asynccontextmanager
