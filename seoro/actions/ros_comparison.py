@@ -76,6 +76,8 @@ def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
             raise ActionFailed(f"{what}: {misfit}")
         return (next(differences(actual, expected), None) is None) is (operator is Operator.eq)
     try:
+        if _are_numbers(actual, expected) and _is_equal(actual, expected):
+            return operator in (Operator.le, Operator.ge)
         return _ORDERS[operator](actual, expected)
     except TypeError:
         raise ActionFailed(f"{what} is `{shown(actual)}`, which has no order with `{shown(expected)}`") from None
@@ -146,10 +148,13 @@ def _kind(value: Any) -> str:
             return "nothing"
 
 
+def _are_numbers(*values: Any) -> bool:
+    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+
+
 def _is_equal(actual: Any, expected: Any) -> bool:
-    numbers = [value for value in (actual, expected) if isinstance(value, int | float)]
-    if len(numbers) < 2 or any(isinstance(value, bool) for value in numbers):
+    if not _are_numbers(actual, expected):
         return type(actual) is type(expected) and bool(actual == expected)
-    if all(isinstance(value, int) for value in numbers):
+    if isinstance(actual, int) and isinstance(expected, int):
         return bool(actual == expected)
     return math.isclose(actual, expected, rel_tol=CLOSE, abs_tol=CLOSE * CLOSE)

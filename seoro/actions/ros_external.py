@@ -7,7 +7,9 @@ from collections.abc import Callable
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import Any
+from threading import Lock
+from types import ModuleType
+from typing import Any, Final
 
 import anyio.to_thread
 
@@ -17,6 +19,8 @@ from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
 from seoro.runtime.ros_system import Ros2System, RosMessage
+
+_EXECUTING: Final = Lock()  # a file
 
 
 @action("check_data_external", anywhere=Ros2System, files=("file_path",))
@@ -50,20 +54,26 @@ def _function(path: Path, name: str) -> Callable[[Any], object]:
     Raises:
         ActionFailed: There is none.
     """
-    resolved = path.resolve()
-    module_name = f"seoro_file_{sha256(str(resolved).encode()).hexdigest()[:16]}"
-    if module_name not in sys.modules:
-        spec = spec_from_file_location(module_name, resolved)
-        if spec is None or spec.loader is None or not resolved.is_file():
-            raise ActionFailed(f"there is no Python file {path}")
-        module = module_from_spec(spec)
-        sys.modules[module_name] = module
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[module_name]
-            raise
-    function = getattr(sys.modules[module_name], name, None)
+    with _EXECUTING:  # who comes second must not find half of it
+        module = _module(path)
+    function = getattr(module, name, None)
     if not callable(function):
         raise ActionFailed(f"there is no function `{name}` in {path}")
     return function  # type: ignore[no-any-return] # whatever it is, it is called with a message
+
+
+def _module(path: Path) -> ModuleType:
+    resolved = path.resolve()
+    name = f"seoro_file_{sha256(str(resolved).encode()).hexdigest()[:16]}"
+    if name not in sys.modules:
+        spec = spec_from_file_location(name, resolved)
+        if spec is None or spec.loader is None or not resolved.is_file():
+            raise ActionFailed(f"there is no Python file {path}")
+        module = module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name]

@@ -85,6 +85,8 @@ async def odometry_distance_traveled(
             while travelled < distance:
                 message = (await next_message(ctx, odometry)).message
                 position = message.pose.pose.position
+                if not math.isfinite(position.x) or not math.isfinite(position.y):
+                    raise ActionFailed(f"a position on {topic} is no place: x {position.x:g}, y {position.y:g}")
                 if last is not None:
                     travelled += math.hypot(position.x - last.x, position.y - last.y)
                 last = position

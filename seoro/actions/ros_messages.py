@@ -80,20 +80,18 @@ def to_pose_3d(in_value: str) -> Pose3D:
     return Pose3D(Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
 
 
-def to_twist(in_value: str) -> Velocity6D:
+def to_twist(message: Mapping[str, Any]) -> Velocity6D:
     """The velocity of a `geometry_msgs` message: `Twist`, or `TwistStamped`; what it leaves out is 0.
 
     Raises:
-        InvalidUse: The text is no such message.
+        InvalidUse: It is no such message.
     """
-    found = read_message(in_value)
-    if isinstance(found, dict) and "twist" in found:
-        found = found["twist"]
-    if not isinstance(found, dict) or not found.keys() <= {"linear", "angular"}:
+    found = message.get("twist", message)
+    if not isinstance(found, Mapping) or not found.keys() <= {"linear", "angular"}:
         raise InvalidUse("this is no twist: it has parts other than `linear` and `angular`, or none")
     still = {"x": 0.0, "y": 0.0, "z": 0.0}
     for part in found.values():
-        if not isinstance(part, dict) or not part.keys() <= still.keys():
+        if not isinstance(part, Mapping) or not part.keys() <= still.keys():
             raise InvalidUse("this is no twist: its parts have `x`, `y` and `z`")
     linear, angular = ({**still, **found.get(part, {})} for part in ("linear", "angular"))
     return Velocity6D(

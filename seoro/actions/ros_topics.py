@@ -6,7 +6,7 @@ import anyio
 
 from seoro.actions.ros_messages import to_twist
 from seoro.actions.ros_support import failing, member, next_message, store, system_of, to_members
-from seoro.errors import ActionFailed, InvalidUse
+from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import DrivenRobots
@@ -61,10 +61,8 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
             "robots in a simulator take 'geometry_msgs.msg.Twist' and 'geometry_msgs.msg.TwistStamped' on their "
             "topics /cmd_vel"
         )
-    try:
-        velocity = to_twist(str(value))
-    except InvalidUse as error:
-        raise ActionFailed(str(error)) from error
+    with failing():
+        velocity = to_twist(to_members(value, f"a message of {topic}"))
     await ctx.ask(ctx.anywhere(DrivenRobots).command_velocity(topic, velocity))
 
 

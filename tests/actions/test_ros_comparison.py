@@ -22,6 +22,10 @@ from seoro.errors import ActionFailed
         ([1], Operator.ne, [], True),
         (float("nan"), Operator.eq, float("nan"), False),
         (2, Operator.gt, 1, True),
+        (0.699999988, Operator.ge, 0.7, True),
+        (0.699999988, Operator.lt, 0.7, False),
+        (0.10000000149, Operator.le, 0.1, True),
+        (0.10000000149, Operator.gt, 0.1, False),
         ("b", Operator.ge, "c", False),
     ],
 )

@@ -94,15 +94,15 @@ def test_what_is_no_pose_is_said(text: str, message: str) -> None:
 
 def test_a_twist_is_read_with_what_it_leaves_out() -> None:
     wanted = Velocity6D(TranslationalVelocity3D(0.5), OrientationRate3D(yaw=-1.0))
-    assert to_twist("{linear: {x: 0.5}, angular: {z: -1}}") == wanted
-    assert (
-        to_twist('{"header": {"stamp": 0}, "twist": {"angular": {"z": -1.0}, "linear": {"x": 0.5, "y": 0}}}')
-        == wanted
-    )
-    assert to_twist("{}") == Velocity6D()
+    assert to_twist({"linear": {"x": 0.5}, "angular": {"z": -1}}) == wanted
+    stamped = {"angular": {"z": -1.0}, "linear": {"x": 0.5, "y": 0}}
+    assert to_twist({"header": {"stamp": 0}, "twist": stamped}) == wanted
+    assert to_twist({}) == Velocity6D()
 
 
-@pytest.mark.parametrize("text", ["3", "{speed: 1}", "{linear: 1}", "{linear: {u: 1}}", "{linear: {x: fast}}"])
-def test_what_is_no_twist_is_refused(text: str) -> None:
+@pytest.mark.parametrize(
+    "message", [{"twist": 3}, {"speed": 1}, {"linear": 1}, {"linear": {"u": 1}}, {"linear": {"x": "fast"}}]
+)
+def test_what_is_no_twist_is_refused(message: dict[str, object]) -> None:
     with pytest.raises(InvalidUse, match="this is no twist"):
-        to_twist(text)
+        to_twist(message)

@@ -20,6 +20,7 @@ scenario main:
             robot.drive(linear: -0.2mps, duration: 100s)
             wait elapsed(1s)
         topic_publish("/turtlebot4/cmd_vel", "geometry_msgs.msg.Twist", "{linear: {x: 0.2}}")
+        topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", velocity_6d(translational_velocity_3d(x: 0.2mps)))
         wait elapsed(1s)
         MORE
 """
@@ -42,6 +43,7 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     assert ended == [
         ("robot.drive", 1.0, "succeeded"),
         ("robot.drive", 2.0, "cancelled"),
+        ("topic_publish", 2.0, "succeeded"),
         ("topic_publish", 2.0, "succeeded"),
     ]
 

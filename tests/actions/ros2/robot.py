@@ -5,6 +5,7 @@ action behave as their names say; and `talker`, which publishes all the time. It
 """
 
 import asyncio
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -177,6 +178,7 @@ async def talk(node: RosNode) -> None:
         ) as static,
         node.publishing("/tf", "tf2_msgs/msg/TFMessage") as moving,
         node.publishing("/r1/odom", "nav_msgs/msg/Odometry") as other,
+        node.publishing("/lost/odom", "nav_msgs/msg/Odometry") as lost,
         node.publishing("/count", "std_msgs/msg/Int64") as count,
         node.publishing("/scan", "sensor_msgs/msg/LaserScan", PRESETS["sensor_data"]) as scan,
         node.publishing("/odom", "nav_msgs/msg/Odometry") as odometry,
@@ -188,6 +190,7 @@ async def talk(node: RosNode) -> None:
             header = {"stamp": {"sec": int(stamp), "nanosec": int(stamp % 1 * 1e9)}, "frame_id": "laser"}
             scan.publish({"header": header, "ranges": [1.0, 2.5]})
             odometry.publish({"pose": {"pose": {"position": {"x": number * 0.05}}}})
+            lost.publish({"pose": {"pose": {"position": {"x": math.nan}}}})
             other.publish({"pose": {"pose": {"position": {"y": 3.0}}}})
             base = transform("odom", "base_link", number % 20 * 0.05, stamp)
             moving.publish({"transforms": [base, transform("odom", "box", 1.0, stamp)]})

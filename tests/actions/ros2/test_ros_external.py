@@ -1,10 +1,15 @@
 """The action of `osc.ros` that lets a function of a Python file look at messages."""
 
 import re
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event, Timer
+from types import SimpleNamespace
 
 import pytest
 
+from seoro.actions.ros_external import _function
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
 
@@ -39,3 +44,18 @@ async def test_a_function_looks_at_messages(arguments: str, reason: str, run_ros
     )
     assert ran.verdict.status is (RunStatus.PASSED if reason == "^$" else RunStatus.FAILED), ran.verdict.reason
     assert re.search(reason, ran.verdict.reason)
+
+
+def test_who_comes_while_a_file_is_executed_waits_for_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = SimpleNamespace(reached=Event(), opened=Event())
+    monkeypatch.setitem(sys.modules, "gate", gate)
+    file = tmp_path / "slow.py"
+    file.write_text("import gate\ngate.reached.set()\ngate.opened.wait(20)\n\ndef right(message): return True\n")
+    with ThreadPoolExecutor(2) as others:
+        first = others.submit(_function, file, "right")
+        assert gate.reached.wait(20)
+        second = others.submit(_function, file, "right")
+        Timer(0.05, gate.opened.set).start()
+        assert second.result() is first.result()

@@ -55,6 +55,13 @@ async def test_what_does_not_arrive_says_how_far_it_came(invocation: str, missin
     assert any(re.search(missing, text) for _, text in ran.logs), ran.logs
 
 
+async def test_a_position_that_is_none_counts_for_no_distance(run_ros: RunRos) -> None:
+    call = "robot.odometry_distance_traveled(1m, namespace_override: 'lost')"
+    ran = await run_ros(f"{ROBOT}    do {call} with:\n        timeout(20s)\n")
+    assert ran.verdict.status is RunStatus.FAILED
+    assert "a position on /lost/odom is no place: x nan, y 0" in ran.verdict.reason
+
+
 async def test_the_namespace_of_an_actor_is_that_of_its_topics(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
