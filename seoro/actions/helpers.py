@@ -104,6 +104,7 @@ async def process_log_check(
         others = f"; there is {', '.join(sorted(labels))}" if labels else ""
         raise ActionFailed(f"no program has the label `{process_name}`{others}")
     processes = ctx.shared(Processes)
+    await ctx.sleep(0.0)  # then what starts in the same round counts as begun, in any order of members
     while (process := processes.find(process_name)) is None:
         await ctx.wait_for(processes.start)
     line = await process.find(values, from_start=from_start)

@@ -169,6 +169,10 @@ class Processes:
         self._started: dict[str, dict[str, RunningProcess]] = {}
         self.start = Occasion()
 
+    def begin(self, label: str, source: str) -> None:
+        """An invocation with a label is going to start one: that of the time before is not meant any more."""
+        self._started.get(label, {}).pop(source, None)
+
     def add(self, label: str, source: str, process: RunningProcess) -> None:
         """A process was started by an invocation with a label."""
         self._started.setdefault(label, {})[source] = process
@@ -200,6 +204,8 @@ async def run_program(ctx: ActionContext, command: Sequence[str], ending: Ending
     """
     ctx.extend_grace(ending.timeout)
     process = RunningProcess(ctx.label or Path(command[0]).name, ctx, is_awaited=wait)
+    if ctx.label is not None:
+        ctx.shared(Processes).begin(ctx.label, ctx.source)
     kept = await ctx.keep(_running(process, command, ending), ending.timeout)
     process.when_gone = kept.release
     if process.gone.is_set():

@@ -260,6 +260,20 @@ async def test_a_log_check_waits_for_its_process(is_swapped: bool, run_text: Run
     assert ran.verdict.passed, ran.verdict.reason
 
 
+@pytest.mark.parametrize("is_swapped", [False, True])
+async def test_a_log_check_in_a_repetition_means_the_process_of_this_one(
+    is_swapped: bool, run_text: RunText, tmp_path: Path
+) -> None:
+    program = f"sh -c 'test -e {tmp_path}/flag || echo ready; touch {tmp_path}/flag'"
+    members = [f'server: run_process("{program}")', 'process_log_check("server", ["ready"])']
+    first, second = members[::-1] if is_swapped else members
+    text = f"scenario main:\n    do parallel:\n        {first}\n        {second}\n    with:\n        repeat(2)\n"
+    ran = await run_text(text)
+    assert ran.verdict.reason == (
+        "`process_log_check` failed: `server` ended with exit status 0 without 'ready' in its output"
+    )
+
+
 @pytest.mark.parametrize(("from_start", "status"), [("true", "passed"), ("false", "failed")])
 async def test_a_log_check_looks_at_what_came_before_if_asked_to(
     from_start: str, status: str, run_text: RunText
