@@ -7,7 +7,7 @@ its bridge knows.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 
 from seoro.actions.goals import pursue
@@ -18,14 +18,21 @@ from seoro.runtime.actions import action
 from seoro.runtime.capabilities import Arms, Manner
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Pose3D, Reporter
-from seoro.runtime.values import Actor
+from seoro.runtime.values import Actor, Value
 
 ARM = "arm"  # makes one motion at a time
 GRIPPER = "gripper"  # does one thing at a time, also while the arm moves
 BASE_FRAME = "base_link"
 
 
-@action("arm.move_to_joint_pose", home=Arms, uses=ARM)
+def _moved(fields: Mapping[str, Value]) -> str:
+    """The part that `move_group` names."""
+    group = fields["move_group"]
+    assert isinstance(group, EnumValue), "as it is declared"
+    return group.member
+
+
+@action("arm.move_to_joint_pose", home=Arms, uses=_moved)
 async def move_to_joint_pose(
     ctx: ActionContext,
     arm: Actor,

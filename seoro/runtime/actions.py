@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 AsyncFunction: TypeAlias = Callable[..., Coroutine[Any, Any, None]]
 PlainFunction: TypeAlias = Callable[..., object]
 ActionFunction: TypeAlias = AsyncFunction | PlainFunction
+Part: TypeAlias = str | Callable[[Mapping[str, Value]], str]  # of an actor, or what says it, given the parameters
 
 ACTION_MARK = "__seoro_action__"
 
@@ -33,7 +34,7 @@ class Mark(frozen.Value):
     home: type[Any] | UnionType | None = None
     anywhere: type[Any] | UnionType | None = None
     open_ended: bool = False
-    uses: str | None = None
+    uses: Part | None = None
     thread: bool = False
     files: tuple[str, ...] = ()
     uris: tuple[str, ...] = ()
@@ -45,7 +46,7 @@ class Terms(TypedDict, total=False):
     home: type[Any] | UnionType | None
     anywhere: type[Any] | UnionType | None
     open_ended: bool
-    uses: str | None
+    uses: Part | None
     files: tuple[str, ...]
     uris: tuple[str, ...]
 
@@ -77,7 +78,8 @@ def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callab
             has no end of its own and goes on until something ends it, such as driving at a speed; what ends it
             then, a `duration` or the primary member of `parallel`, does not find it late. `uses`: what of the
             actor it uses that is for one action at a time, such as its `base`; for an action without an actor, of
-            all that there is in the run. `files`: parameters that name files or folders beside the scenario file,
+            all that there is in the run; where that depends on the parameters, a function that is given their
+            values by name. `files`: parameters that name files or folders beside the scenario file,
             which go along when it is sent elsewhere. `uris`: parameters that name what a simulator loads.
     """
 
@@ -95,6 +97,11 @@ class BoundAction(frozen.Value):
     mark: Mark
     function: ActionFunction
     converters: Mapping[str, Converter]
+
+    def part_of(self, fields: Mapping[str, Value]) -> str | None:
+        """What of its actor it uses that is for one action at a time, given the values of its parameters."""
+        uses = self.mark.uses
+        return uses(fields) if callable(uses) else uses
 
     def call(
         self, context: ActionContext, actor: Actor | None, fields: Mapping[str, Value]

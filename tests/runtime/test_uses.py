@@ -42,6 +42,11 @@ async def record_screen(ctx: ActionContext) -> None:
     await ctx.sleep(1.0)
 
 
+@action("cart.steer", uses=lambda fields: "front" if fields["in_front"] else "rear")
+async def steer(ctx: ActionContext, cart: Actor, in_front: bool) -> None:
+    await ctx.sleep(1.0)
+
+
 ACTIONS = (drive, honk, record_screen)
 
 
@@ -49,6 +54,14 @@ def scenario(*members: str) -> str:
     """A scenario of two carts with members of `parallel`."""
     lines = "\n".join(f"        {line}" for member in members for line in member.split("\n"))
     return f"{DECLARATIONS}\nscenario main:\n    a: cart\n    b: cart\n    do parallel:\n{lines}\n"
+
+
+@pytest.mark.parametrize(("in_front", "is_right"), [("false", True), ("true", False)])
+async def test_what_is_used_may_depend_on_parameters(in_front: str, is_right: bool, run_text: RunText) -> None:
+    text = scenario("a.steer(true)", f"a.steer({in_front})") + "\naction cart.steer:\n    in_front: bool\n"
+    ran = await run_text(text, actions=(*ACTIONS, steer))
+    assert ran.verdict.passed is is_right
+    assert is_right or "`a.steer` uses the `front` of `a`" in ran.verdict.reason
 
 
 @pytest.mark.parametrize("clock", ["virtual", "real"])

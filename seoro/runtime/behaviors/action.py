@@ -39,10 +39,11 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
     outcome = SUCCEEDED
     place.flow.open_ended = bound.mark.open_ended
     try:
-        if bound.mark.uses is None:
+        part = bound.part_of(instance.fields)
+        if part is None:
             await _drive(bound, instance, plan, place)
         else:
-            use = Use(instance.actor, bound.mark.uses)
+            use = Use(instance.actor, part)
             async with services.common.uses.alone(use, place.flow, name_of(plan), plan.span):
                 await _drive(bound, instance, plan, place)
     except Exception as error:
