@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from seoro.errors import InvalidUse
 from tests.runtime.conftest import RunText
 
 
@@ -21,6 +22,21 @@ scenario main:
     assert [message for _, message in ran.logs] == ["changed"]
     changes = [(record["path"], record["value"]) for record in ran.records if record["kind"] == "variable"]
     assert changes == [("n", 6), ("x", -1.0)]
+
+
+async def test_the_parameters_of_a_struct_in_a_variable_are_chosen(run_text: RunText) -> None:
+    text = """
+struct mark:
+    at: int
+    BOUNDS
+scenario main:
+    var current: mark
+    do log(current.at == 3 ? "three" : "no")
+"""
+    ran = await run_text(text.replace("BOUNDS", "keep(at in [3..3])"))
+    assert [message for _, message in ran.logs] == ["three"]
+    with pytest.raises(InvalidUse, match="`current.at` has no value"):
+        await run_text(text.replace("    BOUNDS\n", ""))
 
 
 async def test_a_change_is_seen_in_the_next_round_only_and_changes_add_up(run_text: RunText) -> None:

@@ -188,12 +188,12 @@ class Values:
 
     def _is_open(self, field: plan.FieldDeclaration) -> bool:
         """Whether the value of a field has to be chosen if it is not given."""
-        if field.default is not None or field.is_variable:
+        if field.default is not None:
             return False
-        if isinstance(field.type, plan.StructType | plan.ActorType):
+        if isinstance(field.type, plan.StructType | plan.ActorType):  # a variable's fields may be parameters
             inner = self._expressions.program.structures.find(field.type)
             return inner is None or not inner.is_plain or bool(inner.open_fields)
-        return not isinstance(field.type, plan.ListType)
+        return not (field.is_variable or isinstance(field.type, plan.ListType))
 
     def _enter(self, field: FieldSymbol) -> None:
         """Elaborate the structure of what a field holds."""
