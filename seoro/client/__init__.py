@@ -13,6 +13,7 @@ from the first record on, stop it, or fetch what it has left.
 
 from __future__ import annotations
 
+import math
 import os
 import secrets
 from collections.abc import Iterable, Sequence
@@ -75,6 +76,16 @@ def check_priority(priority: int) -> None:
             f"there is no priority {priority}",
             help=f"priorities go from {-wire.HIGHEST_PRIORITY} to {wire.HIGHEST_PRIORITY}; 0 is that of most runs",
         )
+
+
+def check_limit(what: str, limit: float | None) -> None:
+    """Check a time after which something is done [s], if there is one.
+
+    Raises:
+        InvalidUse: It is no finite number above 0.
+    """
+    if limit is not None and not 0.0 < limit < math.inf:
+        raise InvalidUse(f"`{what}` is a number of seconds above 0, not {limit}", help="leave it out for none")
 
 
 class Client:
@@ -175,6 +186,7 @@ class Client:
     ) -> RemoteRun:
         """The same with a bundle that was made before."""
         check_priority(priority)
+        check_limit("stop_if_lost", stop_if_lost)
         reached = await self._named(executor)
         await check_ability(reached, bundle, priority)
         submission = wire.Submission(
@@ -302,5 +314,6 @@ def _packed(
     scenario: str | Path | Scenario, options: Options, timeout: float | None = None, film: Film | None = None
 ) -> Bundle:
     check_options(options)
+    check_limit("timeout", timeout)
     found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
     return pack(found.without_errors(), options, timeout, film=film)

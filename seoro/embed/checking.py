@@ -19,8 +19,11 @@ def check_options(options: Options) -> tuple[ClockName, float]:
     """
     if options.seed is not None and not 0 <= options.seed <= MAX_SEED:
         raise InvalidUse(f"a seed is a whole number from 0 to {MAX_SEED}, not {options.seed}")
-    if not options.grace >= 0:
+    if not 0 <= options.grace < math.inf:
         raise InvalidUse(f"the time for a clean-up is a number of seconds from 0, not {options.grace}")
+    wait = options.leasing.wait
+    if wait is not None and not wait >= 0:
+        raise InvalidUse(f"the time to wait for robots is a number of seconds from 0, not {wait}")
     if options.clock not in (None, *get_args(ClockName)):
         raise InvalidUse(f"there is no clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
     if options.ros is not None and options.clock == "virtual":

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from seoro.bridges.door import Door
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
+from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
 from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
@@ -25,7 +27,7 @@ from seoro.executor.policy import check_permissions
 from seoro.executor.queue import Queue
 from seoro.executor.reaching import Reached
 from seoro.executor.serving import Server, days_ago
-from seoro.executor.store import LOST, open_store
+from seoro.executor.store import LOST, Finished, Store, open_store
 from seoro.executor.trying import DryRuns
 from seoro.executor.workers import open_pool
 
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
 AUDIT: Final = "audit.jsonl"
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
+UNREADABLE: Final = "the executor cannot read what the run was submitted with: submit it again"
+
+NoteEnd = Callable[[RunInfo, str], object]
 
 log = logging.getLogger(__name__)
 
@@ -105,14 +110,10 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
         ):
             revoked, lock = _locked(options, keys, stack)
             note_end = _note_nothing if lock is None else lock.ledger.end
-            for info in await store.running():
-                role = (await store.submission(info.run)).role
-                note_end(info.model_copy(update={"state": State.LOST, "reason": LOST}), role)
-            lost = await store.give_up_running()
+            lost = await _lose(store, note_end)
             await store.sweep()
             queue = Queue(store, pool, tasks, options.jobs, policy, note_end)
-            for run in await store.queued():
-                queue.add(await store.info(run), await store.submission(run))
+            await _queue_again(store, queue, note_end)
             emergency = Emergency(queue, options.folder)
             server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
             gate = Gate(server, policy, lock)
@@ -143,6 +144,31 @@ def _locked(
     revoked, audit = Revoked(keys), Audit(options.folder / AUDIT, keys)
     stack.callback(audit.close)
     return revoked, Lock(keys, revoked, Ledger(audit))
+
+
+async def _lose(store: Store, note_end: NoteEnd) -> int:
+    """Take runs for lost that an executor before this one has left running; returns how many there were."""
+    for info in await store.running():
+        try:
+            role = (await store.submission(info.run)).role
+        except WireError:  # by another version of seoro
+            role = ""
+        note_end(info.model_copy(update={"state": State.LOST, "reason": LOST}), role)
+    return await store.give_up_running()
+
+
+async def _queue_again(store: Store, queue: Queue, note_end: NoteEnd) -> None:
+    """Queue what waited when an executor before this one ended; what cannot be read is an error of that run."""
+    for run in await store.queued():
+        info = await store.info(run)
+        try:
+            submission = await store.submission(run)
+        except WireError as error:
+            log.warning("cannot read what the run %s was submitted with: %s", run, error)
+            note_end(info.model_copy(update={"state": State.ERROR, "reason": UNREADABLE}), "")
+            await store.finish(run, Finished(State.ERROR, UNREADABLE, b"", time.time()))
+        else:
+            queue.add(info, submission)
 
 
 def _note_nothing(_info: RunInfo, _role: str) -> None:

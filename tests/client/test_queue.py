@@ -1,6 +1,7 @@
 """Who waits for an executor, and what is told of that; versions and clocks."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +99,23 @@ def test_places_and_executors_are_shown(
 async def test_a_priority_that_there_is_not_is_told(hello: Path) -> None:
     with pytest.raises(seoro.InvalidUse, match="no priority 101"):
         await seoro.Client().submit(NAME, hello, priority=101)
+
+
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, 0.0, -1.0])
+async def test_times_that_are_none_are_told_before_anything_is_sent(hello: Path, seconds: float) -> None:
+    with pytest.raises(seoro.InvalidUse, match="`stop_if_lost` is a number of seconds above 0"):
+        await seoro.Client().submit(NAME, hello, stop_if_lost=seconds)
+    with pytest.raises(seoro.InvalidUse, match="`timeout` is a number of seconds above 0"):
+        await seoro.Client().submit(NAME, hello, timeout=seconds)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [({"grace": math.inf}, "for a clean-up"), ({"leasing": seoro.Leasing(wait=math.nan)}, "to wait for robots")],
+)
+async def test_so_are_those_of_options(hello: Path, option: Any, message: str) -> None:
+    with pytest.raises(seoro.InvalidUse, match=f"the time {message} is a number of seconds from 0"):
+        await seoro.Client().submit(NAME, hello, **option)
 
 
 # ---------------------------------------------------------------- versions

@@ -1,5 +1,6 @@
 """An executor in the process of the test: what takes it long elsewhere."""
 
+import math
 import sqlite3
 from pathlib import Path
 
@@ -7,13 +8,14 @@ import anyio
 import pytest
 
 import seoro
+from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
 from seoro.executor import live as live_runs
 from seoro.executor import queue
 from seoro.executor.frames import Job
 from seoro.executor.live import LiveRun
 from seoro.executor.running import ExecutorOptions, executing
-from seoro.executor.store import Finished, Store
+from seoro.executor.store import Finished, Store, open_store
 from seoro.film import Film
 from seoro.runtime.verdict import RunStatus
 from tests.executors import HELLO
@@ -146,3 +148,25 @@ async def test_a_database_that_cannot_be_written_ends_no_executor(
             await anyio.sleep(0.2)
     async with executing(options), seoro.Client(endpoint) as client:
         assert (await client.run(run.id)).state is (State.PASSED if is_mended else State.LOST)
+
+
+async def test_what_an_executor_before_cannot_have_been_asked_for_is_an_error_of_that_run(tmp_path: Path) -> None:
+    file = wire.BundleFile(path="main.osc", hash="0" * 64, size=1)
+    manifest = wire.Manifest(
+        files=(file,), entry="main.osc", shown="main.osc", options=wire.BundledOptions(grace=1.0, overrides={})
+    )
+    waited, ran = "0" * 32, "1" * 32
+    with open_store(tmp_path / "state") as store:
+        for run in (waited, ran):
+            asked = wire.Submission(run=run, manifest=manifest)
+            await store.add(asked.model_copy(update={"stop_if_lost": math.nan}))
+        await store.start(ran)
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
+    async with executing(options) as started, seoro.Client(endpoint) as client:
+        assert started.lost == 1
+        assert (await client.run(ran)).state is State.LOST
+        found = await client.run(waited)
+        assert found.state is State.ERROR
+        with pytest.raises(seoro.BackendError, match="cannot read what the run was submitted with"):
+            await found.result()

@@ -1,15 +1,18 @@
 """What executors keep."""
 
 import hashlib
+import math
 import os
 import sqlite3
 from pathlib import Path
 from types import SimpleNamespace
 
+import msgpack
 import pytest
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
+from seoro.bridges.wire.message import WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
@@ -82,6 +85,27 @@ async def test_what_is_removed_is_gone_with_its_files(tmp_path: Path) -> None:
         assert not store.folder(RUN).path.exists()
         with pytest.raises(KeyError):
             await store.info(RUN)
+
+
+@pytest.mark.parametrize(
+    ("said", "options"),
+    [
+        ({"stop_if_lost": math.nan}, {}),
+        ({"stop_if_lost": math.inf}, {}),
+        ({"stop_if_lost": 0.0}, {}),
+        ({}, {"timeout": math.nan}),
+        ({}, {"timeout": math.inf}),
+        ({}, {"grace": math.nan}),
+        ({}, {"grace": math.inf}),
+        ({}, {"leasing": {"wait": math.nan}}),
+        ({}, {"leasing": {"wait": -1.0}}),
+    ],
+)
+def test_times_that_are_none_are_no_submission(said: dict[str, object], options: dict[str, object]) -> None:
+    whole = submission().model_dump() | said
+    whole["manifest"]["options"] = {"grace": 5.0} | options
+    with pytest.raises(WireError, match=r"greater than|finite"):
+        decode(wire.Submission, msgpack.packb(whole))
 
 
 def test_two_executors_do_not_share_a_folder(tmp_path: Path) -> None:

@@ -43,6 +43,7 @@ Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 RunId = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
 Place = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
+Limit = Annotated[float, Field(gt=0, allow_inf_nan=False)]  # [s]
 
 
 class Said(Message):
@@ -110,7 +111,7 @@ class BundledLab(Said):
 class BundledLeasing(Said):
     """As `seoro.embed.options.Leasing`."""
 
-    wait: float | None = None
+    wait: Annotated[float, Field(ge=0)] | None = None  # which may be infinite
     priority: int = 0
     lease: Text = ""
 
@@ -137,8 +138,8 @@ class BundledOptions(Said):
     ros: BundledRos | None = None
     lab: BundledLab | None = None
     leasing: BundledLeasing = BundledLeasing()
-    grace: float
-    timeout: float | None = None  # [s] of the machine's clock
+    grace: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    timeout: Limit | None = None  # [s] of the machine's clock
     film: BundledFilm | None = None  # to be recorded, as `seoro.film.NAME` among what the run leaves
 
 
@@ -180,7 +181,7 @@ class Submission(Said):
     manifest: Manifest
     by: Text = ""  # who asks for it, for people
     role: Text = ""  # as what, by their keys; set by the executor
-    stop_if_lost: float | None = None  # [s] without a watcher after which it is stopped; None to let it live
+    stop_if_lost: Limit | None = None  # [s] without a watcher after which it is stopped; None to let it live
     priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
 
 
