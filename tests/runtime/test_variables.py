@@ -35,7 +35,7 @@ scenario main:
 """
     ran = await run_text(text.replace("BOUNDS", "keep(at in [3..3])"))
     assert [message for _, message in ran.logs] == ["three"]
-    with pytest.raises(InvalidUse, match="`current.at` has no value"):
+    with pytest.raises(InvalidUse, match=r"`current\.at` has no value"):
         await run_text(text.replace("    BOUNDS\n", ""))
 
 
