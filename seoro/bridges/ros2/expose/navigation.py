@@ -99,6 +99,9 @@ class RobotNavigation:
         """Drive to one waypoint after the other; the first that is missed ends it."""
         poses = goal.goal.poses
         first = int(goal.goal.goal_index)
+        if first >= len(poses):
+            why = f"there is no waypoint {first} to begin with: there are {len(poses)}, from 0 on"
+            return GoalEnd(Status.ABORTED, _why(why))
         for _ in range(int(goal.goal.number_of_loops) + 1):
             for index in range(first, len(poses)):
                 goal.tell({"current_waypoint": index})

@@ -88,6 +88,10 @@ async def test_goals_that_cannot_be_reached_are_aborted_with_the_reason(
         assert "99" in result["error_msg"]
         status, result = await robot.reach("navigate_through_poses", {"poses": [stamped(0.5, 0.0, "odom")]})
         assert "the goal is in the frame 'odom': give it in 'map'" in result["error_msg"]
+        for nowhere, count in ({"number_of_loops": 3}, 0), ({"poses": [stamped(0.2, 0.0)], "goal_index": 1}, 1):
+            status, result = await robot.reach("follow_waypoints", nowhere)
+            assert (status, result["error_code"]) == (GoalStatus.ABORTED, 9000)
+            assert result["error_msg"].endswith(f"there are {count}, from 0 on")
         waypoints = {"poses": [stamped(0.2, 0.0), stamped(99.0, 0.0)]}
         status, result = await robot.reach("follow_waypoints", waypoints)
         assert status is GoalStatus.ABORTED
