@@ -104,14 +104,14 @@ class ServedGoal:
 
 
 Carry = Callable[[ServedGoal], Awaitable[GoalEnd]]
-Accept = Callable[[Any], bool]
+Accept = Callable[[ServedGoal], bool]
 
 
 class ActionServer:
     """What serves an action. Made by `serving_action`.
 
     Args:
-        accept: Says whether a goal is taken.
+        accept: Says whether a goal is taken. Whatever it takes is carried out, though maybe cancelled before.
         carry_out: Carries a goal out. It is cancelled when the goal is; what it raises of seoro's errors aborts
             the goal.
         told: Publishes feedback.
@@ -137,9 +137,10 @@ class ActionServer:
     async def send(self, request: Any) -> dict[str, Any]:
         """Take a goal, or not."""
         number = bytes(request.goal_id.uuid)
-        if number in self._goals or not self._accept(request.goal):
+        goal = ServedGoal(number, request.goal, self._told)
+        if number in self._goals or not self._accept(goal):
             return {"accepted": False}
-        goal = self._goals[number] = ServedGoal(number, request.goal, self._told)
+        self._goals[number] = goal
         self._publish()
         self._tasks.start_soon(self._run, goal)
         return {"accepted": True, "stamp": stamp(goal.accepted)}
@@ -203,7 +204,7 @@ async def serving_action(
         name: Its name.
         type_name: Its type.
         carry_out: Carries a goal out; see `ActionServer`.
-        accept: Says whether a goal is taken.
+        accept: Says whether a goal is taken; see `ActionServer`.
 
     Raises:
         InvalidName, UnknownInterface: There is no such name or type.

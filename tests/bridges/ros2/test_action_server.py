@@ -58,8 +58,8 @@ class Peer:
 
 @asynccontextmanager
 async def serving(router: str, types: TypeStore) -> AsyncIterator[Peer]:
-    def accept(goal: Any) -> bool:
-        return bool(goal.order >= 0)
+    def accept(goal: ServedGoal) -> bool:
+        return bool(goal.goal.order >= 0)
 
     below, latched = "/fibonacci/_action", Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
     async with (

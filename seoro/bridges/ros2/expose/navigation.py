@@ -49,9 +49,12 @@ class RobotNavigation:
         self._believed = believed
         self._turns = {action: Turns() for action in TYPES}
 
-    def accepts(self, action: str, _: Any) -> bool:
-        """Whether a goal of an action is taken now."""
-        return not any(turns.are_taken for other, turns in self._turns.items() if other != action)
+    def accept(self, action: str, goal: ServedGoal) -> bool:
+        """Take a goal of an action, unless another action has one."""
+        if any(turns.are_taken for other, turns in self._turns.items() if other != action):
+            return False
+        self._turns[action].reserve(goal)  # before anything else is accepted
+        return True
 
     async def carry_out(self, action: str, goal: ServedGoal) -> GoalEnd:
         """Drive for a goal of an action."""
@@ -138,7 +141,7 @@ async def serving_navigation(
     navigation = RobotNavigation(node, robot, believed)
     async with AsyncExitStack() as stack:
         for action, kind in TYPES.items():
-            carry_out, accepts = partial(navigation.carry_out, action), partial(navigation.accepts, action)
-            served = serving_action(ros, action, f"nav2_msgs/action/{kind}", carry_out, accepts)
+            carry_out, accept = partial(navigation.carry_out, action), partial(navigation.accept, action)
+            served = serving_action(ros, action, f"nav2_msgs/action/{kind}", carry_out, accept)
             await stack.enter_async_context(served)
         yield

@@ -94,7 +94,8 @@ class ExposedNode:
         try:
             yield
         finally:
-            del self._ways[robot]
+            if self._ways.get(robot) is told:
+                del self._ways[robot]
 
     async def follow(self) -> None:
         """Tell of ends and ways to goals, for ever.

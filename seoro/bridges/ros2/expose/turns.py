@@ -22,6 +22,10 @@ class Turns:
         """Whether there is any goal."""
         return bool(self._goals)
 
+    def reserve(self, goal: ServedGoal) -> None:
+        """Count a goal already that has been accepted and will take its turn."""
+        self._goals.append(goal)
+
     @asynccontextmanager
     async def take(self, goal: ServedGoal, others: GoalEnd) -> AsyncIterator[None]:
         """Have the turn for as long as the block lasts.
@@ -30,9 +34,10 @@ class Turns:
             goal: Whose turn it is.
             others: How those before it end.
         """
-        for other in self._goals:
+        if goal not in self._goals:
+            self.reserve(goal)
+        for other in self._goals[: self._goals.index(goal)]:
             other.stop(others)
-        self._goals.append(goal)
         try:
             async with self._turn:
                 yield
