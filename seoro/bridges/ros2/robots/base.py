@@ -52,13 +52,14 @@ class DrivingBase:
         self._place: tuple[float, float] | None = None
         self._travelled = 0.0  # [m]
         self._moved = Changes()
+        self._was_driven = False  # by this bridge
 
     @property
     def handlers(self) -> Handlers:
         """The verbs that it serves."""
         return {
             **self._localisation.handlers,
-            wire.NAVIGATE_THROUGH_POSES: self._navigation.navigate,
+            wire.NAVIGATE_THROUGH_POSES: self._navigate,
             wire.DRIVE: self._drive,
             wire.CMD_VEL: self._cmd_vel,
             wire.WATCH_PROXIMITY: self._watch_proximity,
@@ -81,6 +82,11 @@ class DrivingBase:
         """Command zero velocity."""
         self._velocity.stop()
 
+    async def end(self) -> None:
+        """Command zero velocity for a while, if the base was ever driven; nothing else of it runs any more."""
+        if self._was_driven:
+            await self._velocity.end()
+
     def forget(self) -> None:
         """Forget where the robot was; the way that it has gone is counted on from where it is next."""
         self._place = None
@@ -93,9 +99,14 @@ class DrivingBase:
         self._place = (place.x, place.y)
         self._moved.tell()
 
+    async def _navigate(self, request: wire.NavigateThroughPoses) -> wire.Empty:
+        self._was_driven = True
+        return await self._navigation.navigate(request)
+
     async def _drive(self, request: wire.Drive) -> wire.Empty:
         check_drive_duration(request.duration)
         await self._velocity.check(request.linear, request.angular)
+        self._was_driven = True
 
         async def drive() -> str:
             try:
@@ -116,6 +127,7 @@ class DrivingBase:
                 "the robot drives along its x axis and turns about z: leave the rest of the twist at 0",
             )
         await self._velocity.check(linear.x, angular.z)
+        self._was_driven = True
         self._velocity.command(linear.x, angular.z, DEADLINE)
         return wire.Empty()
 

@@ -100,3 +100,8 @@ class RosRobot:
         """Command zero velocity; an arm stands still when its goal is canceled."""
         if self._base is not None:
             self._base.stop()
+
+    async def end(self) -> None:
+        """Keep a base that was driven at zero velocity for a while, when nothing is asked for any more."""
+        if self._base is not None:
+            await self._base.end()

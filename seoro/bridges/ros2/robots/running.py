@@ -8,6 +8,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import anyio
 from anyio.abc import TaskGroup
 
 from seoro.background import background
@@ -78,16 +79,17 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     types = TypeStore.bundled()
     for folder in options.interfaces:
         types = types.add_folder(folder)
+    made: list[RosRobot] = []
     door = node_door(options.listen, options.connect, options.node)
     async with (
         connect(options.ros, types=types, domain=options.domain) as system,
         guarded(_guard_of(options, system)),
         AsyncExitStack() as stack,
+        _at_rest(made),
         background() as tasks,
     ):
         warn_of_others(options.robots, system)
         links = [await _link(system, robot, stack, tasks) for robot in options.robots]
-        made: list[RosRobot] = []
 
         def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
             made.extend(
@@ -108,6 +110,18 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
             for robot in made:
                 await robot.open()
             yield
+
+
+@asynccontextmanager
+async def _at_rest(robots: Sequence[RosRobot]) -> AsyncIterator[None]:
+    """Keep robots at zero velocity for a while after the block, whose tasks repeat nothing any more."""
+    try:
+        yield
+    finally:
+        with anyio.CancelScope(shield=True):
+            async with anyio.create_task_group() as tasks:
+                for robot in robots:
+                    tasks.start_soon(robot.end)
 
 
 def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:

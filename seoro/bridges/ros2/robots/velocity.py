@@ -94,12 +94,21 @@ class Velocity:
         """Repeat what is commanded; runs as long as the bridge."""
         while True:
             await self._wanted.wait_for(lambda: time.monotonic() < self._until)
-            while (left := self._until - time.monotonic()) > 0.0:
-                await anyio.sleep(min(PERIOD, left))
-                if time.monotonic() < self._until:
-                    self._publish()
+            await self._repeat()
             if self._linear or self._angular:
                 self.stop()
+
+    async def end(self) -> None:
+        """Command zero for a while when `run` runs no more."""
+        self.stop()
+        await self._repeat()
+
+    async def _repeat(self) -> None:
+        """Repeat what is commanded until its deadline."""
+        while (left := self._until - time.monotonic()) > 0.0:
+            await anyio.sleep(min(PERIOD, left))
+            if time.monotonic() < self._until:
+                self._publish()
 
     def _publish(self) -> None:
         if self._publication is None:
