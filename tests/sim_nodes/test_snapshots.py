@@ -41,7 +41,7 @@ def busy(engine: str, seed: int = 3) -> Client:
         wire.CHECK_RATE,
         wire.CheckRate(id="rate", robot=ROBOT, sensor="imu", lowest=0.0, highest=100.0, duration=8.0),
     )
-    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.4))
+    client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.1))
     client.spawn("box", AHEAD)
     client.spawn("gone", pose(-1.0, -1.0, z=0.3))
     inject(client, "late", "lidar", Delay(time=0.06))
