@@ -24,7 +24,7 @@ from seoro.bridges.secured import node_keys, security_of
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
-from seoro.errors import InvalidUse
+from seoro.errors import BackendRefused, InvalidUse
 from seoro.keys.roles import MOVING
 
 log = logging.getLogger(__name__)
@@ -68,6 +68,7 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
 
     Raises:
         InvalidUse: There is no simulator node or no router, or no robot of the name that was given.
+        BackendRefused: The simulator node says no to what exposing its world needs.
         BackendLost: The simulator node is gone.
     """
     keys = node_keys(settings.simulator, MOVING)
@@ -107,10 +108,14 @@ async def _expose(
             features = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
             _look_for_root(features, settings.root, begun=begun)
             begun = True
-            async with _world(node, system, settings, features, clock):
-                node.world_exposed.set()
-                ready(features)
-                await node.world_changed.wait()
+            try:
+                async with _world(node, system, settings, features, clock):
+                    node.world_exposed.set()
+                    ready(features)
+                    await node.world_changed.wait()
+            except BackendRefused:
+                if not await _has_another_world(node, features):
+                    raise
 
 
 def _look_for_root(features: wire.SimulatorFeatures, root: str, *, begun: bool) -> None:
@@ -163,9 +168,13 @@ def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
 
 async def _look_again(node: ExposedNode, before: wire.SimulatorFeatures) -> None:
     """After the clock was set back, which others may have done: the world may be another then."""
-    now = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
-    if (now.world, now.robots) != (before.world, before.robots):
+    if await _has_another_world(node, before):
         node.world_changed.set()
+
+
+async def _has_another_world(node: ExposedNode, before: wire.SimulatorFeatures) -> bool:
+    now = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    return (now.world, now.robots) != (before.world, before.robots)
 
 
 async def _pass_on(

@@ -4,16 +4,24 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import Any
 
+import anyio
 import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.clients.goals import pursuing
 from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.expose.node import ExposedNode
+from seoro.bridges.ros2.expose.running import ExposeSettings, expose
 from seoro.bridges.ros2.expose.simulation import FEATURES, SimulationServices
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.session import open_session
+from seoro.bridges.sim.requests import NodeAddress
+from seoro.bridges.sim.requests import ask as ask_node
+from seoro.bridges.wire.keys import NAMESPACE
+from seoro.errors import BackendRefused
 from seoro.runtime.contracts import GoalStatus
-from tests.bridges.ros2.expose.exposed import Exposed, exposed, first, under_way
+from tests.bridges.ros2.expose.exposed import STARTED_WITHIN, Exposed, exposed, first, under_way
 from tests.sim_nodes.client import BOX
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -210,3 +218,37 @@ async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router
             )
         await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
         await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
+
+
+async def test_a_world_that_others_load_while_robots_are_being_exposed_is_exposed_then(
+    simulator: str, router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ask = ExposedNode.ask
+    meddled: list[wire.SimulatorFeatures] = []
+
+    async def meddle(self: ExposedNode, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
+        if verb is wire.GET_ROBOT_DESCRIPTION and not meddled:
+            meddled.append(await ask(self, wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell")))
+        return await ask(self, verb, request)
+
+    monkeypatch.setattr(ExposedNode, "ask", meddle)
+    async with exposed(simulator, router, types, "empty") as node:
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+        assert not node.ros.graph.publishers("/turtlebot4/scan")
+
+
+async def test_what_a_simulator_refuses_of_one_world_ends_its_being_exposed(
+    simulator: str, router: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ask = ExposedNode.ask
+
+    async def refuse(self: ExposedNode, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
+        if verb is wire.GET_ROBOT_DESCRIPTION:
+            raise BackendRefused("robots are not described", wire.Result.FEATURE_UNSUPPORTED)
+        return await ask(self, verb, request)
+
+    async with open_session(connect=simulator) as session:
+        await ask_node(NodeAddress(session, NAMESPACE, "sim"), wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
+    monkeypatch.setattr(ExposedNode, "ask", refuse)
+    with anyio.fail_after(STARTED_WITHIN), pytest.raises(BackendRefused, match="not described"):
+        await expose(ExposeSettings(simulator, router), lambda _: None)
