@@ -163,6 +163,7 @@ class RosNode:
         bound: Bound | None = None,
         *,
         is_decoded: bool = True,
+        is_checked: bool = True,
     ) -> AsyncIterator[Subscription]:
         """Be a subscription of a topic for as long as the block lasts.
 
@@ -172,6 +173,7 @@ class RosNode:
             qos: What is asked for; reliable, volatile, with a depth of 10 when None.
             bound: How many messages wait to be taken, and which are lost of more; by the QoS when None.
             is_decoded: Whether messages will be; what that needs is prepared before the first one comes.
+            is_checked: Whether it is an error that all who publish have another type; if not, they are not heard.
 
         Raises:
             InvalidName: There is no such name.
@@ -182,7 +184,8 @@ class RosNode:
         publishers = self._others(self.graph.publishers(topic))
         if type_name not in {publisher.type for publisher in publishers}:
             type_name = system.types.canonical(type_name)
-        check_type(topic, type_name, publishers)
+        if is_checked:
+            check_type(topic, type_name, publishers)
         if is_decoded and type_name in system.types.names():
             system.types.prepare(type_name)
         endpoint = self._endpoint(

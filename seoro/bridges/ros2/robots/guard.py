@@ -118,7 +118,8 @@ async def _take_over(
         for action in robot.actions:
             await tasks.start(end_leftovers, node, action, senders, log.warning)
         if robot.limits is not None:
-            velocity = Velocity(Link(node, stack, tasks), robot.cmd_vel, robot.limits)
+            link = Link(node, stack, tasks)
+            velocity = Velocity(link, robot.cmd_vel, robot.limits, lambda _: None)  # the bridge says it, too
             tasks.start_soon(velocity.find)
             tasks.start_soon(velocity.run)
             velocities.append(velocity)

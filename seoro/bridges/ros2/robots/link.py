@@ -12,6 +12,7 @@ from typing import Any
 from anyio.abc import TaskGroup
 
 from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceServer, WrongType
+from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
@@ -45,12 +46,23 @@ class Link:
     async def listen(
         self, topic: str, type_name: str, take: Callable[[Message], None], qos: Qos = SENSED, keep: int = 100
     ) -> None:
-        """Have each message of a topic taken, from now on."""
+        """Have each message of a topic taken, from now on; that others publish another type is said once."""
         subscription = await self.stack.enter_async_context(
-            self.node.subscribing(topic, type_name, qos, Bound(keep))
+            self.node.subscribing(topic, type_name, qos, Bound(keep), is_checked=False)
         )
         heard = self._heard[subscription.topic] = _Heard(subscription.type)
         self.tasks.start_soon(_take_all, subscription, take, heard)
+        self.tasks.start_soon(self._warn_of_type, subscription.topic, heard.type)
+
+    async def _warn_of_type(self, topic: str, type_name: str) -> None:
+        """Say when a topic is of another type, once."""
+
+        def is_other(graph: RosGraph) -> bool:
+            types = {publisher.type for publisher in graph.publishers(topic)}
+            return bool(types) and type_name not in types
+
+        await self.node.graph.wait_for(is_other)
+        log.warning("%s: %s", topic, self.why_silent(topic))
 
     def why_silent(self, topic: str) -> str:
         """Why nothing is known by a topic that is listened to, as far as that can be said."""

@@ -13,8 +13,8 @@ from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.outlet import Outlet
 from seoro.bridges.ros2.robots.profile import Base
-from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
@@ -48,7 +48,7 @@ class Localisation:
         self._latest: Message | None = None
         self._since = 0.0  # by the machine's clock [s]
         self._changes = Changes()
-        self._publication: Publication | None = None
+        self._initial_poses = Outlet(link, base.initial_pose, lambda _: POSE)
 
     @property
     def handlers(self) -> Handlers:
@@ -77,29 +77,28 @@ class Localisation:
         return math.sqrt(max(0.0, float(covariance[0]) + float(covariance[7])) / 2.0)
 
     async def open(self) -> None:
-        """Listen to what it says."""
+        """Listen to what it says, and be ready to tell it where the robot is."""
         await self._link.listen(self._base.pose, POSE, self._take, LATCHED)
-        self._publication = await self._link.publishing(self._base.initial_pose, POSE)
+        self._link.tasks.start_soon(self._initial_poses.open)
 
     def _take(self, message: Message) -> None:
         self._latest, self._since = message, time.monotonic()
         self._changes.tell()
 
     async def _set_initial_pose(self, request: wire.SetInitialPose) -> wire.Empty:
-        topic, publication = self._link.node.resolve(self._base.initial_pose), self._publication
-        assert publication is not None, "it was opened"
+        outlet, graph = self._initial_poses, self._link.node.graph
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._link.node.graph.wait_for(lambda graph: graph.subscriptions(topic))
+            publication = await outlet.wait()
+            await graph.wait_for(lambda graph: graph.subscriptions(outlet.topic))
             await publication.wait_for_subscription()
-        if not self._link.node.graph.subscriptions(topic):
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"nobody on the robot subscribes to {topic}: its localisation does not run"
-            )
+        if outlet.publication is None or not graph.subscriptions(outlet.topic):
+            silent = f"nobody on the robot subscribes to {outlet.topic}: its localisation does not run"
+            raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
         message = self._initial_pose(request.pose)
         began = time.monotonic()
         with anyio.move_on_after(TAKEN_WITHIN):
             while self._since < began:
-                publication.publish(message)
+                outlet.publication.publish(message)
                 with anyio.move_on_after(PUBLISHED_EVERY):
                     await self._changes.wait_for(lambda: self._since >= began)
         if self._since < began:

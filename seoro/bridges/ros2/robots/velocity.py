@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import anyio
 
-from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.outlet import Outlet
 from seoro.bridges.ros2.robots.profile import Limits
-from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
 from seoro.changes import Changes
@@ -33,30 +33,19 @@ class Velocity:
         link: To the robot.
         topic: Of the commands.
         limits: That they are held to.
+        note: Told why nothing can be commanded when others on the topic are in the way.
     """
 
-    def __init__(self, link: Link, topic: str, limits: Limits) -> None:
-        self._link = link
-        self._topic = link.node.resolve(topic)
+    def __init__(self, link: Link, topic: str, limits: Limits, note: Callable[[str], None] = log.warning) -> None:
+        self._outlet = Outlet(link, topic, self._taken_type, note)
         self._limits = limits
-        self._publication: Publication | None = None
-        self._found = Changes()
         self._wanted = Changes()
         self._linear = self._angular = 0.0
         self._until = 0.0  # by the machine's clock [s]
 
-    @property
-    def is_found(self) -> bool:
-        """Whether somebody takes commands."""
-        return self._publication is not None
-
     async def find(self) -> None:
         """Be ready to command as soon as somebody subscribes, by the type that they have."""
-        node = self._link.node
-        type_name = await node.graph.wait_for(lambda _graph: _taken_type(node, self._topic))
-        assert type_name is not None, "it is waited for"
-        self._publication = await self._link.publishing(self._topic, type_name)
-        self._found.tell()
+        await self._outlet.open()
 
     async def check(self, linear: float, angular: float) -> None:
         """Check that a velocity [m/s, rad/s] can be commanded; waits a while for somebody who takes commands.
@@ -72,12 +61,12 @@ class Velocity:
                 f"{linear:g} m/s and {angular:g} rad/s are beyond the limits of the robot's profile, "
                 f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
             )
+        outlet = self._outlet
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._found.wait_for(lambda: self.is_found)
-        if not self.is_found:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"nobody on the robot subscribes to {self._topic}: its base does not run"
-            )
+            await outlet.wait()
+        if outlet.publication is None:
+            silent = f"nobody on the robot subscribes to {outlet.topic}: its base does not run"
+            raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
 
     def command(self, linear: float, angular: float, duration: float) -> None:
         """Command a velocity [m/s, rad/s] for a duration [s], or until the next command; it was checked before."""
@@ -111,15 +100,15 @@ class Velocity:
                 self._publish()
 
     def _publish(self) -> None:
-        if self._publication is None:
+        publication = self._outlet.publication
+        if publication is None:
             return
         twist = {"linear": {"x": self._linear}, "angular": {"z": self._angular}}
         # A stamp of zero is the time of arrival to those who look at it: clocks of robots may be off.
-        message: Mapping[str, Any] = twist if self._publication.type == TYPES[0] else {"twist": twist}
-        self._publication.publish(message)
+        message: Mapping[str, Any] = twist if publication.type == TYPES[0] else {"twist": twist}
+        publication.publish(message)
 
-
-def _taken_type(node: RosNode, topic: str) -> str | None:
-    """The type in which commands are taken on a topic; None if nobody takes any."""
-    types = {each.type for each in node.graph.subscriptions(topic)}
-    return next((each for each in TYPES if each in types), None)
+    def _taken_type(self, graph: RosGraph) -> str | None:
+        """The type in which commands are taken; None if nobody takes any."""
+        types = {each.type for each in graph.subscriptions(self._outlet.topic)}
+        return next((each for each in TYPES if each in types), None)
