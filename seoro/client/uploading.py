@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import anyio
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
+from seoro.bridges.wire.results import Result
 from seoro.bundle.packing import Bundle
 from seoro.errors import BackendRefused, InvalidUse
+
+TIMES: Final = 3  # that a file is begun
 
 T = TypeVar("T")
 
@@ -51,6 +54,17 @@ async def upload(executor: Executor, bundle: Bundle) -> tuple[str, ...]:
 
 
 async def _send(executor: Executor, digest: str, path: Path, size: int) -> None:
+    """Send a file; anew, if what the executor had of it is gone, or was not this."""
+    for left in reversed(range(TIMES)):
+        try:
+            await _send_parts(executor, digest, path, size)
+            return
+        except BackendRefused as refused:
+            if refused.code != Result.INCORRECT_STATE or not left:
+                raise
+
+
+async def _send_parts(executor: Executor, digest: str, path: Path, size: int) -> None:
     offset = 0
     async with await anyio.open_file(path, "rb") as file:
         while offset < size or offset == 0:

@@ -41,7 +41,9 @@ class Blobs:
         return tuple(digest for digest in digests if not self.path(digest).is_file())
 
     def put(self, part: wire.PutBlob, kept: int = wire.MAX_BUNDLE) -> None:
-        """Take a part; the last makes the blob whole. A part that is there already changes nothing.
+        """Take a part; the last makes the blob whole. What is there already of a part stays as it is.
+
+        So a part may come again whose answer was lost, and several may send the same blob at once.
 
         Args:
             part: The part.
@@ -49,7 +51,8 @@ class Blobs:
 
         Raises:
             OSError: It cannot be written; of the blob, nothing stays.
-            RequestRefused: Parts before it are missing, the content is not what its name says, or it is too large.
+            RequestRefused: Parts before it are missing, or the content is not what its name says, and the blob has
+                to be sent anew (`INCORRECT_STATE`); or it is too large.
         """
         with self._lock:
             self._put(part, kept)
@@ -58,26 +61,40 @@ class Blobs:
         final = self.path(part.hash)
         if final.is_file():
             return
+        end = part.offset + len(part.data)
+        if end > part.size:
+            raise RequestRefused(Result.OPERATION_FAILED, "the blob is longer than it says")
         partial = final.with_suffix(PART)
-        there = partial.stat().st_size if partial.exists() else 0
-        if part.offset == 0:
+        there = self._there(part, partial)
+        if there is None:
             self._take_in(part, kept)
             there = 0
-        elif part.offset != there:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"the part at {part.offset} comes out of turn, after {there}"
-            )
-        if part.offset + len(part.data) > part.size:
-            raise RequestRefused(Result.OPERATION_FAILED, "the blob is longer than it says")
+        elif end <= there:
+            return
         try:
             with partial.open("r+b" if there else "wb") as file:
-                file.seek(part.offset)
-                file.write(part.data)
+                file.seek(there)
+                file.write(part.data[there - part.offset :])
         except OSError:  # a full disk, of which half a blob is to have nothing
             self._remove(part.hash)
             raise
-        if part.offset + len(part.data) == part.size:
+        if end == part.size:
             self._complete(partial, final, part.hash)
+
+    def _there(self, part: wire.PutBlob, partial: Path) -> int | None:
+        """How much there is of the blob of a part [bytes]; None if the part begins it.
+
+        The size that was said with the first part counts for its sender: parts that say another are of another
+        upload.
+        """
+        there = partial.stat().st_size if partial.exists() else 0
+        is_under_way = there > 0 and self._shares.said_size(part.hash) == part.size
+        if part.offset == 0 and not is_under_way:
+            return None
+        if not is_under_way or part.offset > there:
+            after = f"after {there}" if is_under_way else f"as nothing has come of {part.size} bytes"
+            raise RequestRefused(Result.INCORRECT_STATE, f"the part at {part.offset} comes out of turn, {after}")
+        return there
 
     def _take_in(self, part: wire.PutBlob, kept: int) -> None:
         """Have a blob that begins count for its sender, and drop of theirs what is too much then."""
@@ -136,7 +153,8 @@ class Blobs:
             found = hashlib.file_digest(file, "sha256").hexdigest()
         if found != digest:
             self._remove(digest)
-            raise RequestRefused(Result.OPERATION_FAILED, "the content of the blob is not what its name says")
+            # Another may have sent parts of it, which are not those of the last sender.
+            raise RequestRefused(Result.INCORRECT_STATE, "the content of the blob is not what its name says")
         os.replace(partial, final)  # noqa: PTH105 - atomic, which is the point
 
 

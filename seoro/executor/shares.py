@@ -23,6 +23,15 @@ class Shares:
         """The hash of that of somebody, of whom something is kept, which was used least recently."""
         return next(iter(self._blobs[owner]))
 
+    def is_of(self, owner: str, digest: str) -> bool:
+        """Whether a blob is somebody's."""
+        return self._owners.get(digest) == owner
+
+    def said_size(self, digest: str) -> int | None:
+        """The size of a blob that whoever sends it has said [bytes]; None of one that is nobody's."""
+        owner = self._owners.get(digest)
+        return None if owner is None else self._blobs[owner][digest]
+
     def add(self, owner: str, digest: str, size: int) -> None:
         """Somebody sends a blob of a size [bytes]; it is theirs alone."""
         self.drop(digest)

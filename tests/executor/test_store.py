@@ -155,8 +155,46 @@ def test_parts_out_of_turn_and_too_long_blobs_are_refused(tmp_path: Path) -> Non
     blobs = Blobs(tmp_path)
     with pytest.raises(RequestRefused, match="out of turn"):
         blobs.put(part(4, DATA[4:]))
+    blobs.put(part(0, DATA[:2]))
+    with pytest.raises(RequestRefused, match="out of turn, after 2"):
+        blobs.put(part(4, DATA[4:]))
     with pytest.raises(RequestRefused, match="longer"):
         blobs.put(part(0, DATA, size=4))
+
+
+def test_parts_that_come_again_change_nothing(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    blobs.put(part(0, DATA[:4]))
+    blobs.put(part(4, DATA[4:8]))
+    blobs.put(part(4, DATA[4:8]))  # the answer was lost
+    blobs.put(part(0, DATA[:4]))  # another sends the same
+    blobs.put(part(8, DATA[8:]))
+    blobs.put(part(4, DATA[4:8]))
+    assert blobs.path(HASH).read_bytes() == DATA
+    assert [path.name for path in tmp_path.iterdir()] == [HASH]
+
+
+def test_all_parts_say_the_size_of_the_first_which_counts(tmp_path: Path) -> None:
+    blobs = Blobs(tmp_path)
+    blobs.put(part(0, DATA[:1], size=2), kept=5)
+    with pytest.raises(RequestRefused, match="nothing has come of 10 bytes"):
+        blobs.put(part(1, DATA[1:]), kept=5)
+    assert blobs.missing([HASH]) == (HASH,)
+    with pytest.raises(RequestRefused, match=r"no more than .* are kept of you"):
+        blobs.put(part(0, DATA[:1]), kept=5)
+    blobs.put(part(0, DATA[:1]))  # who lies keeps nobody from sending it
+    blobs.put(part(1, DATA[1:]))
+    assert blobs.missing([HASH]) == ()
+
+
+def test_what_an_executor_before_has_left_of_a_blob_is_begun_anew(tmp_path: Path) -> None:
+    Blobs(tmp_path).put(part(0, b"xxxx"))
+    blobs = Blobs(tmp_path)
+    with pytest.raises(RequestRefused, match="out of turn"):
+        blobs.put(part(4, DATA[4:]))
+    blobs.put(part(0, DATA[:4]))
+    blobs.put(part(4, DATA[4:]))
+    assert blobs.missing([HASH]) == ()
 
 
 def test_a_blob_with_other_content_is_refused_and_leaves_nothing(tmp_path: Path) -> None:

@@ -161,7 +161,10 @@ class Hashes(Said):
 
 
 class PutBlob(Said):
-    """A part of a blob; parts come in order, and the last completes it.
+    """A part of a blob; parts come in order, and the last completes it. The same part may come again.
+
+    Where those before it are missing, or the whole has another hash, it is refused as an `INCORRECT_STATE`: the
+    blob has to be sent anew.
 
     An executor with keys finds out by itself who sends it, and in which role.
     """
