@@ -46,6 +46,12 @@ class Joints:
     async def open(self) -> None:
         """Listen to what it says."""
         await self._link.listen(self._topic, "sensor_msgs/msg/JointState", self._take)
+        self._link.tasks.start_soon(self._link.watch_end, self._topic, self._forget)
+
+    def _forget(self) -> None:
+        """Forget where they were: whoever said so is gone, and may start anew."""
+        self._states.clear()
+        self._changes.tell()
 
     def _take(self, message: Message) -> None:
         count = len(message.name)
@@ -64,6 +70,10 @@ class Joints:
         Raises:
             RequestRefused: It does not.
         """
+        return (await self._state(joint))[0]
+
+    async def _state(self, joint: str) -> tuple[float, float, float]:
+        """Position, velocity and effort of a joint; waits a while for the robot to say them."""
         with anyio.move_on_after(FOUND_WITHIN):
             await self._changes.wait_for(lambda: joint in self._states)
         if joint not in self._states:
@@ -72,12 +82,10 @@ class Joints:
             raise RequestRefused(
                 Result.NOT_FOUND, f"the robot says nothing of a joint '{joint}' on {topic}: {why}"
             )
-        return self._states[joint][0]
+        return self._states[joint]
 
     async def _get(self, _request: wire.RobotName) -> wire.JointStates:
-        for name in self._names:
-            await self.position(name)
-        states = [self._states[name] for name in self._names]
+        states = [await self._state(name) for name in self._names]
         positions, velocities, efforts = zip(*states, strict=True)
         return wire.JointStates(names=self._names, positions=positions, velocities=velocities, efforts=efforts)
 
@@ -89,10 +97,16 @@ class Joints:
         return wire.Empty()
 
     async def _come_to(self, request: wire.WatchJoint, began: float) -> str:
+        side = math.copysign(1.0, began - request.position)
+
         def is_there() -> bool:
+            nonlocal side
+            if request.joint not in self._states:
+                side = 0.0  # where it begins anew, it has not come from here
+                return False
             off = self._states[request.joint][0] - request.position
+            side = side or math.copysign(1.0, off)
             return abs(off) <= request.tolerance or math.copysign(1.0, off) != side
 
-        side = math.copysign(1.0, began - request.position)
         await self._changes.wait_for(is_there)
         return ""

@@ -64,6 +64,14 @@ class Link:
         await self.node.graph.wait_for(is_other)
         log.warning("%s: %s", topic, self.why_silent(topic))
 
+    async def watch_end(self, topic: str, forget: Callable[[], None]) -> None:
+        """Have what a topic has told forgotten whenever nobody publishes it any more, without end."""
+        graph, name = self.node.graph, self.node.resolve(topic)
+        while True:
+            await graph.wait_for(lambda seen: seen.publishers(name))
+            await graph.wait_for(lambda seen: not seen.publishers(name))
+            forget()
+
     def why_silent(self, topic: str) -> str:
         """Why nothing is known by a topic that is listened to, as far as that can be said."""
         name = self.node.resolve(topic)

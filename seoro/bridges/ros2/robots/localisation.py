@@ -79,7 +79,12 @@ class Localisation:
     async def open(self) -> None:
         """Listen to what it says, and be ready to tell it where the robot is."""
         await self._link.listen(self._base.pose, POSE, self._take, LATCHED)
+        self._link.tasks.start_soon(self._link.watch_end, self._base.pose, self._forget)
         self._link.tasks.start_soon(self._initial_poses.open)
+
+    def _forget(self) -> None:
+        """Forget where it believed to be: it is gone, or begins anew."""
+        self._latest = None
 
     def _take(self, message: Message) -> None:
         self._latest, self._since = message, time.monotonic()
@@ -121,7 +126,7 @@ class Localisation:
 
     async def _start_over(self, _request: wire.LocalisedRobot) -> wire.Empty:
         await self._link.call(self._base.global_localization, "std_srvs/srv/Empty", {})
-        self._latest = None
+        self._forget()
         return wire.Empty()
 
     async def _watch(self, request: wire.WatchLocalization) -> wire.Empty:

@@ -76,19 +76,11 @@ class RosRobot:
         await self._link.listen(self._profile.battery, BATTERY, self._take_battery)
         await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.take, CHANGING)
         await self._link.listen(self._profile.tf_static, TRANSFORMS, self._frames.take_static, FIXED)
-        self._link.tasks.start_soon(self._notice_end)
+        self._link.tasks.start_soon(self._link.watch_end, self._profile.tf, self.forget)
         if self._base is not None:
             await self._base.open()
         if self._arm is not None:
             await self._arm.open()
-
-    async def _notice_end(self) -> None:
-        """Forget where it was whenever it is gone; runs as long as the bridge."""
-        graph, topic = self._link.node.graph, self._link.node.resolve(self._profile.tf)
-        while True:
-            await graph.wait_for(lambda seen: seen.publishers(topic))
-            await graph.wait_for(lambda seen: not seen.publishers(topic))
-            self.forget()
 
     def forget(self) -> None:
         """Forget where it was: time was set back, or it is gone, and may start anew."""

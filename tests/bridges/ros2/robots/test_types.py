@@ -31,12 +31,14 @@ FORWARD = wire.CmdVel(robot="tb", twist=wire.Twist(linear=wire.Vector3(x=0.1), a
 
 
 @asynccontextmanager
-async def served(here: RosNode) -> AsyncIterator[RosRobot]:
-    """A TurtleBot 4 as a bridge serves it."""
+async def served(
+    here: RosNode, profile: str = "turtlebot4", happenings: HappeningLog | None = None
+) -> AsyncIterator[RosRobot]:
+    """A robot as a bridge serves it."""
     async with AsyncExitStack() as stack, background() as tasks:
-        happenings = HappeningLog()
+        happenings = happenings or HappeningLog()
         link = Link(here, stack, tasks)
-        robot = RosRobot("tb", read_profile("turtlebot4"), link, Work(tasks, happenings), happenings)
+        robot = RosRobot("tb", read_profile(profile), link, Work(tasks, happenings), happenings)
         await robot.open()
         yield robot
 

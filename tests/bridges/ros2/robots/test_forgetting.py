@@ -1,0 +1,89 @@
+"""What a robot has said is not believed any more once who said it is gone: it may come back somewhere else."""
+
+from __future__ import annotations
+
+import math
+
+import anyio
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.robots.localisation import LATCHED, POSE
+from seoro.bridges.ros2.robots.profile import read_profile
+from seoro.bridges.ros2.robots.robot import RosRobot
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.wire.refusal import RequestRefused
+from tests.bridges.ros2.robots.test_types import DEADLINE, served
+from tests.bridges.ros2.systems import two_nodes
+
+pytestmark = pytest.mark.anyio
+
+JOINTS = "sensor_msgs/msg/JointState"
+
+
+def placed(x: float) -> dict[str, object]:
+    return {"pose": {"pose": {"position": {"x": x}, "orientation": {"w": 1.0}}}}
+
+
+async def where(robot: RosRobot) -> wire.Pose | None:
+    """Where a robot believes to be."""
+    found = await robot.handlers[wire.GET_LOCALIZATION](wire.LocalisedRobot(robot="tb"))
+    assert isinstance(found, wire.Localization)
+    return found.pose
+
+
+async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: TypeStore) -> None:
+    async with two_nodes(router, types) as (there, here), served(here) as robot:
+        with anyio.fail_after(DEADLINE):
+            for x in (7.0, 8.0):
+                assert robot.health.localised is False
+                async with there.publishing("/amcl_pose", POSE, LATCHED) as localisation:
+                    localisation.publish(placed(x))
+                    while (pose := await where(robot)) is None:
+                        await anyio.sleep(0.01)
+                    assert pose.position.x == x
+                while await where(robot) is not None:
+                    await anyio.sleep(0.01)
+
+
+async def test_joints_of_an_arm_that_is_gone_are_where_it_says_next(
+    router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.robots.joints.FOUND_WITHIN", 0.05)
+    arm, happenings = read_profile("ur10e").arm, HappeningLog()
+    assert arm is not None
+    assert arm.gripper is not None
+    names = (*arm.joints, arm.gripper.joint)
+    watch = wire.WatchJoint(id="watch", robot="arm", joint=names[0], position=0.0, tolerance=0.01)
+
+    async def is_at(position: float | None) -> None:
+        """Wait until all joints are at a position, or nothing is known of them."""
+        found: float | None = math.nan
+        while found != position:
+            await anyio.sleep(0.01)
+            try:
+                states = await robot.handlers[wire.GET_JOINT_STATES](wire.RobotName(robot="arm"))
+            except RequestRefused as refused:
+                assert "the robot says nothing of a joint" in refused.message
+                found = None
+            else:
+                assert isinstance(states, wire.JointStates)
+                found = states.positions[-1]
+
+    async with two_nodes(router, types) as (there, here), served(here, "ur10e", happenings) as robot:
+        with anyio.fail_after(DEADLINE):
+            async with there.publishing("/joint_states", JOINTS) as joints:
+                await joints.wait_for_subscription()
+                joints.publish({"name": names, "position": [0.5] * len(names)})
+                await is_at(0.5)
+                await robot.handlers[wire.WATCH_JOINT](watch)
+            await is_at(None)
+            async with there.publishing("/joint_states", JOINTS) as joints:
+                await joints.wait_for_subscription()
+                joints.publish({"name": names, "position": [-0.5] * len(names)})
+                await is_at(-0.5)
+                assert happenings.number == 0  # on the other side, but it has not come there past the position
+                joints.publish({"name": names, "position": [0.0] * len(names)})
+                await happenings.after(wire.AwaitHappenings(since=0, wait=DEADLINE))
+    assert happenings.number == 1
