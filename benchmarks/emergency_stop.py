@@ -1,4 +1,4 @@
-"""How long an emergency stop takes: from the message to the answer, and until a robot stands still.
+"""How long an emergency stop takes: from its beginning to the answer, and until a robot stands still.
 
     python benchmarks/emergency_stop.py [--rounds N]
 
@@ -31,26 +31,27 @@ GOAL = 0.3  # [s]
 
 
 async def _stop_in_full_motion(endpoint: str) -> tuple[Outcome, float]:
-    """Let the robot drive, and stop it; what came of it, and when the message was sent [s]."""
+    """Let the robot drive, and stop it; what came of it, and when that began [s]."""
     async with connect_robots(endpoint, "a benchmark", robots=(ROBOT,)) as node:
         await node.drive(ROBOT, SPEED, 0.0, 60.0, lambda report: None)
         await asyncio.sleep(UP_TO_SPEED)
+        began = time.monotonic()
         (outcome,) = await stop_all([endpoint], "a benchmark", "to measure it")
-        return outcome, time.monotonic() - outcome.took
+        return outcome, began
 
 
 async def in_simulator(endpoint: str) -> tuple[float, float]:
     """The time until the answer, and until the robot stands still [s]."""
     async with open_session(connect=endpoint) as session:
         address = NodeAddress(session, wire.NAMESPACE, "mujoco")
-        outcome, sent = await _stop_in_full_motion(endpoint)
+        outcome, began = await _stop_in_full_motion(endpoint)
         while True:
             state = await ask(address, wire.GET_ENTITY_STATE, wire.EntityName(name=ROBOT))
             if abs(state.twist.linear.x) + abs(state.twist.linear.y) < STILL:
                 break
         still = time.monotonic()
     await release_all([endpoint], "a benchmark", "it is measured")
-    return outcome.took, still - sent
+    return outcome.took, still - began
 
 
 async def behind_bridge(endpoint: str, ros: str) -> tuple[float, float]:
@@ -62,9 +63,9 @@ async def behind_bridge(endpoint: str, ros: str) -> tuple[float, float]:
             zeros.append(time.monotonic())
 
     async with open_session(connect=ros) as session, subscribing(session, COMMANDS, take):
-        outcome, sent = await _stop_in_full_motion(endpoint)
+        outcome, began = await _stop_in_full_motion(endpoint)
     await release_all([endpoint], "a benchmark", "it is measured")
-    return outcome.took, next(when for when in zeros if when > sent) - sent
+    return outcome.took, next(when for when in zeros if when > began) - began
 
 
 def show(where: str, what: str, times: list[tuple[float, float]]) -> None:

@@ -1,7 +1,8 @@
 """Telling a lab what to do by hand: leases, stops, and the emergency stop.
 
 An emergency stop goes two ways at once: published on one key, which reaches whoever is connected, also in the
-middle of something long, and as a request to each node and executor that is alive, which acknowledges it.
+middle of something long, and as a request to each node and executor that is alive, which acknowledges it. Each
+endpoint is told as soon as it is connected to, whatever becomes of the others.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
-from seoro.bridges.session import AsyncSession, Publisher, SessionError, is_secured, publishing
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
 from seoro.bridges.sim.requests import ask
 from seoro.errors import BackendError, InvalidUse
 from seoro.keys.roles import MOVING
-from seoro.lab.seeing import Member, Reached, asking, reaching
+from seoro.lab.seeing import Member, Reached, asking, connected, members_at, nobody, reaching
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
@@ -41,7 +42,7 @@ class Outcome:
         called: Who was asked.
         done: What they have done, in words.
         error: Why they have not; empty if they have.
-        took: From sending the message to the answer [s]; infinite if it does not matter.
+        took: From the beginning of the emergency stop to the answer [s]; infinite if it does not matter.
         is_somebody: Whether there is somebody at all.
     """
 
@@ -61,28 +62,35 @@ async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | 
         by: Who stops it, and `reason` why, for others.
         keys: Folder of keys, as in `reaching`.
     """
+    began = time.monotonic()
     asked = wire.EmergencyStop(by=by, reason=reason)
-    found = await _stop_at(endpoints, asked, keys)
-    again = {each.endpoint for each in found if each.error}
-    if again:  # a connection may not come about on a machine that is busy
-        found = [each for each in found if each.endpoint not in again] + await _stop_at(sorted(again), asked, keys)
-    return found
+    found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in endpoints}
+
+    async def stop(endpoint: str) -> None:
+        found[endpoint] = await _stop_at(endpoint, asked, keys, began)
+        if any(each.error for each in found[endpoint]):
+            # A connection may not come about on a machine that is busy.
+            found[endpoint] = await _stop_at(endpoint, asked, keys, began)
+
+    async with anyio.create_task_group() as tasks:  # who is reached waits for nobody who is not
+        for endpoint in found:
+            tasks.start_soon(stop, endpoint)
+    return [each for outcomes in found.values() for each in outcomes]
 
 
-async def _stop_at(endpoints: Sequence[str], asked: wire.EmergencyStop, keys: Path | None) -> list[Outcome]:
-    async with AsyncExitStack() as stack:
-        reached = await stack.enter_async_context(reaching(endpoints, keys))
-        sessions = {each.session: each.own_keys for each in reached if each.session is not None}
-        key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(asked)
-        publishers: list[tuple[Publisher, bytes | None]] = []
-        for session, own in sessions.items():
+async def _stop_at(endpoint: str, asked: wire.EmergencyStop, folder: Path | None, began: float) -> list[Outcome]:
+    key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(asked)
+    try:
+        async with AsyncExitStack() as stack:
+            session, keys = await stack.enter_async_context(connected(endpoint, folder))
+            own = keys if is_secured(endpoint) else None
             if own is None or own.identity.role in MOVING:  # others are told when they ask
                 publisher = await stack.enter_async_context(publishing(session, key))
-                publishers.append((publisher, _sealed(own, key, payload)))
-        sent = time.monotonic()
-        for publisher, seal in publishers:
-            publisher.put(payload, seal)
-        return await _ask_all(reached, wire.EMERGENCY_STOP, asked, sent)
+                publisher.put(payload, _sealed(own, key, payload))
+            members = await members_at(endpoint, session, keys)
+            return await _ask_all(members, wire.EMERGENCY_STOP, asked, began)
+    except (SessionError, InvalidUse) as error:
+        return [await _ask(nobody(endpoint, str(error)), wire.EMERGENCY_STOP, asked)]
 
 
 def _sealed(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
@@ -101,12 +109,12 @@ async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path
 
 
 async def _ask_all(
-    reached: Sequence[Reached], verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, sent: float
+    reached: Sequence[Reached], verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, began: float
 ) -> list[Outcome]:
     outcomes: dict[int, Outcome] = {}
 
     async def ask_one(index: int, each: Reached) -> None:
-        outcomes[index] = await _ask(each, verb, asked, sent)
+        outcomes[index] = await _ask(each, verb, asked, began)
 
     async with anyio.create_task_group() as tasks:
         for index, each in enumerate(reached):
@@ -114,7 +122,7 @@ async def _ask_all(
     return [outcomes[index] for index in sorted(outcomes)]
 
 
-async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, sent: float = math.inf) -> Outcome:
+async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, began: float = math.inf) -> Outcome:
     member = each.member
     if each.session is None or not member.node:
         return Outcome(member.endpoint, member.called, error=member.why, is_somebody=False)
@@ -134,7 +142,7 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, se
         return Outcome(member.endpoint, member.called, error=str(error))
     what = "runs" if member.is_executor else "robots"
     done = _in_words(verb.name, answer, what)
-    return Outcome(member.endpoint, member.called, done, took=came - sent)
+    return Outcome(member.endpoint, member.called, done, took=came - began)
 
 
 def _executor(each: Reached, session: AsyncSession) -> Executor:

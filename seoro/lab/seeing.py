@@ -104,19 +104,44 @@ class Reached:
 
 
 @asynccontextmanager
+async def connected(endpoint: str, folder: Path | None = None) -> AsyncIterator[tuple[AsyncSession, Keys | None]]:
+    """Be connected to an endpoint for as long as the block lasts, with the keys that are used there.
+
+    Raises:
+        SessionError: Nothing answers there.
+        InvalidUse: It is of no use without keys, or with those that there are.
+    """
+    keys = keys_for(endpoint, ASKING, folder)
+    async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
+        yield session, keys
+
+
+def nobody(endpoint: str, why: str) -> Reached:
+    """What is reached at an endpoint where there is nobody."""
+    return Reached(Member(endpoint, why=why), None)
+
+
+@asynccontextmanager
 async def reaching(endpoints: Iterable[str], folder: Path | None = None) -> AsyncIterator[list[Reached]]:
     """Be connected to all who are alive at endpoints, for as long as the block lasts.
+
+    All endpoints are tried at once, since each that does not answer takes its time; their order stays.
 
     Args:
         endpoints: Zenoh endpoints of nodes, of executors, or of routers that these are connected to.
         folder: Of keys; None for that of the environment variable `SEORO_KEYS`, else `~/.config/seoro/keys`.
     """
     async with background() as tasks:
-        found: dict[str, list[Reached]] = {}
+        found: dict[str, list[Reached]] = {endpoint: [] for endpoint in endpoints}
         over = anyio.Event()
-        for endpoint in dict.fromkeys(endpoints):
+
+        async def reach(endpoint: str) -> None:
             found[endpoint] = await tasks.start(_reach, endpoint, folder, over)
+
         try:
+            async with anyio.create_task_group() as trying:
+                for endpoint in found:
+                    trying.start_soon(reach, endpoint)
             yield [each for members in found.values() for each in members]
         finally:
             over.set()
@@ -126,16 +151,15 @@ async def _reach(
     endpoint: str, folder: Path | None, over: anyio.Event, *, task_status: TaskStatus[list[Reached]]
 ) -> None:
     try:
-        keys = keys_for(endpoint, ASKING, folder)
-        async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
-            members = [replace(each, keys=keys) for each in await _members(session, endpoint)]
-            task_status.started(members)
+        async with connected(endpoint, folder) as (session, keys):
+            task_status.started(await members_at(endpoint, session, keys))
             await over.wait()
     except (SessionError, InvalidUse) as error:
-        task_status.started([Reached(Member(endpoint, why=str(error)), None)])
+        task_status.started([nobody(endpoint, str(error))])
 
 
-async def _members(session: AsyncSession, endpoint: str) -> list[Reached]:
+async def members_at(endpoint: str, session: AsyncSession, keys: Keys | None) -> list[Reached]:
+    """Who is alive at an endpoint, by the session and the keys of `connected`."""
     nodes = await session.list_tokens(wire.node_tokens(wire.NAMESPACE), SEEN_WITHIN)
     executors = await session.list_tokens(wire.executor_tokens(wire.NAMESPACE), SEEN_WITHIN)
     members = [Member(endpoint, name) for name in sorted({wire.token_node(token)[0] for token in nodes})]
@@ -143,7 +167,7 @@ async def _members(session: AsyncSession, endpoint: str) -> list[Reached]:
     members += [Member(endpoint, name, is_executor=True) for name in names]
     if not members:
         members = [Member(endpoint, why=f"nobody lives at {endpoint}")]
-    return [Reached(member, session) for member in members]
+    return [Reached(member, session, keys) for member in members]
 
 
 async def look(endpoints: Iterable[str], folder: Path | None = None) -> list[Member]:

@@ -17,8 +17,10 @@ import seoro as program
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
+from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.client import Client
 from seoro.errors import BackendError, BackendRefused, BackendStopped, InvalidUse
+from seoro.lab import seeing
 from seoro.lab.commanding import Outcome, release_all, stop_all
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
@@ -67,12 +69,13 @@ async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
             await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
             await anyio.sleep(0.5)
             assert await speed(hall.endpoint, "second") > 0.1
+            began = time.monotonic()
             (outcome,) = await stop(hall.endpoint)
-            answered = time.monotonic()
             assert outcome.error == ""
+            deadline = time.monotonic() + 2.0
             while await speed(hall.endpoint, "second") > STILL:
-                assert time.monotonic() < answered + 2.0
-            times.append(time.monotonic() - answered + outcome.took)
+                assert time.monotonic() < deadline
+            times.append(time.monotonic() - began)
             with anyio.fail_after(2.0):
                 while not lost:
                     await anyio.sleep(0.01)
@@ -88,12 +91,39 @@ async def test_a_robot_behind_a_bridge_is_told_to_stand_still_in_time(rails: Rai
             await node.drive("line", 0.2, 0.0, 60.0, lambda report: None)
             while rails.commands()[-1][2] == 0.0:
                 await anyio.sleep(0.01)
-            (outcome,) = await stop(rails.endpoint)
-            sent = time.monotonic() - outcome.took
-            stopped = rails.stopped_after(sent)
+            began = time.monotonic()
+            await stop(rails.endpoint)
+            stopped = rails.stopped_after(began)
             assert stopped is not None
             times.append(stopped)
     assert min(times) < WITHIN
+
+
+async def test_an_endpoint_that_does_not_answer_holds_up_no_other(
+    rails: Rails, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = ("tcp/127.0.0.1:1", "tcp/127.0.0.1:2")
+    has_stopped = anyio.Event()
+    times: list[float] = []
+
+    @asynccontextmanager
+    async def opening(*, connect: str, security: None) -> AsyncIterator[AsyncSession]:
+        times.append(time.monotonic())
+        if connect in slow:
+            await has_stopped.wait()
+            raise SessionError(f"cannot connect to {connect}")
+        async with open_session(connect=connect, security=security) as session:
+            times.append(time.monotonic())
+            yield session
+            has_stopped.set()
+
+    async with released(rails.endpoint):
+        with anyio.fail_after(30.0), monkeypatch.context() as patched:
+            patched.setattr(seeing, "open_session", opening)
+            outcomes = await stop(slow[0], rails.endpoint, slow[1])
+    assert [outcome.called for outcome in outcomes] == [slow[0], "the node 'rails'", slow[1]]
+    assert outcomes[1].done == "stopped line"
+    assert outcomes[1].took >= times[3] - times[0]  # from the beginning, with the time to connect
 
 
 async def test_nothing_moves_until_it_is_released(rails: Rails, hall: Hall) -> None:
