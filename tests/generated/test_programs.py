@@ -78,7 +78,8 @@ def outcome(ran: Ran) -> Any:
     # Of two things that end the run in one round the first in the text is named as the reason.
     status = "stuck" if "nothing can happen" in ran.verdict.reason else ran.verdict.status
     logs = sorted((r["t"], r["message"]) for r in ran.records if r["kind"] == "log")
-    variables = [(r["t"], r["path"], r["value"]) for r in ran.records if r["kind"] == "variable"]
+    # Changes of one round take hold one after the other, and no flow sees what lies between: the sum is the same.
+    variables = {(r["t"], r["path"]): r["value"] for r in ran.records if r["kind"] == "variable"}
     return status, ran.verdict.duration, logs, variables
 
 

@@ -234,8 +234,9 @@ class _Members:
     def _overlap_fault(self, index: int, node: Node) -> Iterator[_Fault]:
         """There has to be an instant in which all members run."""
         late = [other for other in self._nodes.values() if other.start.t > node.end.t]
-        missing = len(self._nodes) < len(self._plan.members) and self._frame.status == FAILED
-        if late or missing:
+        missing = (member for place, member in enumerate(self._plan.members) if place not in self._nodes)
+        is_missing = any(not self._checking.may_be_overridden(member) for member in missing)
+        if late or (is_missing and self._frame.status == FAILED):
             what = f"`{late[0].name}` started" if late else "another member started"
             yield _Fault(node.end.t, f"`{node.name}` ended before {what}", index)
 

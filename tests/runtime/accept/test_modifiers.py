@@ -305,6 +305,22 @@ scenario main:
     assert started.broken == {"override"}
 
 
+async def test_a_member_that_was_kept_from_starting_need_not_overlap_the_others(trace_text: TraceText) -> None:
+    traced = await trace_text("""
+scenario main:
+    event never
+    do a: serial:
+        parallel(overlap: any, end_to_end: [-1s..1s]):
+            wait elapsed(1s)
+            wait @never
+            b: log("b")
+    with:
+        override(b, a, when_active)
+""")
+    assert not any(record["kind"] == "log" and record["message"] == "b" for record in traced.records)
+    assert traced.broken == set(), traced.messages
+
+
 async def test_a_member_that_was_overridden_does_not_run_on_when_others_end(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
