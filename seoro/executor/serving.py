@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import secrets
 import shutil
@@ -44,6 +45,8 @@ LOOKS: Final = 20  # at each node, for who asks what is seen from here
 PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
 
 Handler = Callable[[Any], Awaitable[Message]]
+
+log = logging.getLogger(__name__)
 
 
 class Server:
@@ -116,9 +119,12 @@ class Server:
         return await handler(decoded(verb, payload))
 
     async def forget(self, before: float) -> None:
-        """Remove runs that ended before a time, and blobs that were not used since."""
+        """Remove runs that ended before a time, and blobs that were not used since; what cannot go stays."""
         for run in await self._store.over(before):
-            await self._store.remove(run)
+            try:
+                await self._store.remove(run)
+            except (OSError, RecursionError) as error:  # of folders deep within each other, which a run has left
+                log.warning("cannot remove the files of the run %s: %s", run, error)
         await anyio.to_thread.run_sync(self._blobs.forget, before)
 
     # -------------------------------------------------------- taking runs in

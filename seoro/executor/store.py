@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import fcntl
+import os
 import shutil
 import sqlite3
 import time
@@ -215,11 +216,34 @@ class Store:
         return await self._do(lambda database: database.execute(command, values).rowcount)
 
     async def remove(self, run: str) -> None:
-        """Forget a run, with its files; the folder goes first, so that none stays behind that nobody knows of."""
-        path = self.folder(run).path
-        if path.exists():
-            await asyncio.to_thread(shutil.rmtree, path)
+        """Forget a run, with its files; the folder goes first, so that none stays behind that nobody knows of.
+
+        Raises:
+            OSError: The folder cannot be removed; the run stays.
+        """
+        await asyncio.to_thread(_remove_folder, self.folder(run).path)
         await self._do(lambda database: database.execute("DELETE FROM runs WHERE run = ?", (run,)))
+
+
+def _remove_folder(path: Path) -> None:
+    """Remove a folder, if it is there, also where what a run has left in it is not to be written."""
+    if not path.exists():
+        return
+    try:
+        shutil.rmtree(path)
+    except PermissionError:
+        _make_writable(path)
+        shutil.rmtree(path)
+
+
+def _make_writable(folder: Path) -> None:
+    """Make a folder writable, and those in and below it; links are not followed."""
+    folders = [folder]
+    while folders:
+        each = folders.pop()
+        each.chmod(0o700)
+        with os.scandir(each) as found:
+            folders += [Path(entry) for entry in found if entry.is_dir(follow_symlinks=False)]
 
 
 @contextmanager

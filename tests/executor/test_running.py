@@ -1,6 +1,8 @@
 """An executor in the process of the test: what takes it long elsewhere."""
 
+import errno
 import math
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
+from seoro.errors import BackendRefused
 from seoro.executor import live as live_runs
 from seoro.executor import queue
 from seoro.executor.frames import Job
@@ -38,6 +41,16 @@ scenario main:
         log("begun")
         hang()
 """
+
+
+DEADLINE = 30.0  # [s]
+
+
+def submission(run: str) -> wire.Submission:
+    file = wire.BundleFile(path="main.osc", hash="0" * 64, size=1)
+    options = wire.BundledOptions(grace=5.0, overrides={})
+    manifest = wire.Manifest(files=(file,), entry="main.osc", shown="main.osc", options=options)
+    return wire.Submission(run=run, manifest=manifest)
 
 
 @pytest.fixture
@@ -83,6 +96,35 @@ async def test_old_runs_are_forgotten(tmp_path: Path, hanging: Path) -> None:
                 await anyio.sleep(0.02)
     assert list((tmp_path / "state" / "runs").iterdir()) == []
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
+
+
+async def test_a_run_that_cannot_be_removed_holds_up_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stuck, other = "0" * 32, "1" * 32
+    with open_store(tmp_path / "state") as store:
+        for run in (stuck, other):
+            await store.add(submission(run))
+            store.folder(run).files.mkdir(parents=True)
+            await store.finish(run, Finished(State.PASSED, "", b"", 1.0))
+        (store.blobs / ("a" * 64)).write_text("old")
+    rmtree = shutil.rmtree
+
+    def refuse(path: Path) -> None:
+        if path.name == stuck:
+            raise OSError(errno.EBUSY, "Device or resource busy", str(path))
+        rmtree(path)
+
+    monkeypatch.setattr("seoro.executor.store.shutil.rmtree", refuse)
+    endpoint = f"unixsock-stream/{tmp_path}/hub"
+    options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint, keep=1e-9)
+    async with executing(options), seoro.Client(endpoint) as client:
+        with anyio.fail_after(DEADLINE):
+            while len(runs := await client.runs()) > 1 or any((tmp_path / "state" / "blobs").iterdir()):
+                await anyio.sleep(0.02)
+        assert [run.id for run in runs] == [stuck]
+        with pytest.raises(BackendRefused, match="Device or resource busy"):
+            await runs[0].remove()
 
 
 @pytest.mark.slow
@@ -151,15 +193,10 @@ async def test_a_database_that_cannot_be_written_ends_no_executor(
 
 
 async def test_what_an_executor_before_cannot_have_been_asked_for_is_an_error_of_that_run(tmp_path: Path) -> None:
-    file = wire.BundleFile(path="main.osc", hash="0" * 64, size=1)
-    manifest = wire.Manifest(
-        files=(file,), entry="main.osc", shown="main.osc", options=wire.BundledOptions(grace=1.0, overrides={})
-    )
     waited, ran = "0" * 32, "1" * 32
     with open_store(tmp_path / "state") as store:
         for run in (waited, ran):
-            asked = wire.Submission(run=run, manifest=manifest)
-            await store.add(asked.model_copy(update={"stop_if_lost": math.nan}))
+            await store.add(submission(run).model_copy(update={"stop_if_lost": math.nan}))
         await store.start(ran)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
     options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)

@@ -4,7 +4,9 @@ import hashlib
 import math
 import os
 import sqlite3
+from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
 import msgpack
@@ -22,6 +24,7 @@ from seoro.executor.store import Finished, open_store
 
 RUN = "0123456789abcdef" * 2
 OTHER = "f" * 32
+NOBODY = 65534  # the number of a user
 
 
 def submission(run: str = RUN) -> wire.Submission:
@@ -85,6 +88,39 @@ async def test_what_is_removed_is_gone_with_its_files(tmp_path: Path) -> None:
         assert not store.folder(RUN).path.exists()
         with pytest.raises(KeyError):
             await store.info(RUN)
+
+
+@pytest.fixture
+def theirs() -> Iterator[Path]:
+    """A folder of one for whom permissions hold, as they do not for the superuser, while the test goes on."""
+    with TemporaryDirectory() as folder:
+        is_root = os.geteuid() == 0
+        if is_root:
+            os.chown(folder, NOBODY, NOBODY)
+            os.seteuid(NOBODY)
+        try:
+            yield Path(folder)
+        finally:
+            if is_root:
+                os.seteuid(0)
+
+
+async def test_folders_that_a_run_has_closed_are_removed_and_what_links_lead_to_is_not(theirs: Path) -> None:
+    elsewhere = theirs / "elsewhere"
+    elsewhere.mkdir()
+    elsewhere.chmod(0o500)
+    with open_store(theirs / "state") as store:
+        await store.add(submission())
+        closed = store.folder(RUN).output / "cache" / "inner"
+        closed.mkdir(parents=True)
+        (closed / "file").write_text("x")
+        (closed / "link").symlink_to(elsewhere)
+        closed.chmod(0o000)
+        closed.parent.chmod(0o500)
+        await store.remove(RUN)
+        assert not store.folder(RUN).path.exists()
+        assert await store.known() == frozenset()
+    assert elsewhere.stat().st_mode & 0o777 == 0o500
 
 
 @pytest.mark.parametrize(
