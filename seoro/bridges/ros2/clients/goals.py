@@ -4,6 +4,8 @@ An action is three services and a topic: `send_goal` takes a goal or rejects it,
 ended, `cancel_goal` calls it off, and `feedback` tells of it on the way. A goal is known by 16 random bytes, which
 the client draws. Whoever sends a goal is answerable for it: on every path on which it may have been accepted and
 has not ended, it is canceled, and its end is waited for within a deadline. That it may go on nevertheless is told.
+A server that has not said whether it takes a goal, and does not know it when that is to be canceled, may take it
+later: such a goal may go on, and is called off as one of which its sender has lost sight (`recall.py`).
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from seoro.background import background
 from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.numbers import new_number
-from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, GONE
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, ENDED, UNKNOWN
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.ros2.topics import Subscription
@@ -50,19 +52,21 @@ class _Clients:
 
 
 class Goal:
-    """A goal that its server has accepted. Made by `pursuing`.
+    """A goal that has been sent. Made by `pursuing`.
 
     Args:
         number: By what it is known.
         clients: Of the action.
 
     Attributes:
-        is_reached: Whether its server has answered when it was to be canceled.
+        is_accepted: Whether its server has said that it takes it.
+        is_reached: Whether its server has answered when it was to be canceled, and knew it.
     """
 
     def __init__(self, number: bytes, clients: _Clients) -> None:
         self.number = number
         self._clients = clients
+        self.is_accepted = False
         self.is_reached = True
         self._has_ended = False  # as far as its server has said
         self._end: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
@@ -102,8 +106,10 @@ class Goal:
         info = {"goal_id": {"uuid": list(self.number)}}
         self.is_reached = False
         code = (await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)).return_code
+        if code == UNKNOWN and not self.is_accepted:
+            raise BackendError("its server does not know it, and may take it later")
         self.is_reached = True
-        if code in GONE:
+        if code in (UNKNOWN, ENDED):
             return
         if code:
             raise BackendError(f"a goal cannot be canceled: it rejects that (return code {code})")
@@ -135,7 +141,7 @@ async def pursuing(
         feedback: Called with what the server tells on the way.
         note: Told that the goal cannot be canceled; without it, that is raised, if nothing went wrong before.
         lost: Called with the full name of the action and the number of a goal that its server could not be told
-            to cancel.
+            to cancel, or did not know then, and may have taken or take.
         late: Whether to ask for feedback that was published before.
 
     Raises:
@@ -215,6 +221,7 @@ async def _send(
         raise
     if not response.accepted:
         raise GoalRejected(f"the server of {action} rejects the goal")
+    goal.is_accepted = True
     return goal
 
 
@@ -223,6 +230,7 @@ async def _recall(sending: asyncio.Future[Any], action: str, goal: Goal, note: N
     with anyio.move_on_after(CANCEL_WITHIN), suppress(BackendError):  # it may have been taken nevertheless
         if not (await sending).accepted:
             return
+        goal.is_accepted = True
     sending.cancel()
     async with background() as tasks:
         tasks.start_soon(goal.fetch)

@@ -1,4 +1,8 @@
-"""Calling off goals that nobody pursues any more."""
+"""Calling off goals that nobody pursues any more.
+
+A server that does not know a goal may still have the request in which it was sent, and take it later. It is asked
+again for a while.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +17,9 @@ from seoro.errors import SeoroError
 CANCEL_GOAL: Final = "action_msgs/srv/CancelGoal"
 ANSWER_WITHIN: Final = 2.0  # [s] until a server has said whether it cancels a goal
 RECALLED_WITHIN: Final = 3600.0  # [s]
+TAKEN_WITHIN: Final = 60.0  # [s] from when a server says that it does not know a goal: it may yet take it
 RETRY: Final = 0.2  # [s] between two attempts
-GONE: Final = (2, 3)  # why there is nothing to cancel: the server does not know the goal, or it has ended
+UNKNOWN, ENDED = 2, 3  # why there is nothing to cancel: the server does not know the goal, or it has ended
 
 
 async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str], None]) -> None:
@@ -27,18 +32,20 @@ async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str]
         note: Told when it is canceled, or cannot be.
     """
     service = f"{action}/_action/cancel_goal"
-    with anyio.move_on_after(RECALLED_WITHIN):
+    request = {"goal_info": {"goal_id": {"uuid": list(number)}}}
+    with anyio.move_on_after(RECALLED_WITHIN) as attempts:
         while True:
             await node.graph.wait_for(lambda graph: graph.servers(service) or None)
             try:
                 async with node.calling(service, CANCEL_GOAL) as client:
-                    info = {"goal_id": {"uuid": list(number)}}
-                    code = (await client.call({"goal_info": info}, ANSWER_WITHIN)).return_code
+                    while (code := (await client.call(request, ANSWER_WITHIN)).return_code) == UNKNOWN:
+                        attempts.deadline = min(attempts.deadline, anyio.current_time() + TAKEN_WITHIN)
+                        await anyio.sleep(RETRY)
             except SeoroError:
                 await anyio.sleep(RETRY)
                 continue
             if not code:
                 note(f"{action}: a goal that nobody pursued any more was canceled")
-            elif code not in GONE:
+            elif code != ENDED:
                 note(f"{action}: a goal that nobody pursues any more goes on: its server rejects to cancel it")
             return

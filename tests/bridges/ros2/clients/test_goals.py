@@ -1,0 +1,90 @@
+"""Goals that are called off before their server has said whether it takes them."""
+
+from __future__ import annotations
+
+from contextlib import AsyncExitStack
+from typing import Any
+
+import anyio
+import pytest
+
+from seoro.background import background
+from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, UNKNOWN, recall
+from seoro.bridges.ros2.errors import NoResponse
+from seoro.bridges.ros2.interfaces import TypeStore
+from tests.bridges.ros2.systems import two_nodes
+
+pytestmark = pytest.mark.anyio
+
+SPIN = "nav2_msgs/action/Spin"
+DEADLINE = 30.0  # [s]
+
+
+class SlowServer:
+    """A server of an action that says to take goals when it is let, and does not know them before."""
+
+    def __init__(self) -> None:
+        self.asked, self.lets, self.refused, self.canceled = (anyio.Event() for _ in range(4))
+
+    async def send_goal(self, _request: object) -> dict[str, Any]:
+        self.asked.set()
+        await self.lets.wait()
+        return {"accepted": True}
+
+    async def cancel_goal(self, _request: object) -> dict[str, Any]:
+        if not self.lets.is_set():
+            self.refused.set()
+            return {"return_code": UNKNOWN}
+        self.canceled.set()
+        return {}
+
+    async def get_result(self, _request: object) -> dict[str, Any]:
+        await self.canceled.wait()
+        return {"status": 5 if self.lets.is_set() else 0}
+
+
+@pytest.mark.parametrize("how", ["is cancelled", "has no answer"])
+async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
+    how: str, router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goals = "seoro.bridges.ros2.clients.goals"
+    monkeypatch.setattr(f"{goals}.CANCEL_WITHIN", 1.0)
+    monkeypatch.setattr(f"{goals}.ANSWER_WITHIN", 0.2 if how == "has no answer" else DEADLINE)
+    server, notes = SlowServer(), list[str]()
+    async with (
+        two_nodes(router, types) as (there, here),
+        background() as tasks,
+        AsyncExitStack() as served,
+    ):
+        for part in ("send_goal", "get_result"):
+            type_name = f"{SPIN}_{'SendGoal' if part == 'send_goal' else 'GetResult'}"
+            await served.enter_async_context(
+                there.serving(f"/spin/_action/{part}", type_name, getattr(server, part))
+            )
+        await served.enter_async_context(
+            there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, server.cancel_goal)
+        )
+
+        def lose(action: str, number: bytes) -> None:
+            tasks.start_soon(recall, here, action, number, notes.append)
+
+        async def pursue() -> None:
+            async with pursuing(here, "/spin", SPIN, {}, lambda _: None, notes.append, lose):
+                raise AssertionError("it is not taken")
+
+        with anyio.fail_after(DEADLINE):
+            if how == "has no answer":
+                with pytest.raises(NoResponse):
+                    await pursue()
+            else:
+                async with anyio.create_task_group() as sender:
+                    sender.start_soon(pursue)
+                    await server.asked.wait()
+                    sender.cancel_scope.cancel()
+                assert notes[0].startswith("the goal of /spin may go on: ")
+            await server.refused.wait()
+            server.lets.set()
+            await server.canceled.wait()
+            while "/spin: a goal that nobody pursued any more was canceled" not in notes:
+                await anyio.sleep(0.01)
