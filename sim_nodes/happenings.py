@@ -13,6 +13,7 @@ from itertools import islice
 
 from seoro.bridges.wire import (
     LONGEST_WAIT,
+    AnotherWorld,
     Contact,
     Happening,
     Happenings,
@@ -22,6 +23,7 @@ from seoro.bridges.wire import (
 )
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.stateful import Stateful
+from sim_nodes.worlds.loader import World
 
 KEPT = 10_000  # things that a log has
 AWAY = 3.0 * LONGEST_WAIT  # [s] of the machine's clock without a question, after which nobody follows any more
@@ -75,9 +77,15 @@ class Pending(Stateful):
 
 
 class Log:
-    """What has happened in a simulator, whatever worlds it had, by numbers from 1 on."""
+    """What has happened in a simulator, whatever worlds it had, by numbers from 1 on.
+
+    Attributes:
+        worlds: How many worlds there have been; having none counts as one.
+    """
 
     def __init__(self) -> None:
+        self.worlds = 0
+        self._world: World | None = None
         self._kept: deque[Happening] = deque(maxlen=KEPT)
         self._number = 0
         self._asked: float | None = None
@@ -92,7 +100,7 @@ class Log:
         """Whether somebody asks for what happens, again and again."""
         return self._asked is not None and time.monotonic() - self._asked < AWAY
 
-    def add(self, what: What) -> None:
+    def add(self, what: What | AnotherWorld) -> None:
         """Keep what has happened."""
         self._number += 1
         match what:
@@ -102,7 +110,17 @@ class Log:
                 happening = Happening(number=self._number, contact=what)
             case NavigationFeedback():
                 happening = Happening(number=self._number, feedback=what)
+            case AnotherWorld():
+                happening = Happening(number=self._number, world=what)
         self._kept.append(happening)
+
+    def note_world(self, world: World | None) -> None:
+        """Keep that there is another world, or none any more, if so; the first one is nothing that happens."""
+        if self.worlds and world == self._world:
+            return
+        self._world, self.worlds = world, self.worlds + 1
+        if self.worlds > 1:
+            self.add(AnotherWorld(number=self.worlds, world="" if world is None else world.name))
 
     def rewind(self, number: int) -> None:
         """Forget what has happened after a number: it has not."""

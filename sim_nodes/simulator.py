@@ -110,6 +110,7 @@ class Simulator:
         simulation.tell(self.streams, self.log, self._halted)
         with self._telling_of_the_forgotten():
             self._simulation = simulation
+        self.log.note_world(simulation.world)
 
     @contextmanager
     def _telling_of_the_forgotten(self) -> Iterator[None]:
@@ -130,6 +131,7 @@ class Simulator:
         self._engine.build(Scene((), (), extent))
         with self._telling_of_the_forgotten():
             self._simulation, self._state = None, SimulationState.NO_WORLD
+        self.log.note_world(None)
 
     def load(self, world: str, seed: int) -> None:
         """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
@@ -241,6 +243,7 @@ class Simulator:
             time=self.time,
             step=1.0 / self._engine.steps_per_second,
             state=self._state,
+            world_number=self.log.worlds,
         )
 
     @property

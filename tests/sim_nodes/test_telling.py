@@ -103,6 +103,30 @@ def test_a_log_forgets_what_is_long_ago() -> None:
         log.since(9)
 
 
+def test_other_worlds_are_told_by_their_numbers() -> None:
+    client = Client("empty")
+
+    def told() -> list[wire.AnotherWorld | None]:
+        return [each.world for each in client.ask(wire.AWAIT_HAPPENINGS, AwaitHappenings()).happenings]
+
+    def number() -> int:
+        return client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).world_number
+
+    saved = client.simulator.save()
+    client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty", seed=5))  # the same, anew
+    client.ask(wire.RESET_SIMULATION, wire.ResetSimulation())
+    assert (told(), number()) == ([], 1)
+    client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="maze"))
+    with pytest.raises(Exception, match="moon"):
+        client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="moon"))
+    client.ask(wire.UNLOAD_WORLD, wire.Empty())
+    client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="maze"))
+    client.simulator.restore(saved, wire.Purpose.CONTINUE, None)
+    worlds = [(each.number, each.world) for each in told() if each is not None]
+    assert worlds == [(2, "maze"), (3, ""), (4, "maze"), (5, "empty")]
+    assert number() == 5
+
+
 @pytest.mark.parametrize(
     "end",
     [

@@ -28,7 +28,7 @@ def _is_own(hold: Hold, happening: Happening) -> bool:
         return happening.occurrence.id.startswith(own_id(hold.holder.holder, ""))
     if happening.contact is not None:
         return hold.has(happening.contact.first) or hold.has(happening.contact.second)
-    return happening.feedback is None or hold.has(happening.feedback.robot)
+    return happening.feedback is not None and hold.has(happening.feedback.robot)
 
 
 def _told(hold: Hold, happening: Happening) -> Happening:

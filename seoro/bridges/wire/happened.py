@@ -1,4 +1,4 @@
-"""What happens while nobody grants time: goals that end, watches that fire, contacts, feedback.
+"""What happens while nobody grants time: goals that end, watches that fire, contacts, feedback, other worlds.
 
 A node numbers what happens, from 1 on, and keeps it. A client asks for everything after the last number that it
 has; the answer comes as soon as there is anything, or after the time that the client is willing to wait. Nothing
@@ -25,6 +25,13 @@ class AwaitHappenings(Message):
     wait: float = 0.0
 
 
+class AnotherWorld(Message):
+    """Another world was loaded, or there is none any more: its number (see `SimulatorFeatures`), and its name."""
+
+    number: int
+    world: str
+
+
 class Happening(Message):
     """One thing that happened; one of the parts says what."""
 
@@ -32,6 +39,7 @@ class Happening(Message):
     occurrence: Occurrence | None = None
     contact: Contact | None = None
     feedback: NavigationFeedback | None = None
+    world: AnotherWorld | None = None
 
 
 class Happenings(Message):

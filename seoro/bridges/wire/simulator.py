@@ -30,7 +30,11 @@ class RobotInfo(Message):
 
 
 class SimulatorFeatures(Message):
-    """What a node is and has; answered at any time."""
+    """What a node is and has; answered at any time.
+
+    `world_number` is another one, and a higher one, whenever the world is another than before, or none is loaded
+    any more; a world that is loaded again as it is keeps its number. It is 0 from nodes that do not count them.
+    """
 
     engine: str
     engine_version: str
@@ -43,6 +47,7 @@ class SimulatorFeatures(Message):
     time: float
     step: float  # length of one physics step [s]
     state: SimulationState
+    world_number: int = 0
 
 
 class LoadWorld(Message):

@@ -6,7 +6,9 @@ import random
 
 import pytest
 
-from seoro.bridges.leasing.leases import UNSEEN, Leases, silence
+from seoro.bridges.leasing.leases import UNSEEN, Hold, Leases, silence
+from seoro.bridges.leasing.share import share_of
+from seoro.bridges.wire.happened import AnotherWorld, Happening, Happenings
 from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
 from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LeaseRobots, ReleaseLease
@@ -245,3 +247,8 @@ def test_who_cannot_be_seen_has_to_be_seen_again(leases: Leases, clock: Clock) -
     assert [late.holder.holder for late in leases.overdue()] == ["quiet", "loud"]
     leases.see(shown_holder("quiet"))
     assert [late.holder.holder for late in leases.overdue()] == ["loud"]
+
+
+def test_what_happens_to_no_robot_is_nobodys_share() -> None:
+    happened = Happenings(number=1, happenings=(Happening(number=1, world=AnotherWorld(number=2, world="maze")),))
+    assert share_of(Hold(want("one", "a"), 0.0), happened) == Happenings(number=1)

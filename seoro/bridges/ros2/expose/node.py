@@ -12,6 +12,7 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges import wire
+from seoro.bridges.ros2.expose.worlds import Worlds
 from seoro.bridges.session import Bound, Mailbox, Sample, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendError
@@ -30,8 +31,7 @@ class ExposedNode:
         address: How it is reached.
 
     Attributes:
-        world_changed: Set when another world was loaded, or none is any more.
-        world_exposed: Set while the robots of the world are exposed.
+        worlds: Which of its worlds is exposed.
     """
 
     def __init__(self, address: NodeAddress) -> None:
@@ -40,8 +40,7 @@ class ExposedNode:
         self._numbers = count(1)
         self._ends: dict[str, asyncio.Future[wire.Occurrence]] = {}
         self._ways: dict[str, Told] = {}
-        self.world_changed = asyncio.Event()
-        self.world_exposed = asyncio.Event()
+        self.worlds = Worlds()
 
     async def ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
         """Ask it to carry out a verb.
@@ -81,12 +80,6 @@ class ExposedNode:
         with suppress(BackendError):  # it has ended by itself, or with the node
             await self.ask(wire.CANCEL_GOAL, wire.CancelGoal(id=goal))
 
-    async def change_world(self) -> None:
-        """Have the robots of another world exposed, in the place of those before; waits until they are."""
-        self.world_exposed.clear()
-        self.world_changed.set()
-        await self.world_exposed.wait()
-
     @asynccontextmanager
     async def on_its_way(self, robot: str, told: Told) -> AsyncIterator[None]:
         """Be told how far a robot is on its way, for as long as the block lasts."""
@@ -97,13 +90,16 @@ class ExposedNode:
             if self._ways.get(robot) is told:
                 del self._ways[robot]
 
-    async def follow(self) -> None:
-        """Tell of ends and ways to goals, for ever.
+    async def last_number(self) -> int:
+        """The number of what has happened last."""
+        return (await self.ask(wire.AWAIT_HAPPENINGS, wire.AwaitHappenings())).number
+
+    async def follow(self, number: int) -> None:
+        """Tell of ends, ways to goals and other worlds after a number, for ever.
 
         Raises:
             BackendLost: The node is gone.
         """
-        number = (await self.ask(wire.AWAIT_HAPPENINGS, wire.AwaitHappenings())).number
         while True:
             asked = wire.AwaitHappenings(since=number, wait=WAIT)
             happened = await self.ask(wire.AWAIT_HAPPENINGS, asked)
@@ -117,6 +113,8 @@ class ExposedNode:
             self._ends[occurrence.id].set_result(occurrence)
         if feedback is not None and feedback.robot in self._ways:
             self._ways[feedback.robot](feedback)
+        if happening.world is not None:
+            self.worlds.tell(happening.world.number)
 
     @asynccontextmanager
     async def streaming(self, wanted: wire.OpenStream) -> AsyncIterator[Mailbox[wire.Streamed]]:
@@ -139,12 +137,13 @@ class ExposedNode:
 
 @asynccontextmanager
 async def following(address: NodeAddress) -> AsyncIterator[ExposedNode]:
-    """Follow a simulator node for as long as the block lasts.
+    """Follow a simulator node for as long as the block lasts, from before its beginning on.
 
     Raises:
         BackendLost: The node is gone.
     """
     node = ExposedNode(address)
+    number = await node.last_number()
     async with background() as tasks:
-        tasks.start_soon(node.follow)
+        tasks.start_soon(node.follow, number)
         yield node

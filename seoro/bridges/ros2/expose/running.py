@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
-from functools import partial
 
 from seoro.background import background
 from seoro.bridges import wire
@@ -104,15 +103,14 @@ async def _expose(
     ):
         begun = False
         while True:
-            node.world_changed.clear()
+            order = node.worlds.order
             features = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
             _look_for_root(features, settings.root, begun=begun)
             begun = True
             try:
                 async with _world(node, system, settings, features, clock):
-                    node.world_exposed.set()
                     ready(features)
-                    await node.world_changed.wait()
+                    await node.worlds.be_exposed(order, features.world_number)
             except BackendRefused:
                 if not await _has_another_world(node, features):
                     raise
@@ -152,7 +150,7 @@ async def _world(
         if features.state is not wire.SimulationState.NO_WORLD:
             told = await stack.enter_async_context(node.streaming(wanted))
             tasks = await stack.enter_async_context(background())
-            tasks.start_soon(_pass_on, told, clock, robots, partial(_look_again, node, features))
+            tasks.start_soon(_pass_on, told, clock, robots)
         yield
 
 
@@ -166,29 +164,14 @@ def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
     )
 
 
-async def _look_again(node: ExposedNode, before: wire.SimulatorFeatures) -> None:
-    """After the clock was set back, which others may have done: the world may be another then."""
-    if await _has_another_world(node, before):
-        node.world_changed.set()
-
-
 async def _has_another_world(node: ExposedNode, before: wire.SimulatorFeatures) -> bool:
     now = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
-    return (now.world, now.robots) != (before.world, before.robots)
+    return (now.world_number, now.world, now.robots) != (before.world_number, before.world, before.robots)
 
 
-async def _pass_on(
-    stream: Mailbox[wire.Streamed],
-    clock: Publication,
-    robots: Mapping[str, RobotTopics],
-    look_again: Callable[[], Awaitable[None]],
-) -> None:
+async def _pass_on(stream: Mailbox[wire.Streamed], clock: Publication, robots: Mapping[str, RobotTopics]) -> None:
     """Publish what the simulator node publishes."""
-    last = 0.0
     async for told in stream:
-        if told.time < last:
-            await look_again()
-        last = told.time
         clock.publish(messages.clock(told.time))
         for each in told.samples:
             robots[each.robot].publish_sample(each.sample)

@@ -230,12 +230,12 @@ class SimulationServices:
             )
         name = request.world_resource.uri.removeprefix("file://")
         features = await self._ask(wire.LOAD_WORLD, wire.LoadWorld(world=name))
-        await self._node.change_world()
+        await self._node.worlds.change()
         return {"result": done(), "world": _described(features.world, request.world_resource.uri)}
 
     async def _unload_world(self, _: Any) -> Fields:
         await self._ask(wire.UNLOAD_WORLD, Empty())
-        await self._node.change_world()
+        await self._node.worlds.change()
         return {"result": done()}
 
     async def _world(self, _: Any) -> Fields:

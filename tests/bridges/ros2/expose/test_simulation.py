@@ -210,7 +210,6 @@ async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router
         async with pursuing(node.ros, *action, far, lambda _: None) as goal:
             await under_way(node)
             await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
-            await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
             ended = await goal.ended()
             assert (ended.status, ended.result["error_msg"]) == (
                 GoalStatus.ABORTED,
@@ -218,6 +217,19 @@ async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router
             )
         await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
         await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
+
+
+async def test_worlds_that_others_load_are_noticed_whatever_the_time_is(
+    simulator: str, router: str, types: TypeStore
+) -> None:
+    async with exposed(simulator, router, types, "empty") as node:
+        await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))  # at the beginning, as before
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
+        await node.ask(wire.UNLOAD_WORLD, wire.Empty())
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/ur10e/joint_states"), 10.0)
+        await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/turtlebot4/scan"), 10.0)
 
 
 async def test_a_world_that_others_load_while_robots_are_being_exposed_is_exposed_then(
