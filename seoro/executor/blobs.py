@@ -115,11 +115,12 @@ class Blobs:
                 os.utime(self.path(digest))
                 self._shares.use(digest)
 
-    def drop(self, digests: Iterable[str]) -> None:
-        """Remove blobs; whoever was to use them sends them again."""
+    def drop(self, digests: Iterable[str], owner: str) -> None:
+        """Remove those of some blobs that somebody has sent; whoever was to use them sends them again."""
         with self._lock:
             for digest in digests:
-                self._remove(digest)
+                if self._shares.is_of(owner, digest):
+                    self._remove(digest)
 
     def forget(self, before: float) -> None:
         """Remove those that were used last before a time."""

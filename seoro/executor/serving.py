@@ -8,7 +8,7 @@ import secrets
 import shutil
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
@@ -43,6 +43,8 @@ from seoro.lab.examining import examine
 
 LOOKS: Final = 20  # at each node, for who asks what is seen from here
 PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one answer, unless a line is longer
+
+NOBODY: Final = ""  # whose all is that those without keys send
 
 Handler = Callable[[Any], Awaitable[Message]]
 
@@ -200,22 +202,28 @@ class Server:
                 return await self._dry_runs.carry_out(request.manifest, folder, limits)
             finally:
                 shutil.rmtree(folder.path, ignore_errors=True)
-                self._blobs.drop(request.sent)
+                with anyio.CancelScope(shield=True):
+                    async with self._submitting:  # nobody else is about to use them
+                        self._blobs.drop(request.sent, request.by if request.role else NOBODY)
 
     def _unpack(self, request: wire.Submission, folder: RunFolder) -> None:
         """Lay the bundle of a run out, before the run is known: half of one is removed with the next start."""
         hashes = {file.hash for file in request.manifest.files}
-        if missing := self._blobs.missing(hashes):
-            raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
-        self._blobs.use(hashes)
-        size = sum(file.size for file in request.manifest.files)
-        make_room(self._blobs, self._store.blobs, size, self._policy.of(request.role), hashes)
+        self._check_there(hashes)
         try:
+            self._blobs.use(hashes)
+            size = sum(file.size for file in request.manifest.files)
+            make_room(self._blobs, self._store.blobs, size, self._policy.of(request.role), hashes)
             check_manifest(request.manifest)
             unpack(request.manifest, self._blobs.path, folder.files)
         except (InvalidBundle, OSError) as error:
             shutil.rmtree(folder.path, ignore_errors=True)
+            self._check_there(hashes)  # old ones may be forgotten at any time
             raise _not_taken(str(error)) from error
+
+    def _check_there(self, hashes: Collection[str]) -> None:
+        if missing := self._blobs.missing(hashes):
+            raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
 
     # -------------------------------------------------------- telling of runs
 

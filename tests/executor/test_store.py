@@ -266,7 +266,8 @@ def test_of_what_one_has_sent_the_last_is_kept(tmp_path: Path) -> None:
     assert blobs.missing([others, first, second, third]) == (second,)
     with pytest.raises(RequestRefused, match=r"no more than .* are kept of you"):
         sent(blobs, "anna", "forth", kept=4)
-    blobs.drop([first, third])
+    blobs.drop([first, third, others], "anna")
+    assert blobs.missing([others, first, third]) == (first, third)
     fifth, sixth = sent(blobs, "anna", "fifth"), sent(blobs, "anna", "sixth")
     assert blobs.missing([fifth, sixth]) == ()
 
