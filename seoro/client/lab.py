@@ -73,7 +73,7 @@ class LabControl:
         places = self._places(robots)
         outcomes = await commanding.lease(places, self._endpoints, name, whose, duration, self._keys)
         if refused := [f"{each.called}: {each.error}" for each in outcomes if each.error]:
-            raise BackendError(f"nothing was leased: {'; '.join(refused)}")
+            raise BackendError(f"cannot lease {', '.join(robots)}: {'; '.join(refused)}")
         return Lease(name, robots, until)
 
     async def release(self, name: str) -> Outcome:

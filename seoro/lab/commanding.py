@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from contextlib import AsyncExitStack
-from dataclasses import dataclass
+from contextlib import AsyncExitStack, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
 from seoro.bridges.sim.requests import ask
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 from seoro.keys.roles import MOVING
 from seoro.lab.seeing import Member, Reached, asking, connected, members_at, nobody, reaching
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
 STOP_WITHIN = 2.0  # [s] that a node may take to acknowledge that all stands still
+GIVE_BACK_WITHIN = 5.0  # [s] that it may take to end a lease that is not had in full
 Place = tuple[str, str | None]
 """A robot or a lease, and the endpoint of its node, if that is known."""
 
@@ -169,7 +170,7 @@ async def lease(
     duration: float,
     keys: Path | None = None,
 ) -> list[Outcome]:
-    """Keep robots for somebody: all of them, or none.
+    """Keep robots for somebody: all of them, or none. What came of it: of all, or why not.
 
     Args:
         places: The robots.
@@ -184,16 +185,48 @@ async def lease(
         members = await asking(reached)
         for place in places:
             homes.setdefault(_home(place, reached, members), []).append(place[0])
-        outcomes: list[Outcome] = []
-        for home, robots in homes.items():
-            asked = wire.LeaseRobots(lease=name, robots=tuple(robots), purpose=purpose, duration=duration)
-            outcomes.append(await _ask(home, wire.LEASE_ROBOTS, asked))
-        if any(each.error for each in outcomes):
-            for home, outcome in zip(homes, outcomes, strict=True):
-                if not outcome.error:
-                    await _ask(home, wire.RELEASE_LEASE, wire.ReleaseLease(lease=name))
-            return [each for each in outcomes if each.error]
-        return outcomes
+        outcomes: dict[Member, Outcome] = {}
+        begun: list[Member] = []
+        doubtful: set[Member] = set()
+        is_had = False
+        try:
+            for home, robots in homes.items():
+                begun.append(home.member)
+                asked = wire.LeaseRobots(lease=name, robots=tuple(robots), purpose=purpose, duration=duration)
+                outcomes[home.member] = await _ask(home, wire.LEASE_ROBOTS, asked)
+            is_had = not any(each.error for each in outcomes.values())
+        finally:
+            if not is_had:
+                doubtful = await _give_back(begun, name, keys)
+        for member in doubtful:
+            why = outcomes[member].error or "it does not answer any more"
+            doubt = f"{why}; if it keeps robots all the same, `seoro lab release {name}` ends that"
+            outcomes[member] = replace(outcomes[member], error=doubt)
+        return [each for each in outcomes.values() if is_had or each.error]
+
+
+async def _give_back(members: Sequence[Member], name: str, keys: Path | None) -> set[Member]:
+    """End a lease wherever it was asked for, since answers may be lost; returns who has not said that it has.
+
+    Sessions may be broken, or are closed where the task is cancelled: there are new ones for this.
+    """
+    doubtful = set(members)
+
+    async def end(home: Reached, session: AsyncSession) -> None:
+        with suppress(BackendLost, InvalidUse):
+            with suppress(BackendRefused):  # there is none
+                await ask(home.address(session), wire.RELEASE_LEASE, wire.ReleaseLease(lease=name), STOP_WITHIN)
+            doubtful.remove(home.member)
+
+    with anyio.move_on_after(GIVE_BACK_WITHIN, shield=True):
+        async with (
+            reaching([each.endpoint for each in members], keys) as reached,
+            anyio.create_task_group() as tasks,
+        ):
+            for each in reached:
+                if each.member in members and each.session is not None:
+                    tasks.start_soon(end, each, each.session)
+    return doubtful
 
 
 async def end_lease(endpoints: Sequence[str], place: Place, keys: Path | None = None) -> Outcome:

@@ -50,7 +50,7 @@ def test_a_lease_is_had_all_or_none_and_ends_by_its_id(lab: Path, capsys: pytest
     name = out.partition("--lease ")[2].partition("`")[0]
     status, _, err = seoro(capsys, "lab", "lease", "cart1", "cart2", *at)
     assert status == 3
-    assert "error: nothing was leased: the node 'rails': 'second' is leased until" in err
+    assert "error: cannot lease cart1, cart2: the node 'rails': 'second' is leased until" in err
     _, out, _ = seoro(capsys, "lab", "status", "--json", *at)
     robots = json.loads(out)["nodes"][0]["robots"]
     assert [robot["lease"] and robot["lease"]["lease"] for robot in robots] == [None, name]
@@ -131,7 +131,7 @@ async def test_a_program_looks_after_a_lab(start_rails: Callable[..., Rails], la
             assert member.state is not None
             assert {robot.lease and robot.lease.lease for robot in member.state.robots} == {lease.name}
             with pytest.raises(
-                BackendError, match="nothing was leased: the node 'rails': 'second' is leased until"
+                BackendError, match="cannot lease cart2: the node 'rails': 'second' is leased until"
             ):
                 await there.lease("cart2")
             with pytest.raises(InvalidUse, match="there is no robot 'third'"):
