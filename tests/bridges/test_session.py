@@ -157,6 +157,13 @@ def test_a_session_either_listens_or_connects() -> None:
         Session()
 
 
+def test_a_session_that_is_closed_says_so_when_it_is_asked_who_is_alive(tmp_path: Path) -> None:
+    session = Session(listen=f"unixsock-stream/{tmp_path}/hub")
+    session.close()
+    with pytest.raises(SessionError, match="cannot ask who is alive"):
+        session.list_tokens("seoro/**", 1.0)
+
+
 async def test_a_session_whose_opening_is_cancelled_is_closed(tmp_path: Path) -> None:
     async def open_and_wait(endpoint: str) -> None:
         async with open_session(listen=endpoint):

@@ -202,7 +202,11 @@ class Session:
         return undeclare
 
     def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
-        """Who is alive under a key expression; waits for the hub, `timeout` [s] at most."""
+        """Who is alive under a key expression; waits for the hub, `timeout` [s] at most.
+
+        Raises:
+            SessionError: The session is closed.
+        """
         found: set[str] = set()
         done = threading.Event()
 
@@ -211,7 +215,10 @@ class Session:
                 found.add(str(reply.ok.key_expr))
 
         # Zenoh's own queue for replies has 256 places, and blocks whoever fills it.
-        self._zenoh.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
+        try:
+            self._zenoh.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
+        except zenoh.ZError as error:
+            raise SessionError(f"cannot ask who is alive: {error}") from error
         done.wait(timeout + CLOSE_DEADLINE)
         return frozenset(found)
 
