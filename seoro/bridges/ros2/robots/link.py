@@ -108,7 +108,7 @@ class Link:
         """Call a service of the robot.
 
         Raises:
-            RequestRefused: Nobody serves it, or it does not respond.
+            RequestRefused: Nobody serves it, or it is of another type, or it does not respond.
         """
         try:
             async with self.node.calling(service, type_name) as client:
@@ -118,6 +118,8 @@ class Link:
             raise RequestRefused(
                 Result.INCORRECT_STATE, f"nobody on the robot serves {self.node.resolve(service)}"
             ) from None
+        except (WrongType, DefinitionMismatch) as error:
+            raise RequestRefused(Result.INCORRECT_STATE, str(error)) from error
         except CallFailed as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 

@@ -119,3 +119,18 @@ async def test_other_types_do_not_end_the_bridge(
                         await anyio.sleep(0.01)
     for topic in topics:
         assert sum(topic in record.getMessage() for record in caplog.records) == 1
+
+
+async def test_a_service_of_another_type_is_no_fault_of_the_bridge(router: str, types: TypeStore) -> None:
+    async def respond(_request: object) -> dict[str, object]:
+        return {}
+
+    async with (
+        two_nodes(router, types) as (robot, here),
+        robot.serving("/clear", "std_srvs/srv/Trigger", respond),
+        AsyncExitStack() as stack,
+        background() as tasks,
+    ):
+        await here.graph.wait_for(lambda graph: graph.servers("/clear"))
+        with pytest.raises(RequestRefused, match=r"std_srvs/srv/Trigger"):
+            await Link(here, stack, tasks).call("/clear", "std_srvs/srv/Empty", {})
