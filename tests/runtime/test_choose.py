@@ -11,6 +11,8 @@ from seoro.embed import load
 from seoro.errors import InvalidUse
 from seoro.lang import frontend, solve
 from seoro.lang.solve import solver
+from seoro.runtime.choose import choose as choosing
+from seoro.runtime.choose.request import Request
 from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.instantiate import entry_parameters
 from seoro.runtime.values import Actor, Range, Struct, Value, plain
@@ -468,3 +470,35 @@ scenario main:
         tell(n: given)
 """
     assert [message for _, message in (await run_text(text)).logs] == ["1", "2", "3"]
+
+
+def test_what_chooses_itself_is_evaluated_once_for_each_value(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = """
+struct part:
+    n: int
+    w: int
+    keep(n in [0..9])
+    keep(w in [0..3])
+    keep(w != n)
+scenario main:
+    a, b: int
+    u: part
+    keep(a in [0..3])
+    keep(b in [0..9])
+    keep(part(n: a) == u)
+    keep(u.w + b == 12)
+    keep(a + b > 9)
+"""
+    choices = []
+    choose = choosing.choose
+
+    def counted(request: Request) -> None:
+        choices.append(request)
+        choose(request)
+
+    monkeypatch.setattr(choosing, "choose", counted)
+    with pytest.raises(NoChoice):
+        chosen(tmp_path, text)
+    assert len(choices) == 1 + 4  # of `main`, and of `part(n: a)` for the values of `a`

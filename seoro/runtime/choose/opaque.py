@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import cast
+from typing import TypeAlias, cast
 
 from seoro.lang import solve
 from seoro.lang.plan import Binding, Call, Construct, Expression, Self, parts
@@ -14,6 +14,8 @@ from seoro.runtime.choose.forms import TERMS, Symbolic, SymbolicList, SymbolicRa
 from seoro.runtime.choose.slots import Slot, Slots
 from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
 from seoro.runtime.values import HasFields, Range, Value
+
+_Valuation: TypeAlias = Callable[[Mapping[solve.Cell, solve.Value]], solve.Value]
 
 CHOICE_COST = 2000  # of an expression that chooses values itself, in terms
 
@@ -53,8 +55,10 @@ class Opaques:
             except EvaluationError as error:
                 raise terms.Unevaluable(str(error)) from error
 
-        cost = CHOICE_COST if _chooses(expression) else terms.OPAQUE_COST
-        return terms.Opaque(tuple(cells), value, expression.span.text, cost)
+        on = tuple(cells)
+        if _chooses(expression):
+            return terms.Opaque(on, _remembered(on, value), expression.span.text, CHOICE_COST)
+        return terms.Opaque(on, value, expression.span.text, terms.OPAQUE_COST)
 
     def _named(self, expression: Expression, environment: Environment) -> list[Slot]:
         """The slots that an expression may look at; of its own instance, all, if a method may."""
@@ -109,6 +113,25 @@ class Opaques:
             self._open.pop()
         for part in slot.parts.values():
             self._collect(part, cells)
+
+
+def _remembered(cells: tuple[solve.Cell, ...], value: _Valuation) -> _Valuation:
+    """The same, which asks for no value twice: a choice takes a millisecond, and a search makes thousands."""
+    known: dict[tuple[solve.Value | None, ...], solve.Value | terms.Unevaluable] = {}
+
+    def remembered(chosen: Mapping[solve.Cell, solve.Value]) -> solve.Value:
+        key = tuple(chosen.get(cell) for cell in cells)
+        if key not in known:
+            try:
+                known[key] = value(chosen)
+            except terms.Unevaluable as error:
+                known[key] = error
+        found = known[key]
+        if isinstance(found, terms.Unevaluable):
+            raise terms.Unevaluable(str(found))
+        return found
+
+    return remembered
 
 
 def _chooses(expression: Expression) -> bool:
