@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import anyio
 from anyio.abc import TaskGroup
@@ -35,6 +35,9 @@ KEEP_PAUSE: Final = 5.0  # [s] until it is tried again to keep the end of a run
 HAS_ROBOTS: Final = "the robots are held for it until it has its turn"
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
 
+NoteEnd: TypeAlias = Callable[[RunInfo, str], object]
+"""Is told what has become of a run, and the role of its submitter."""
+
 log = logging.getLogger(__name__)
 
 
@@ -47,7 +50,7 @@ class Queue:
         tasks: In which runs are seen to.
         jobs: How many go on at a time.
         policy: What their submitters may.
-        note_end: Is told what has become of a run, and the role of its submitter, before that is kept.
+        note_end: Called before the end of a run is kept.
     """
 
     def __init__(
@@ -57,7 +60,7 @@ class Queue:
         tasks: TaskGroup,
         jobs: int,
         policy: Policy,
-        note_end: Callable[[RunInfo, str], object],
+        note_end: NoteEnd,
     ) -> None:
         self._store = store
         self._pool = pool

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sqlite3
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +24,7 @@ from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
 from seoro.executor.limits import Policy
 from seoro.executor.policy import check_permissions
-from seoro.executor.queue import Queue
+from seoro.executor.queue import NoteEnd, Queue
 from seoro.executor.reaching import Reached
 from seoro.executor.serving import Server, days_ago
 from seoro.executor.store import LOST, Finished, Store, open_store
@@ -39,8 +39,6 @@ AUDIT: Final = "audit.jsonl"
 LAST_ANSWERS: Final = 0.3  # [s] in which watchers hear of the end of runs that the end of the executor has stopped
 FORGET_PERIOD: Final = 600.0  # [s]
 UNREADABLE: Final = "the executor cannot read what the run was submitted with: submit it again"
-
-NoteEnd = Callable[[RunInfo, str], object]
 
 log = logging.getLogger(__name__)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+from collections import Counter
 from collections.abc import Coroutine
 from typing import Any
 
@@ -78,9 +79,12 @@ def outcome(ran: Ran) -> Any:
     # Of two things that end the run in one round the first in the text is named as the reason.
     status = "stuck" if "nothing can happen" in ran.verdict.reason else ran.verdict.status
     logs = sorted((r["t"], r["message"]) for r in ran.records if r["kind"] == "log")
-    # Changes of one round take hold one after the other, and no flow sees what lies between: the sum is the same.
-    variables = {(r["t"], r["path"]): r["value"] for r in ran.records if r["kind"] == "variable"}
-    return status, ran.verdict.duration, logs, variables
+    # Changes of one round take hold one after the other, and no flow sees what lies between: how many there are,
+    # and what comes of them, is the same.
+    changes = [(r["t"], r["path"], r["value"]) for r in ran.records if r["kind"] == "variable"]
+    variables = {(t, path): value for t, path, value in changes}
+    counts = Counter((t, path) for t, path, _ in changes)
+    return status, ran.verdict.duration, logs, variables, counts
 
 
 @QUICK
