@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import anyio
@@ -26,6 +26,7 @@ from seoro.bridges.session import (
 )
 from seoro.bridges.session.core import _settings
 from seoro.bridges.session.endpoints import is_endpoint
+from tests.routers import routing
 
 SERVER = Path(__file__).with_name("echo_server.py")
 KEY = "seoro/1/default/node/echo/cmd/echo"
@@ -162,6 +163,46 @@ def test_a_session_that_is_closed_says_so_when_it_is_asked_who_is_alive(tmp_path
     session.close()
     with pytest.raises(SessionError, match="cannot ask who is alive"):
         session.list_tokens("seoro/**", 1.0)
+
+
+@contextmanager
+def hub_with(tokens: frozenset[str]) -> Iterator[str]:
+    """The endpoint of a hub at which there are those tokens, each of a client of its own."""
+    with ExitStack() as opened, routing() as endpoint:
+        for token in tokens:
+            client = Session(connect=endpoint)
+            opened.callback(client.close)
+            client.declare_token(token)
+        yield endpoint
+
+
+@pytest.mark.parametrize("waits_for", [1, 3])
+def test_lists_of_tokens_are_whole_whoever_has_followed_them(waits_for: int) -> None:
+    tokens = frozenset(f"seoro/1/default/alive/node/{name}/b1" for name in "abc")
+    with hub_with(tokens) as endpoint:
+        for _ in range(60):
+            session = Session(connect=endpoint)
+            try:
+                told: queue.SimpleQueue[str] = queue.SimpleQueue()
+                stop = session.watch_tokens(TOKENS, lambda token, _, told=told: told.put(token))  # type: ignore[misc]
+                for _ in range(waits_for):
+                    told.get(timeout=10)
+                stop()
+                assert session.list_tokens(TOKENS, 10.0) == tokens
+            finally:
+                session.close()
+
+
+def test_a_token_that_was_declared_is_seen_at_once() -> None:
+    with hub_with(frozenset()) as endpoint:
+        watcher, session = Session(connect=endpoint), Session(connect=endpoint)
+        try:
+            for number in range(60):
+                session.declare_token(f"seoro/1/default/alive/node/echo/{number}")
+                assert len(watcher.list_tokens(TOKENS, 10.0)) == number + 1
+        finally:
+            watcher.close()
+            session.close()
 
 
 async def test_a_session_whose_opening_is_cancelled_is_closed(tmp_path: Path) -> None:

@@ -30,7 +30,6 @@ async def find_executors(
     """
     found: frozenset[str] = frozenset()
     with anyio.move_on_after(TIMEOUT):
-        # A session that follows tokens is told not all of them, or none, when it asks for a list of the same.
         while True:
             found = await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
             if found:

@@ -26,6 +26,7 @@ from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
+SEEN_WITHIN = 1.0  # [s]
 LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
 PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it is lost
 # Batches of 64 KiB that wait to be sent, as many as Zenoh has. Its own two are full when a laser scanner of 1,000
@@ -104,15 +105,22 @@ class Session:
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         self._kept: list[Any] = []
+        self._listing = threading.Lock()
+        self._lister: zenoh.Session | None = None
+        self._is_hub = listen is not None
+        self._knows_tokens = False
+        self._settings = _settings(listen, connect, patient)
         try:
-            settings = _settings(listen, connect, patient)
             if security is not None:
-                secured_settings(settings, security)
-            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+                secured_settings(self._settings, security)
+            self._zenoh = self._open()
         except zenoh.ZError as error:
             raise SessionError(
                 f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
             ) from error
+
+    def _open(self) -> zenoh.Session:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
 
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
@@ -154,9 +162,14 @@ class Session:
         return self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
 
     def declare_token(self, key: str) -> Callable[[], None]:
-        """Be visible as alive under a key until the session closes or the process dies. Returns what ends it."""
+        """Be visible as alive under a key until the session closes or the process dies. Returns what ends it.
+
+        The hub knows it when this returns, unless it does not answer within `SEEN_WITHIN`.
+        """
+        self._knows_tokens = True
         token = self._zenoh.liveliness().declare_token(key)
         self._tokens.append(token)
+        _list(self._zenoh, key, SEEN_WITHIN)  # what is asked on the same way is answered after it has come
 
         def undeclare() -> None:
             self._tokens.remove(token)
@@ -197,6 +210,7 @@ class Session:
         def take(sample: zenoh.Sample) -> None:
             changed(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
+        self._knows_tokens = True
         subscriber = self._zenoh.liveliness().declare_subscriber(key, Callback(take, indirect=False), history=True)
         undeclare: Callable[[], None] = subscriber.undeclare
         return undeclare
@@ -205,28 +219,51 @@ class Session:
         """Who is alive under a key expression; waits for the hub, `timeout` [s] at most.
 
         Raises:
-            SessionError: The session is closed.
+            SessionError: The session is closed, or its hub is gone.
         """
-        found: set[str] = set()
-        done = threading.Event()
-
-        def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                found.add(str(reply.ok.key_expr))
-
-        # Zenoh's own queue for replies has 256 places, and blocks whoever fills it.
         try:
-            self._zenoh.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
+            return _list(self._who_lists(), key, timeout)
         except zenoh.ZError as error:
             raise SessionError(f"cannot ask who is alive: {error}") from error
-        done.wait(timeout + CLOSE_DEADLINE)
-        return frozenset(found)
+
+    def _who_lists(self) -> zenoh.Session:
+        """Who can be asked for a list of tokens: of a client that knows some already, another one.
+
+        Zenoh tells a client the tokens that it knows from the thread which asks, and from another that the list is
+        at its end, where the hub's answer came. When the latter is first, the list lacks them: one in thirty does.
+        """
+        if self._is_hub or not self._knows_tokens:
+            return self._zenoh
+        with self._listing:
+            if self._lister is None and not self._zenoh.is_closed():
+                self._lister = self._open()
+            return self._lister or self._zenoh
 
     def close(self) -> None:
         """Close, within `CLOSE_DEADLINE`; a session that hangs in closing is left to the end of the process."""
-        closing = threading.Thread(target=self._zenoh.close, daemon=True)
+        closing = threading.Thread(target=self._close, daemon=True)
         closing.start()
         closing.join(CLOSE_DEADLINE)
+
+    def _close(self) -> None:
+        self._zenoh.close()  # type: ignore[no-untyped-call]
+        with self._listing:
+            if self._lister is not None:
+                self._lister.close()  # type: ignore[no-untyped-call]
+
+
+def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
+    found: set[str] = set()
+    done = threading.Event()
+
+    def take(reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            found.add(str(reply.ok.key_expr))
+
+    # Zenoh's own queue for replies has 256 places, and blocks whoever fills it.
+    session.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
+    done.wait(timeout + CLOSE_DEADLINE)
+    return frozenset(found)
 
 
 def _bytes(content: zenoh.ZBytes | None) -> bytes:
