@@ -37,7 +37,7 @@ robots:
 """
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def router() -> Iterator[str]:
     with routing() as endpoint:
         yield endpoint
@@ -86,14 +86,14 @@ def test_a_second_executor_of_a_name_is_refused(
             pass
 
 
-@pytest.fixture
-def nodes(router: str, tmp_path: Path) -> Iterator[Rails]:
+@pytest.fixture(scope="module")
+def nodes(router: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rails]:
     """Two simulators and a bridge at one router; returns the bridge."""
     with ExitStack() as stack:
         for name in ("sim-a", "sim-b"):
             command = ("-m", "sim_nodes", "mujoco", "--connect", router, "--node", name, "--world", "hall")
             stack.enter_context(process(*command, says=None))
-        yield stack.enter_context(rails_at(tmp_path, "--connect", router, "line"))
+        yield stack.enter_context(rails_at(tmp_path_factory.mktemp("rails"), "--connect", router, "line"))
 
 
 @pytest.mark.engine("mujoco")

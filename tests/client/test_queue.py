@@ -121,7 +121,10 @@ async def test_so_are_those_of_options(hello: Path, option: Any, message: str) -
 # ---------------------------------------------------------------- versions
 
 
-async def test_an_executor_of_another_version_is_told(tmp_path: Path, hello: Path) -> None:
+async def test_an_executor_of_another_version_is_told(
+    tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.executor.finding.TIMEOUT", 0.5)
     with executor(tmp_path, before="import seoro.bridges.wire.keys as keys; keys.MAJOR = 2") as lab:
         async with seoro.Client(lab.endpoint) as client:
             for asked in (client.submit(NAME, hello), client.runs(), client.run("0" * 32, NAME)):

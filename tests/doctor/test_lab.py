@@ -81,7 +81,7 @@ async def keyed(running: Keyed) -> Keyed:
 async def come_back(running: Keyed) -> None:
     """Wait until the nodes are there."""
     with anyio.fail_after(DEADLINE):
-        while not has(await look(running, "anna"), "ok hall: lets us, anna"):
+        while not has(await look(running, "anna", Places((running.endpoint,))), "ok hall: lets us, anna"):
             pass
 
 

@@ -290,7 +290,7 @@ def memory(process: int) -> int:
     return int(found[1]) // 1024
 
 
-async def test_a_message_of_a_gigabyte_takes_no_memory(there: RunningCommand, lab: KeyedLab) -> None:
+async def test_a_message_that_is_far_too_large_takes_no_memory(there: RunningCommand, lab: KeyedLab) -> None:
     before = memory(there.process.pid)
     script = f"""
 import asyncio
@@ -302,7 +302,7 @@ async def main():
     keys = keys_for({there.endpoint!r}, CLIENTS, Path({str(lab.keys("ada"))!r}))
     async with open_session(connect={there.endpoint!r}, security=security_of({there.endpoint!r}, keys)) as session:
         try:
-            await session.query({executor_command("default", NAME, "submit")!r}, bytes(1 << 30), 6.0)
+            await session.query({executor_command("default", NAME, "submit")!r}, bytes(1 << 28), 2.0)
         except NoAnswer:
             print("no answer")
 
@@ -310,7 +310,7 @@ asyncio.run(main())
 """
     sent = await anyio.run_process([sys.executable, "-c", script], stderr=subprocess.STDOUT)
     assert b"no answer" in sent.stdout, sent.stdout
-    assert memory(there.process.pid) - before < 200
+    assert memory(there.process.pid) - before < 128  # of 256
     await runs(there, lab)  # it still answers
 
 
@@ -347,7 +347,7 @@ async def test_who_listens_on_the_wire_reads_nothing(there: RunningCommand, lab:
 async def test_whose_keys_are_revoked_is_out_at_once(lab: KeyedLab, tmp_path: Path, file: Path) -> None:
     """Those who are connected, too; others go on without losing anything."""
     lab.authority.add("rob", read_keys(lab.keys("anna")).identity.role, lab.keys("rob"))
-    file.write_text(LONG.replace("60s", "4s"))
+    file.write_text(LONG.replace("60s", "3s"))
     with keyed_executor(tmp_path, lab) as there:
         async with (
             seoro.Client(there.endpoint, lab.keys("anna")) as anna,

@@ -35,11 +35,11 @@ async def test_a_link_that_is_cut_costs_time_only(
 ) -> None:
     noticed: list[float] = []
     async with seoro.Client(link.near) as client:
-        run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=seconds + 3)))
+        run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=seconds + 2)))
         run.executor.on_silence = lambda reason: noticed.append(time.monotonic())
 
         async def cut() -> None:
-            await anyio.sleep(1.0)
+            await anyio.sleep(0.5)
             link.have(cut=True)
             began = time.monotonic()
             await anyio.sleep(seconds)
@@ -51,7 +51,7 @@ async def test_a_link_that_is_cut_costs_time_only(
             records = await follow(run)
         with anyio.fail_after(DEADLINE):
             assert [each.id for each in await client.runs()] == [run.id]
-    assert len(records) > 50 * (seconds + 2)
+    assert len(records) > 50 * (seconds + 1)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ async def test_a_link_that_is_cut_costs_time_only(
 async def test_a_bad_link_costs_time_only(
     link: Link, far: RunningExecutor, faults: dict[str, float], tmp_path: Path
 ) -> None:
-    file = write(tmp_path, TICKS.format(seconds=2))
+    file = write(tmp_path, TICKS.format(seconds=1))
     async with seoro.Client(link.near) as client:
         link.have(**faults)
         began = time.monotonic()
@@ -101,6 +101,6 @@ async def test_packets_that_arrive_twice_are_one(tmp_path: Path) -> None:
     with packet_link() as link, far_router(link), executor(tmp_path, connect=link.far, prefix=link.prefix):
         async with seoro.Client(link.near) as client:
             link.have(duplicate=0.5)
-            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=2)))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=1)))
             await follow(run)
             assert [each.id for each in await client.runs()] == [run.id]

@@ -31,7 +31,7 @@ scenario ticks:
         emit tick
     do serial:
         log("begun")
-        wait elapsed(6s)
+        wait elapsed({seconds}s)
 """
 DRIVE = """import osc.helpers
 import osc.nav2
@@ -84,15 +84,15 @@ async def test_a_router_that_is_killed_and_comes_back_costs_time_only(tmp_path: 
         async with seoro.Client(endpoint) as client:
             silent: list[float] = []
             back: list[float] = []
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=4)))
             run.executor.on_silence = lambda reason: silent.append(time.monotonic())
             run.executor.on_answer = lambda: back.append(time.monotonic())
 
             async def restart() -> None:
-                await anyio.sleep(1.5)
+                await anyio.sleep(0.7)
                 killed = time.monotonic()
                 router.kill()
-                await anyio.sleep(2.0)
+                await anyio.sleep(1.5)
                 started = time.monotonic()
                 await anyio.to_thread.run_sync(stack.enter_context, router_process(endpoint))
                 with anyio.fail_after(DEADLINE):
@@ -114,7 +114,7 @@ async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with router_process(endpoint) as router, executor(tmp_path, connect=endpoint):
         async with seoro.Client(endpoint) as client:
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
             await begun(run)
             router.send_signal(signal.SIGSTOP)
             await anyio.sleep(3.0)
@@ -129,7 +129,7 @@ async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
 async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
             await begun(run)
             lab.process.send_signal(signal.SIGSTOP)
             await anyio.sleep(4.0)
@@ -189,7 +189,7 @@ async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Pa
 async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=2)))
             await begun(run)
             [template] = children_of(lab.process.pid)
             os.kill(template, signal.SIGKILL)
@@ -204,7 +204,7 @@ async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None
 async def test_the_process_of_a_run_that_is_frozen_goes_on_where_it_was(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
             await begun(run)
             worker = worker_of(lab)
             os.kill(worker, signal.SIGSTOP)
@@ -282,7 +282,7 @@ async def test_what_is_stopped_while_the_executor_is_away_is_stopped(tmp_path: P
 async def test_who_has_asked_for_long_enough_is_told_and_the_run_is_found_later(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint, patience=1.0) as client:
-            run = await client.submit(NAME, write(tmp_path, TICKS))
+            run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
             await begun(run)
             lab.process.send_signal(signal.SIGSTOP)
             with anyio.fail_after(DEADLINE), pytest.raises(seoro.BackendError, match="does not answer"):

@@ -26,7 +26,7 @@ from tests.lang.programs import PROGRAMS
 # Of a processor; those of a machine share their speed with what else the tests run at the same time.
 MAX_SECONDS = 2.0 * min(2, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
 MAX_MEMORY = 300 * 2**10  # [KiB], that a process grows by
-QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+QUICK = settings(max_examples=70, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
 LONG = settings(
     QUICK,
     derandomize=False,

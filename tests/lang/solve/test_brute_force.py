@@ -132,7 +132,7 @@ def check(asked: Problem, engine: Engine) -> None:
         assert all(holds(constraint.term, values) for constraint in asked.constraints)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(opaque()), min_size=1, max_size=6))
 def test_the_answer_is_that_of_trying_all_values(terms: list[Term]) -> None:
     check(problem(*terms), "search")
