@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, Final
 
 import yaml
 
+MAX_DEPTH: Final = 100
 
-class _WithoutReferences(yaml.SafeLoader):
+
+class _Shallow(yaml.SafeLoader):
+    """Refuses what is nested deeply while it is read: the time that reading takes grows with the square of it."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Compose a node.
+
+        Raises:
+            yaml.YAMLError: It is within too many others.
+        """
+        if self._depth >= MAX_DEPTH:
+            raise yaml.YAMLError("it is nested too deeply")
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+class _WithoutReferences(_Shallow):
     """Refuses references, which could make a small text a huge value; `1e-05` is a number, as YAML 1.2 has it."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Compose a node.
 
         Raises:
-            yaml.YAMLError: It is a reference.
+            yaml.YAMLError: It is a reference, or within too many others.
         """
         if self.check_event(yaml.AliasEvent):
             raise yaml.YAMLError("it has references")
@@ -35,10 +56,7 @@ def load_yaml(text: str, *, references: bool) -> Any:
     Raises:
         yaml.YAMLError: It has none.
     """
-    try:
-        return yaml.load(text, yaml.SafeLoader if references else _WithoutReferences)  # noqa: S506 - both are safe
-    except RecursionError:
-        raise yaml.YAMLError("it is nested too deeply") from None
+    return yaml.load(text, _Shallow if references else _WithoutReferences)  # noqa: S506 - both are safe
 
 
 def read_yaml(text: str) -> Any:

@@ -8,11 +8,11 @@ import pytest
 
 from seoro.errors import InvalidUse
 from seoro.parameters import read_parameters
-from seoro.plain_yaml import read_yaml
+from seoro.plain_yaml import MAX_DEPTH, read_yaml
 from seoro.yaml_files import FileError
 from seoro.yaml_files import read_yaml as read_file
 
-DEEP = "[" * 5_000 + "]" * 5_000
+DEEP = "[" * 100_000
 SHARED = "first: &shared [1, 2]\nsecond: *shared"
 
 
@@ -24,6 +24,11 @@ def test_what_is_nested_too_deeply_is_refused_wherever_it_stands(tmp_path: Path)
     (tmp_path / "values.yaml").write_text(DEEP)
     with pytest.raises(InvalidUse, match=r"values.yaml is no YAML: it is nested too deeply$"):
         read_parameters(tmp_path / "values.yaml", "main")
+
+
+def test_what_is_nested_as_deeply_as_may_be_is_read() -> None:
+    text = "[" * MAX_DEPTH + "]" * MAX_DEPTH
+    assert str(read_yaml(text)) == str(read_file(text, "hall.yaml")) == text
 
 
 def test_references_are_for_files_only() -> None:
