@@ -56,7 +56,10 @@ async def test_a_link_that_is_cut_costs_time_only(
 
 @pytest.mark.parametrize(
     "faults",
-    [{"loss": 0.2}, {"delay": 0.2}, pytest.param({"loss": 0.1, "delay": 0.05}, marks=pytest.mark.slow)],
+    [
+        {"loss": 0.2},
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ({"delay": 0.2}, {"loss": 0.1, "delay": 0.05})),
+    ],
     ids=str,
 )
 async def test_a_bad_link_costs_time_only(
