@@ -27,7 +27,7 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
 
 
 def pytest_collection_finish() -> None:
-    """Keep the collector from going through what thousands of tests consist of again and again: a tenth of its time."""
+    """Keep the collector from going through what thousands of tests consist of, again and again."""
     gc.collect()
     gc.freeze()
 

@@ -1,7 +1,7 @@
 """Topics, over real sessions and a router."""
 
+import os
 import time
-import tracemalloc
 from pathlib import Path
 
 import anyio
@@ -246,6 +246,11 @@ async def test_messages_of_10_megabytes_arrive_whole(router: str, types: TypeSto
     assert received.payload == payload
 
 
+def resident() -> int:
+    """The memory of this process [bytes]; to trace that of Python would race with threads of Zenoh, and crash."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
 async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeStore) -> None:
     count, payload = 300, bytes(1_000_000)
     bound = Bound(10, size=5_000_000)
@@ -256,11 +261,10 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
     ):
         with anyio.fail_after(30):
             await publication.wait_for_subscription()
-            tracemalloc.start()
+            before = resident()
             for _ in range(count):
                 publication.send(payload)
-            _, peak = tracemalloc.get_traced_memory()
-            tracemalloc.stop()
+            grown = resident() - before
             received: list[Received] = []
             while True:  # what is under way
                 with anyio.move_on_after(0.5) as waiting:
@@ -269,7 +273,7 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
                     break
             publication.send(b"the end")
             received.append(await subscription.receive())
-    assert peak < 20_000_000
+    assert grown < 60_000_000
     assert len(received) < count / 2
     assert subscription.lost > 0
     assert len(received) + subscription.lost + subscription.missed == received[-1].sequence == count + 1

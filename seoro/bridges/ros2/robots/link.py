@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from typing import Any
@@ -100,9 +100,13 @@ class Link:
             why="" if is_well else self.why_silent(topic),
         )
 
-    async def publishing(self, topic: str, type_name: str) -> Publication:
-        """A publisher, for as long as the bridge runs."""
-        return await self.stack.enter_async_context(self.node.publishing(topic, type_name))
+    async def publish(self, topic: str, type_name: str) -> tuple[Publication, Callable[[], Awaitable[None]]]:
+        """A publisher for as long as the bridge runs, and what closes it before."""
+        async with AsyncExitStack() as opening:
+            publication = await opening.enter_async_context(self.node.publishing(topic, type_name))
+            close = opening.pop_all().aclose
+        self.stack.push_async_callback(close)
+        return publication, close
 
     async def call(self, service: str, type_name: str, request: Mapping[str, Any]) -> Message:
         """Call a service of the robot.

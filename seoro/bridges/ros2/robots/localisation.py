@@ -80,7 +80,7 @@ class Localisation:
         """Listen to what it says, and be ready to tell it where the robot is."""
         await self._link.listen(self._base.pose, POSE, self._take, LATCHED)
         self._link.tasks.start_soon(self._link.watch_end, self._base.pose, self._forget)
-        self._link.tasks.start_soon(self._initial_poses.open)
+        self._link.tasks.start_soon(self._initial_poses.run)
 
     def _forget(self) -> None:
         """Forget where it believed to be: it is gone, or begins anew."""

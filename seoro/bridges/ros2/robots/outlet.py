@@ -1,9 +1,12 @@
-"""What a robot is told on a topic: a publisher that is there as soon as those on the topic mean the same by it."""
+"""What a robot is told on a topic: a publisher that is there as soon as those on the topic mean the same by it.
+
+A robot that goes and comes back may have the topic with another type, which is published from then on.
+"""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
 from seoro.bridges.ros2.graph import RosGraph
@@ -42,16 +45,19 @@ class Outlet:
         self._link = link
         self._choose = choose
         self._note = note
+        self._close: Callable[[], Awaitable[None]] = _nothing
         self._changes = Changes()
 
-    async def open(self) -> None:
-        """Publish as soon as that is possible."""
+    async def run(self) -> None:
+        """Publish as soon as that is possible, by the type that is wanted; runs as long as the bridge."""
         graph, noted = self._link.node.graph, ""
-        while self.publication is None:
-            type_name = await graph.wait_for(self._choose)
+        while True:
+            type_name = await graph.wait_for(self._other_type)
             assert type_name is not None, "it is waited for"
+            self.publication = None
+            await self._close()
             try:
-                self.publication = await self._link.publishing(self.topic, type_name)
+                self.publication, self._close = await self._link.publish(self.topic, type_name)
             except (WrongType, DefinitionMismatch) as error:
                 self.problem = str(error)
                 if noted != self.problem:
@@ -59,7 +65,12 @@ class Outlet:
                 noted = self.problem
                 await self._wait_for_others(graph)
             self.problem = ""
-        self._changes.tell()
+            self._changes.tell()
+
+    def _other_type(self, graph: RosGraph) -> str | None:
+        """The type to publish, if it is not published already."""
+        chosen = self._choose(graph)
+        return None if self.publication is not None and self.publication.type == chosen else chosen
 
     async def wait(self) -> Publication:
         """Wait for the publisher."""
@@ -75,3 +86,7 @@ class Outlet:
 
         before = there()
         await graph.wait_for(lambda _: there() != before)
+
+
+async def _nothing() -> None:
+    """Close nothing."""

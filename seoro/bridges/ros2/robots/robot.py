@@ -71,12 +71,17 @@ class RosRobot:
         charge = float(message.percentage)
         self._battery = charge if 0.0 <= charge <= 1.0 else None  # NaN where it is not known
 
+    def _forget_battery(self) -> None:
+        """Forget its charge: who tells of it is gone."""
+        self._battery = None
+
     async def open(self) -> None:
         """Listen to it, and be ready to command it."""
         await self._link.listen(self._profile.battery, BATTERY, self._take_battery)
         await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.take, CHANGING)
         await self._link.listen(self._profile.tf_static, TRANSFORMS, self._frames.take_static, FIXED)
         self._link.tasks.start_soon(self._link.watch_end, self._profile.tf, self.forget)
+        self._link.tasks.start_soon(self._link.watch_end, self._profile.battery, self._forget_battery)
         if self._base is not None:
             await self._base.open()
         if self._arm is not None:

@@ -38,14 +38,15 @@ class Velocity:
 
     def __init__(self, link: Link, topic: str, limits: Limits, note: Callable[[str], None] = log.warning) -> None:
         self._outlet = Outlet(link, topic, self._taken_type, note)
+        self._graph = link.node.graph
         self._limits = limits
         self._wanted = Changes()
         self._linear = self._angular = 0.0
         self._until = 0.0  # by the machine's clock [s]
 
     async def find(self) -> None:
-        """Be ready to command as soon as somebody subscribes, by the type that they have."""
-        await self._outlet.open()
+        """Be ready to command as soon as somebody subscribes, by the type that they have; does not end."""
+        await self._outlet.run()
 
     async def check(self, linear: float, angular: float) -> None:
         """Check that a velocity [m/s, rad/s] can be commanded; waits a while for somebody who takes commands.
@@ -61,10 +62,11 @@ class Velocity:
                 f"{linear:g} m/s and {angular:g} rad/s are beyond the limits of the robot's profile, "
                 f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
             )
-        outlet = self._outlet
+        outlet, graph = self._outlet, self._graph
         with anyio.move_on_after(FOUND_WITHIN):
+            await graph.wait_for(self._taken_type)
             await outlet.wait()
-        if outlet.publication is None:
+        if outlet.publication is None or self._taken_type(graph) is None:
             silent = f"nobody on the robot subscribes to {outlet.topic}: its base does not run"
             raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
 
@@ -109,6 +111,7 @@ class Velocity:
         publication.publish(message)
 
     def _taken_type(self, graph: RosGraph) -> str | None:
-        """The type in which commands are taken; None if nobody takes any."""
+        """The type in which commands are taken, preferably as they were given so far; None if nobody takes any."""
         types = {each.type for each in graph.subscriptions(self._outlet.topic)}
-        return next((each for each in TYPES if each in types), None)
+        given = self._outlet.publication
+        return next((each for each in ([given.type] if given else []) + [*TYPES] if each in types), None)

@@ -85,6 +85,32 @@ async def test_a_base_is_driven_once_nobody_publishes_velocities_of_another_type
     assert caplog.text.count(problem) == 1
 
 
+@pytest.mark.usefixtures("_soon")
+async def test_a_base_that_comes_back_with_another_type_is_driven_by_that(router: str, types: TypeStore) -> None:
+    async with two_nodes(router, types) as (there, here), served(here) as robot:
+        for type_name in (TWIST, STAMPED, TWIST):
+            async with there.subscribing("/cmd_vel", type_name, is_checked=False) as commands:
+                with anyio.fail_after(DEADLINE):
+                    await until_taken(robot)
+                    message = await commands.message()
+                    assert (message if type_name == TWIST else message.twist).linear.x == 0.1
+            await here.graph.wait_for(lambda graph: not graph.subscriptions("/cmd_vel"), DEADLINE)
+            with pytest.raises(RequestRefused, match="nobody on the robot subscribes to /cmd_vel"):
+                await robot.handlers[wire.CMD_VEL](FORWARD)
+
+
+async def test_the_charge_of_a_battery_is_forgotten_with_who_tells_of_it(router: str, types: TypeStore) -> None:
+    async with two_nodes(router, types) as (there, here), served(here) as robot:
+        with anyio.fail_after(DEADLINE):
+            async with there.publishing("/battery_state", "sensor_msgs/msg/BatteryState") as battery:
+                await battery.wait_for_subscription()
+                battery.publish({"percentage": 0.5})
+                while robot.health.battery != 0.5:
+                    await anyio.sleep(0.01)
+            while robot.health.battery is not None:
+                await anyio.sleep(0.01)
+
+
 async def until_taken(robot: RosRobot) -> None:
     """Command a velocity until that is not refused any more."""
     while True:
