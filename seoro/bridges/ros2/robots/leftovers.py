@@ -16,14 +16,17 @@ from anyio.abc import TaskStatus
 from seoro.bridges.ros2.clients.numbers import digest, sender_of
 from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.graph import RosGraph
+from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.topics import Received, Subscription
+from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.session import Bound
 from seoro.errors import BackendError, InvalidUse
 
 STATUSES: Final = "action_msgs/msg/GoalStatusArray"
 LATCHED: Final = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 GOING: Final = (1, 2)  # accepted, executing: action_msgs/msg/GoalStatus
+WAITING: Final = Bound(100)  # servers tell statuses when they change: what others publish displaces none
 GONE_FOR: Final = 1.0  # [s]; when a router has been started again, tokens come back one after the other
 
 Note = Callable[[str], None]
@@ -97,21 +100,18 @@ async def end_leftovers(
         node: Who asks.
         action: Name of the action.
         senders: Who is there.
-        note: Told what is canceled, or why nothing can be known.
+        note: Told what is canceled, and, once for each kind, what is not understood.
         task_status: Told when no goal is missed any more.
     """
     topic = f"{node.resolve(action)}/_action/status"
-    try:
-        async with node.subscribing(topic, STATUSES, LATCHED) as told:
-            task_status.started()
-            await _follow(node, node.resolve(action), told, senders, note)
-    except InvalidUse as error:  # somebody publishes something else there
-        note(str(error))
+    async with node.subscribing(topic, STATUSES, LATCHED, WAITING, is_checked=False) as told:
         task_status.started()
+        await _follow(node, node.resolve(action), told, senders, note)
 
 
 async def _follow(node: RosNode, action: str, told: Subscription, senders: Senders, note: Note) -> None:
     watched: dict[bytes, anyio.CancelScope] = {}
+    noted: set[type[Exception]] = set()
 
     async def end(number: bytes, sender: bytes, scope: anyio.CancelScope) -> None:
         with scope:
@@ -120,7 +120,13 @@ async def _follow(node: RosNode, action: str, told: Subscription, senders: Sende
 
     async with anyio.create_task_group() as tasks:
         async for received in told:
-            going = _going(told, received, note)
+            try:
+                going = _going(told.decode(received))
+            except (BackendError, InvalidUse) as error:  # which says nothing of the goals that there are
+                if type(error) not in noted:
+                    note(str(error))
+                noted.add(type(error))
+                continue
             senders.note_going(action, going.values())
             for number in watched.keys() - going.keys():
                 watched.pop(number).cancel()
@@ -129,12 +135,7 @@ async def _follow(node: RosNode, action: str, told: Subscription, senders: Sende
                 tasks.start_soon(end, number, going[number], scope)
 
 
-def _going(told: Subscription, received: Received, note: Note) -> dict[bytes, bytes]:
+def _going(told: Message) -> dict[bytes, bytes]:
     """The goals of seoro's that go on, with the digests of the sessions that have sent them."""
-    try:
-        statuses = told.decode(received).status_list
-    except (BackendError, InvalidUse) as error:
-        note(str(error))
-        return {}
-    numbers = [bytes(each.goal_info.goal_id.uuid) for each in statuses if each.status in GOING]
+    numbers = [bytes(each.goal_info.goal_id.uuid) for each in told.status_list if each.status in GOING]
     return {number: sender for number in numbers if (sender := sender_of(number)) is not None}

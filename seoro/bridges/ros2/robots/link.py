@@ -130,22 +130,24 @@ class Link:
 
 @dataclass
 class _Heard:
-    """What is heard on a topic: the type of its messages, when, and why they cannot be read, if they cannot."""
+    """What is heard on a topic: the type of its messages, when, and why the last cannot be read, if it cannot."""
 
     type: str
     unreadable: str = ""
+    said: set[str] = field(default_factory=set)  # kinds of reasons why some could not be read
     moment: float | None = None  # of the last one, by the machine's clock [s]
 
 
 async def _take_all(subscription: Subscription, take: Callable[[Message], None], heard: _Heard) -> None:
-    """Pass messages on; what cannot be read is said once, and does not end the bridge."""
+    """Pass messages on; what cannot be read is said once for each kind, and does not end the bridge."""
     async for received in subscription:
         heard.moment = time.monotonic()
         try:
             take(subscription.decode(received))
         except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
-            if not heard.unreadable:
+            if type(error).__name__ not in heard.said:
                 log.warning("%s", error)
+            heard.said.add(type(error).__name__)
             heard.unreadable = str(error)
         else:
             heard.unreadable = ""

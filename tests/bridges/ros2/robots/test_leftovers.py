@@ -1,0 +1,92 @@
+"""Goals that were left behind at a robot, on whose topics somebody publishes what is no message."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import AsyncExitStack
+from typing import Any
+
+import anyio
+import pytest
+
+from seoro.background import background
+from seoro.bridges.ros2.clients.numbers import new_number
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.robots.leftovers import LATCHED, STATUSES, Senders, end_leftovers
+from seoro.bridges.ros2.robots.link import Link
+from tests.bridges.ros2.systems import STRING, two_nodes
+
+pytestmark = pytest.mark.anyio
+
+JUNK = b"\0\1\0\0abc"
+DEADLINE = 30.0  # [s]
+
+
+async def test_what_is_no_status_does_not_hide_goals_and_is_told_once(router: str, types: TypeStore) -> None:
+    canceled, notes = anyio.Event(), list[str]()
+
+    async def cancel_goal(_request: object) -> dict[str, Any]:
+        canceled.set()
+        return {}
+
+    async with (
+        two_nodes(router, types) as (there, here),
+        there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, cancel_goal),
+        there.publishing("/spin/_action/status", STATUSES, LATCHED) as statuses,
+        background() as tasks,
+    ):
+        senders, number = Senders(here.graph), new_number(there.node.session)
+        goal = {"goal_info": {"goal_id": {"uuid": list(number)}}, "status": 2}
+        with anyio.fail_after(DEADLINE):
+            await tasks.start(end_leftovers, here, "/spin", senders, notes.append)
+            await statuses.wait_for_subscription()
+            statuses.publish({"status_list": [goal]})
+            await here.graph.wait_for(lambda _: bool(senders._going.get("/spin")))
+            statuses.send(JUNK)
+            statuses.send(JUNK)
+            while not notes:
+                await anyio.sleep(0.01)
+            senders.give_up(there.node.session)
+            await canceled.wait()
+            while len(notes) < 2:
+                await anyio.sleep(0.01)
+    assert notes[0].startswith("a message on /spin/_action/status cannot be read: ")
+    assert notes[1:] == ["/spin: a goal that nobody pursued any more was canceled"]
+
+
+async def test_a_publisher_of_another_type_does_not_hide_goals(router: str, types: TypeStore) -> None:
+    async with (
+        two_nodes(router, types) as (there, here),
+        there.publishing("/spin/_action/status", STRING),
+        background() as tasks,
+    ):
+        senders, number = Senders(here.graph), new_number(there.node.session)
+        goal = {"goal_info": {"goal_id": {"uuid": list(number)}}, "status": 2}
+        with anyio.fail_after(DEADLINE):
+            await here.graph.wait_for(lambda graph: graph.publishers("/spin/_action/status"))
+            await tasks.start(end_leftovers, here, "/spin", senders, lambda _: None)
+            async with there.publishing("/spin/_action/status", STATUSES, LATCHED) as statuses:
+                statuses.publish({"status_list": [goal]})
+                await here.graph.wait_for(lambda _: bool(senders._going.get("/spin")))
+
+
+async def test_what_is_no_message_is_told_once(
+    router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.WARNING)
+    heard: list[str] = []
+    async with (
+        two_nodes(router, types) as (there, here),
+        there.publishing("/chatter", STRING) as chatter,
+        AsyncExitStack() as stack,
+        background() as tasks,
+    ):
+        await Link(here, stack, tasks).listen("/chatter", STRING, lambda message: heard.append(message.data))
+        with anyio.fail_after(DEADLINE):
+            await chatter.wait_for_subscription()
+            while "end" not in heard:
+                chatter.send(JUNK)
+                chatter.publish({"data": "end" if heard else "begin"})
+                await anyio.sleep(0.01)
+    assert caplog.text.count("a message on /chatter cannot be read: ") == 1
