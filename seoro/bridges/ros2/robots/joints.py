@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import anyio
@@ -18,6 +19,18 @@ from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_posit
 from seoro.changes import Changes
 
 MOST = 1000  # joints of a robot
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """What is known of a joint: its position [rad, m], velocity [rad/s, m/s] and effort [N m, N].
+
+    A position that is no finite number is what controllers tell while they have not read the hardware.
+    """
+
+    position: float = math.nan
+    velocity: float = 0.0
+    effort: float = 0.0
 
 
 class Joints:
@@ -35,7 +48,7 @@ class Joints:
         self._topic = topic
         self._names = tuple(names)
         self._work = work
-        self._states: dict[str, tuple[float, float, float]] = {}  # position, velocity, effort
+        self._states: dict[str, _Joint] = {}
         self._changes = Changes()
 
     @property
@@ -54,14 +67,13 @@ class Joints:
         self._changes.tell()
 
     def _take(self, message: Message) -> None:
-        count = len(message.name)
-        columns = [
-            list(each) if len(each) == count else [0.0] * count
-            for each in (message.position, message.velocity, message.effort)
-        ]
-        for name, *state in zip(message.name, *columns, strict=True):
+        columns = {column: getattr(message, column) for column in ("position", "velocity", "effort")}
+        told = {column: values for column, values in columns.items() if len(values) == len(message.name)}
+        for index, name in enumerate(message.name):
             if name in self._states or len(self._states) < MOST:
-                self._states[name] = (float(state[0]), float(state[1]), float(state[2]))
+                news = {column: float(values[index]) for column, values in told.items()}
+                # What a message leaves out is as it was.
+                self._states[name] = replace(self._states.get(name, _Joint()), **news)
         self._changes.tell()
 
     async def position(self, joint: str) -> float:
@@ -70,24 +82,35 @@ class Joints:
         Raises:
             RequestRefused: It does not.
         """
-        return (await self._state(joint))[0]
+        return (await self._state(joint)).position
 
-    async def _state(self, joint: str) -> tuple[float, float, float]:
-        """Position, velocity and effort of a joint; waits a while for the robot to say them."""
+    async def _state(self, joint: str) -> _Joint:
+        """What is known of a joint that is somewhere; waits a while for the robot to say where."""
         with anyio.move_on_after(FOUND_WITHIN):
-            await self._changes.wait_for(lambda: joint in self._states)
-        if joint not in self._states:
-            topic = self._link.node.resolve(self._topic)
-            why = f"it tells of {listed(self._states)}" if self._states else self._link.why_silent(self._topic)
-            raise RequestRefused(
-                Result.NOT_FOUND, f"the robot says nothing of a joint '{joint}' on {topic}: {why}"
-            )
-        return self._states[joint]
+            await self._changes.wait_for(lambda: self._is_somewhere(joint))
+        if self._is_somewhere(joint):
+            return self._states[joint]
+        raise RequestRefused(Result.NOT_FOUND, self._why_nowhere(joint))
+
+    def _is_somewhere(self, joint: str) -> bool:
+        return joint in self._states and math.isfinite(self._states[joint].position)
+
+    def _why_nowhere(self, joint: str) -> str:
+        topic = self._link.node.resolve(self._topic)
+        if joint in self._states:
+            told = f"the robot tells no position of the joint '{joint}' on {topic} that is a finite number"
+            return f"{told}: is its hardware active?"
+        why = f"it tells of {listed(self._states)}" if self._states else self._link.why_silent(self._topic)
+        return f"the robot says nothing of a joint '{joint}' on {topic}: {why}"
 
     async def _get(self, _request: wire.RobotName) -> wire.JointStates:
         states = [await self._state(name) for name in self._names]
-        positions, velocities, efforts = zip(*states, strict=True)
-        return wire.JointStates(names=self._names, positions=positions, velocities=velocities, efforts=efforts)
+        return wire.JointStates(
+            names=self._names,
+            positions=tuple(state.position for state in states),
+            velocities=tuple(state.velocity for state in states),
+            efforts=tuple(state.effort for state in states),
+        )
 
     async def _watch(self, request: wire.WatchJoint) -> wire.Empty:
         check_finite("position", request.position)
@@ -101,10 +124,10 @@ class Joints:
 
         def is_there() -> bool:
             nonlocal side
-            if request.joint not in self._states:
+            if not self._is_somewhere(request.joint):
                 side = 0.0  # where it begins anew, it has not come from here
                 return False
-            off = self._states[request.joint][0] - request.position
+            off = self._states[request.joint].position - request.position
             side = side or math.copysign(1.0, off)
             return abs(off) <= request.tolerance or math.copysign(1.0, off) != side
 
