@@ -87,6 +87,19 @@ class Localisation:
         self._latest = None
 
     def _take(self, message: Message) -> None:
+        """Take where it believes to be.
+
+        Raises:
+            ValueError: It says no place, and what it said before is forgotten.
+        """
+        self._forget()
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        numbers = [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w, *message.pose.covariance]
+        if not np.isfinite(numbers).all():
+            topic = self._link.node.resolve(self._base.pose)
+            raise ValueError(
+                f"a pose on {topic} is none: it, or its covariance, has a part that is no finite number"
+            )
         self._latest, self._since = message, time.monotonic()
         self._changes.tell()
 

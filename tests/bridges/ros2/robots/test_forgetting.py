@@ -47,6 +47,37 @@ async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: T
                     await anyio.sleep(0.01)
 
 
+@pytest.mark.parametrize(
+    "nowhere",
+    [
+        {"pose": {"position": {"x": math.nan}}},
+        {"pose": {"orientation": {"w": math.nan}}},
+        {"covariance": [math.nan, *[0.0] * 35]},
+    ],
+    ids=lambda nowhere: next(iter(nowhere)),
+)
+async def test_a_localisation_that_says_no_numbers_knows_nothing(
+    nowhere: dict[str, object], router: str, types: TypeStore
+) -> None:
+    async with (
+        two_nodes(router, types) as (there, here),
+        served(here) as robot,
+        there.publishing("/amcl_pose", POSE, LATCHED) as localisation,
+    ):
+        with anyio.fail_after(DEADLINE):
+            await localisation.wait_for_subscription()
+            localisation.publish(placed(7.0))
+            while not robot.health.localised:
+                await anyio.sleep(0.01)
+            localisation.publish({"pose": nowhere})
+            while robot.health.localised:
+                await anyio.sleep(0.01)
+            assert await where(robot) is None
+            assert robot.health.deviation is None
+            why = {topic.topic: topic.why for topic in robot.health.topics}["/amcl_pose"]
+            assert why.startswith("a pose on /amcl_pose is none")
+
+
 async def test_joints_of_an_arm_that_is_gone_are_where_it_says_next(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
