@@ -14,6 +14,7 @@ from typing import TypeVar
 import anyio
 
 from seoro.background import background
+from seoro.bridges.ros2.addresses import LARGEST_DOMAIN
 from seoro.bridges.ros2.errors import NoSystem, WrongType
 from seoro.bridges.ros2.wire import Dialect, Endpoint, Entity, Kind, Node, RmwZenoh, Ros2Dds, is_hidden
 from seoro.bridges.session import AsyncSession, Mailbox
@@ -246,7 +247,9 @@ async def find_graph(session: AsyncSession, domain: int, timeout: float) -> Asyn
 
 async def _nothing_seen(session: AsyncSession, domain: int, timeout: float) -> str:
     tokens = await session.list_tokens("@ros2_lv/**", LISTING_TIMEOUT)
-    others = sorted({part for token in tokens if (part := token.split("/")[1]).isdecimal()}, key=int)
+    domains = map(str, range(LARGEST_DOMAIN + 1))
+    seen = {token.split("/")[1] for token in tokens}
+    others = [each for each in domains if each in seen]
     problem = (
         f"no ROS 2 system is seen within {timeout:g} s: no node of rmw_zenoh in domain {domain}, and no bridge"
     )

@@ -226,6 +226,9 @@ async def test_where_nothing_is_seen_other_domains_are_named(router: str, types:
     async with connect(router, types=types, dialect=RmwZenoh(7)) as system, system.node():
         with pytest.raises(NoSystem, match="there are nodes in domain 7"):
             await dialect_at(router, 0.02)
+    async with tokens(router, f"@ros2_lv/{'9' * 5000}/aa/1/1/NN/%/%/hostile"):
+        with pytest.raises(NoSystem, match="no node of rmw_zenoh in domain 0, and no bridge; is this the router"):
+            await dialect_at(router, 0.02)
 
 
 async def test_where_nobody_listens_nothing_is_reached(types: TypeStore, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ Source: the design document of ros2/rmw_zenoh, and its liveliness_utils.cpp.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import xxhash
@@ -29,6 +30,7 @@ _NODE_PARTS = 9
 _ENDPOINT_PARTS = 13
 _KINDS = {kind.value: kind for kind in (Kind.PUBLISHER, Kind.SUBSCRIPTION, Kind.SERVER, Kind.CLIENT)}
 _SECOND = 1_000_000_000  # [ns]
+_NUMBER = re.compile(r"[0-9]{1,20}")  # of a node or an endpoint, of 64 bits; Python reads no number without bounds
 
 # rmw's numbers; 0 is what the middleware chooses, which for rmw_zenoh is what is written as nothing at all.
 _RELIABILITIES = {"": Reliability.RELIABLE, "0": Reliability.RELIABLE, "1": Reliability.RELIABLE}
@@ -86,7 +88,9 @@ class RmwZenoh:
     def parse(self, token: str) -> Entity | None:
         """What a token of any domain announces, or None if it cannot be read."""
         parts = token.split("/")
-        if len(parts) < _NODE_PARTS or parts[0] != _SPACE or not (parts[3] + parts[4]).isdecimal():
+        if len(parts) < _NODE_PARTS or parts[0] != _SPACE:
+            return None
+        if _NUMBER.fullmatch(parts[3]) is None or _NUMBER.fullmatch(parts[4]) is None:
             return None
         node = Node(parts[2], int(parts[3]), parts[8], _demangle(parts[7]), _demangle(parts[6]))
         if parts[5] == _NODE:

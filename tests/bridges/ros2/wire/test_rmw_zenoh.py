@@ -67,6 +67,9 @@ def test_what_was_announced_is_read_whatever_comes_after_it(entity: Node | Endpo
         "@ros2_lv/0/**",
         f"@ros2_lv/0/{SESSION}/x/0/NN/%/%/talker",
         f"@ros2_lv/0/{SESSION}/0/0/XX/%/%/talker",
+        f"@ros2_lv/0/{SESSION}/{'9' * 5000}/0/NN/%/%/talker",
+        f"@ros2_lv/0/{SESSION}/0/{'9' * 5000}/MP/%/%/talker/%a/a_msgs::msg::dds_::A_/{NO_HASH}/::,:,:,:,,",
+        f"@ros2_lv/0/{SESSION}//0/NN/%/%/talker",
         f"@ros2_lv/0/{SESSION}/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_",
         f"@/{SESSION}/@ros2_lv/MP/chatter/std_msgs§msg§String/:1:0:0,10",
         "seoro/1/default/alive/node/a/b/c/d/e/f/g/h",
@@ -106,7 +109,17 @@ def test_qos_of_others_is_read(text: str, qos: Qos) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "::", "9::,10:,:,:,,", "::,x:,:,:,,", "::,10:,:,:,", "::10:,:,:,,", "::,-1:,:,:,,"]
+    "text",
+    [
+        "",
+        "::",
+        "9::,10:,:,:,,",
+        "::,x:,:,:,,",
+        "::,10:,:,:,",
+        "::10:,:,:,,",
+        "::,-1:,:,:,,",
+        f"::,{'9' * 5000}:,:,:,,",
+    ],
 )
 def test_qos_that_cannot_be_read_is_none(text: str) -> None:
     assert decode_qos(text) is None
