@@ -119,6 +119,16 @@ def domain(text: str, called: str = "ROS_DOMAIN_ID") -> int:
     return int(text)
 
 
+def add_dialect(parser: Container, when: str = "") -> None:
+    """Declare the option that says how a ROS 2 system uses Zenoh."""
+    parser.add_argument(
+        "--dialect",
+        choices=("auto", "rmw_zenoh", "ros2dds"),
+        default="auto",
+        help=f"{when}how the system uses Zenoh (default: what its tokens tell)",
+    )
+
+
 def add_folders(parser: Container, option: str, help_text: str) -> None:
     """Declare an option that names a folder each time that it is given."""
     parser.add_argument(

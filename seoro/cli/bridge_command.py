@@ -89,6 +89,8 @@ def run(options: argparse.Namespace) -> int:
             raise InvalidUse("`--ros-listen` goes with `--expose`", help="`--ros` is where the robots' router is")
         run_robots(options, options.ros or ROUTER)
         return Exit.PASSED
+    if options.dialect != "auto":
+        raise InvalidUse("`--dialect` goes with `--robot`", help="simulators are shown as rmw_zenoh has it")
     router = None if options.ros_listen else options.ros or ROUTER
     settings = ExposeSettings(
         options.simulator,

@@ -8,7 +8,7 @@ import signal
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from seoro.cli.arguments import add_folders
+from seoro.cli.arguments import add_dialect, add_folders
 from seoro.cli.files import node_file
 from seoro.errors import InvalidUse
 
@@ -41,6 +41,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name", help=f"with --robot: name of the bridge, for lab files (default: that in its keys, else {NAME})"
     )
+    add_dialect(parser, "with --robot: ")
     add_folders(parser, "--ros-interfaces", "with --robot: definitions of messages that seoro does not bring")
 
 
@@ -73,6 +74,7 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
         options.connect,
         node_file("bridges", name, endpoint, "stop.json"),
         node_file("bridges", name, endpoint, "audit.jsonl"),
+        None if options.dialect == "auto" else options.dialect,
     )
 
     async def serve() -> None:

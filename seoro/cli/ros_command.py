@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import TypeAlias
 
 from seoro.bridges.ros2.addresses import ROUTER
-from seoro.cli.arguments import add_folders, domain, number, whole
+from seoro.cli.arguments import add_dialect, add_folders, domain, number, whole
 from seoro.cli.exits import Exit
 from seoro.errors import InvalidUse
 
 Kinds: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-DIALECTS = ("auto", "rmw_zenoh", "ros2dds")
 PRESETS = (
     "sensor_data",
     "system_default",
@@ -72,9 +71,7 @@ def _leaf(kinds: Kinds, name: str, what: str, act: str) -> argparse.ArgumentPars
     system.add_argument(
         "--domain", type=_domain, metavar="N", default=None, help="domain (default: ROS_DOMAIN_ID, else 0)"
     )
-    system.add_argument(
-        "--dialect", choices=DIALECTS, default="auto", help="how it uses Zenoh (default: what its tokens tell)"
-    )
+    add_dialect(system)
     add_folders(system, "--interfaces", "definitions of its own: PACKAGE/msg/X.msg, srv and action likewise")
     system.add_argument(
         "--distribution",

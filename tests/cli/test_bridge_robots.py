@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from seoro.bridges.ros2.wire import Ros2Dds
 from seoro.cli.exits import Exit
 from seoro.cli.main import main
+from seoro.errors import InvalidUse
 
 
 @pytest.mark.parametrize(
@@ -25,6 +27,7 @@ from seoro.cli.main import main
         (["--robot", "turtlebot4@/1tb"], "1tb"),
         (["--robot", "turtlebot4", "--name", "Hall"], "'Hall' cannot name a bridge"),
         (["--robot", "turtlebot4", "--ros-listen", "tcp/127.0.0.1:1"], "`--ros-listen` goes with `--expose`"),
+        (["--expose", "--dialect", "ros2dds"], "`--dialect` goes with `--robot`"),
     ],
 )
 def test_what_cannot_be_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
@@ -42,3 +45,18 @@ def test_profiles_are_wrong_with_their_line(capsys: pytest.CaptureFixture[str], 
 def test_a_router_that_is_not_there_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bridge", "ros2", "--robot", "turtlebot4", "--ros", "tcp/127.0.0.1:1"]) == Exit.ERROR
     assert "cannot connect to tcp/127.0.0.1:1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("arguments", "dialect"), [([], None), (["--dialect", "ros2dds"], Ros2Dds())])
+def test_the_dialect_can_be_said(
+    monkeypatch: pytest.MonkeyPatch, arguments: list[str], dialect: Ros2Dds | None
+) -> None:
+    said: list[object] = []
+
+    def connect(endpoint: str, *, dialect: object, **_: object) -> object:
+        said.append(dialect)
+        raise InvalidUse("not in this test")
+
+    monkeypatch.setattr("seoro.bridges.ros2.robots.running.connect", connect)
+    assert main(["bridge", "ros2", "--robot", "turtlebot4", *arguments]) == Exit.INVALID
+    assert said == [dialect]

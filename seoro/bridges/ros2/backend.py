@@ -29,8 +29,7 @@ from seoro.bridges.ros2.recording import Playback, Recording, check_storage, ope
 from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
 from seoro.bridges.ros2.tf.listener import TransformListener, listen
 from seoro.bridges.ros2.topics import Publication, Received, Subscription
-from seoro.bridges.ros2.wire import PRESETS, Dialect, RmwZenoh, Ros2Dds
-from seoro.errors import InvalidUse
+from seoro.bridges.ros2.wire import PRESETS, named_dialect
 from seoro.runtime import ros_system as contract
 from seoro.runtime.contracts import Happened, Lost
 
@@ -349,9 +348,6 @@ def _summary(recording: Recording) -> str:
     return f"recorded {counts} in {recording.folder}{f'; {lost} messages were lost' if lost else ''}"
 
 
-DIALECTS: dict[str, Callable[[int], Dialect]] = {"rmw_zenoh": RmwZenoh, "ros2dds": lambda domain: Ros2Dds()}
-
-
 @dataclass(frozen=True)
 class RosOptions:
     """How a run reaches a ROS 2 system.
@@ -387,11 +383,7 @@ async def reach(options: RosOptions) -> AsyncIterator[RosSystem]:
         BackendError: Nobody listens at the endpoint, or no ROS 2 system is seen there.
     """
     types = await anyio.to_thread.run_sync(_load_types, options.interfaces)
-    dialect = None
-    if options.dialect is not None:
-        if options.dialect not in DIALECTS:
-            raise InvalidUse(f"there is no dialect '{options.dialect}'", help=f"dialects: {', '.join(DIALECTS)}")
-        dialect = DIALECTS[options.dialect](options.domain)
+    dialect = named_dialect(options.dialect, options.domain)
     async with connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system:
         yield system
 

@@ -242,7 +242,11 @@ async def find_graph(session: AsyncSession, domain: int, timeout: float) -> Asyn
             case []:
                 raise NoSystem(await _nothing_seen(session, domain, timeout))
             case _:
-                raise InvalidUse("both rmw_zenoh and a bridge for DDS are seen", help="say which of them to speak")
+                raise InvalidUse(
+                    "both rmw_zenoh and a bridge for DDS are seen",
+                    help="say which of them to speak: `--dialect rmw_zenoh` or `--dialect ros2dds`; for runs, "
+                    "`?dialect=` after the endpoint",
+                )
 
 
 async def _nothing_seen(session: AsyncSession, domain: int, timeout: float) -> str:

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager
 from seoro.bridges.ros2.clients.presence import full_name
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
-from seoro.bridges.ros2.wire import Dialect, Endpoint, RmwZenoh, Ros2Dds
+from seoro.bridges.ros2.wire import Endpoint, RmwZenoh, named_dialect
 from seoro.errors import InvalidUse
 from seoro.lang.diagnostics import near
 
@@ -26,19 +26,10 @@ async def reached(options: argparse.Namespace) -> AsyncIterator[RosNode]:
     types = TypeStore.bundled(options.distribution)
     for folder in options.interfaces:
         types = types.add_folder(folder)
-    system = connect(options.ros, types=types, dialect=_dialect(options), domain=options.domain)
+    dialect = named_dialect(None if options.dialect == "auto" else options.dialect, options.domain)
+    system = connect(options.ros, types=types, dialect=dialect, domain=options.domain)
     async with system as reaching, reaching.node(NAME) as node:
         yield node
-
-
-def _dialect(options: argparse.Namespace) -> Dialect | None:
-    match options.dialect:
-        case "rmw_zenoh":
-            return RmwZenoh(options.domain)
-        case "ros2dds":
-            return Ros2Dds()
-        case _:
-            return None
 
 
 def tells_nodes(node: RosNode) -> bool:

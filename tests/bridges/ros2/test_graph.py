@@ -209,8 +209,9 @@ async def test_the_dialect_is_found_out(router: str) -> None:
     async with tokens(router, BRIDGE):
         assert await dialect_at(router) == Ros2Dds()
     async with tokens(router, BRIDGE, TALKER):
-        with pytest.raises(InvalidUse, match="both rmw_zenoh and a bridge"):
+        with pytest.raises(InvalidUse, match="both rmw_zenoh and a bridge") as refused:
             await dialect_at(router)
+        assert "`--dialect ros2dds`" in refused.value.help
 
 
 async def test_a_system_that_comes_later_is_waited_for(router: str) -> None:

@@ -22,7 +22,7 @@ from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
-from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.ros2.wire import RmwZenoh, named_dialect
 from seoro.bridges.ros2.wire.names import resolve
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.node import serving
@@ -54,6 +54,7 @@ class BridgeOptions:
         connect: Zenoh endpoint of a router to be reached over.
         state: File in which an emergency stop outlasts the bridge; None for nowhere.
         log: File of the log of what is asked of a bridge with keys.
+        dialect: `rmw_zenoh` or `ros2dds`; found out when None.
     """
 
     robots: Sequence[BridgedRobot]
@@ -65,6 +66,7 @@ class BridgeOptions:
     connect: str | None = None
     state: Path | None = None
     log: Path | None = None
+    dialect: str | None = None
 
 
 @asynccontextmanager
@@ -72,17 +74,18 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     """Serve robots of a ROS 2 system to runs for as long as the block lasts; then they stand still.
 
     Raises:
-        InvalidUse: Its keys are missing, or of no use there.
+        InvalidUse: Its keys are missing, or of no use there; or the system speaks both dialects.
         SessionError: An endpoint does not work.
         BackendError: There is no ROS 2 system, or the guard of the bridge does not start.
     """
     types = TypeStore.bundled()
     for folder in options.interfaces:
         types = types.add_folder(folder)
+    dialect = named_dialect(options.dialect, options.domain)
     made: list[RosRobot] = []
     door = node_door(options.listen, options.connect, options.node)
     async with (
-        connect(options.ros, types=types, domain=options.domain) as system,
+        connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system,
         guarded(_guard_of(options, system)),
         AsyncExitStack() as stack,
         _at_rest(made),

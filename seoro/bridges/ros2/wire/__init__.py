@@ -6,6 +6,7 @@ rmw_zenoh, `Ros2Dds` the bridge that stands before robots that talk DDS.
 
 from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment
 from seoro.bridges.ros2.wire.dialect import Dialect
+from seoro.bridges.ros2.wire.dialects import named_dialect
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.names import InvalidName, check_node_name, is_hidden, resolve, resolve_namespace
 from seoro.bridges.ros2.wire.qos import PRESETS, Durability, History, Liveliness, Qos, Reliability
@@ -31,6 +32,7 @@ __all__ = [
     "Ros2Dds",
     "check_node_name",
     "is_hidden",
+    "named_dialect",
     "resolve",
     "resolve_namespace",
 ]
