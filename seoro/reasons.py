@@ -36,7 +36,7 @@ def reason_text(verdict: Verdict, colour: bool = False, width: int | None = None
         return ""
     status = verdict.status.value
     head = f"\x1b[{_STYLES[verdict.status]}m{status}\x1b[0m" if colour else status
-    lines = [*_wrap(f"{head}: {verdict.reason}", "", width)]
+    lines = [*_wrap(f"{head}: {printable(verdict.reason)}", "", width)]
     labels = _labels(verdict)
     gutter = " "
     if labels:
@@ -45,10 +45,15 @@ def reason_text(verdict: Verdict, colour: bool = False, width: int | None = None
         lines.append(render_text(found, colour=colour).partition("\n")[2])
     mark = "\x1b[34;1m=\x1b[0m" if colour else "="
     for first, *rest in _notes(verdict.explanation) if verdict.explanation else ():
-        lines += _wrap(f"{gutter}{mark} {first}", gutter + "  ", width)
+        lines += _wrap(f"{gutter}{mark} {printable(first)}", gutter + "  ", width)
         for line in rest:
-            lines += _wrap(f"{gutter}  {line}", gutter + "    ", width)
+            lines += _wrap(f"{gutter}  {printable(line)}", gutter + "    ", width)
     return "\n".join(lines)
+
+
+def printable(text: str) -> str:
+    """A text of a scenario or an action without what would control the terminal."""
+    return text if text.isprintable() else "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
 def fault_text(fault: Exception) -> str:

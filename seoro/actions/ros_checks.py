@@ -20,6 +20,7 @@ COMPARABLE = 60.0  # [s]; clocks that differ by more do not tell how old a messa
 AHEAD = 1.0  # [s] that the clock of a robot may be ahead
 DEFAULT_QOS = "system_default"
 LOG_TYPE = "rcl_interfaces/msg/Log"
+LOG_QOS = "parameters"  # reliable, with room for a thousand: nodes log in bursts
 
 
 class Terms(NamedTuple):
@@ -206,4 +207,4 @@ async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str])
         is_it = module_name in ("", log["name"]) and any(value in log["msg"] for value in values)
         return "" if is_it else f"none of {', '.join(f'`{value}`' for value in values)} in the logs"
 
-    await check(ctx, "/rosout", LOG_TYPE, DEFAULT_QOS, judge, Terms(False, False, True))
+    await check(ctx, "/rosout", LOG_TYPE, LOG_QOS, judge, Terms(False, False, True))

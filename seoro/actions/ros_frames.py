@@ -112,6 +112,8 @@ async def assert_tf_moving(
     use_sim_time: bool,
 ) -> None:
     """Watch a frame; that it does not move or turn fast enough for too long is a failure."""
+    if timeout <= 0.0:
+        raise ActionFailed(f"`timeout` is above 0, not {timeout:g} s")
     movement, system = _Movement(threshold_translation, threshold_rotation), system_of(ctx)
 
     def note(text: str) -> None:
@@ -148,7 +150,7 @@ class _MachineTime:
 
     async def wait_until(self, moment: float) -> None:
         """Wait until it is so late."""
-        await anyio.sleep(moment - self.now())
+        await anyio.sleep(max(0.0, moment - self.now()))
 
     def has_jumped(self) -> bool:
         """It does not jump."""

@@ -17,8 +17,8 @@ from seoro.cli.arguments import Container
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import plain, table
-from seoro.cli.output import printable
 from seoro.errors import InvalidUse
+from seoro.reasons import printable
 from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:

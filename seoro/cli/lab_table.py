@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from seoro.cli.output import printable
+from seoro.reasons import printable
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import LabState, RobotState

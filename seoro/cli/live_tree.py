@@ -19,8 +19,9 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from seoro.cli.output import Progress, printable, use_colour
+from seoro.cli.output import Progress, use_colour
 from seoro.cli.tree import Node, Row, Tree
+from seoro.reasons import printable
 from seoro.runtime.verdict import Verdict
 
 RATE: Final = 6.0  # pictures a second

@@ -14,7 +14,7 @@ from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import use_keys
 from seoro.cli.output import print_error
-from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.errors import InvalidScenario, InvalidUse, SeoroError
 
 # What each command does, in the order of `--help`; its module is loaded when it is asked for.
 COMMANDS: Final[Mapping[str, str]] = {
@@ -60,28 +60,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     use_keys(options)
     try:
         return int(options.run(options))
-    except (InvalidScenario, InvalidUse) as error:
-        print_error(error)
-        return Exit.INVALID
-    except BackendError as error:
-        print_error(error)
-        return Exit.ERROR
     except KeyboardInterrupt:
         return Exit.INTERRUPTED
-    except BrokenPipeError:
-        # Whoever read the output has gone; nothing more can be said.
-        sys.stderr.close()
-        return Exit.ERROR
-    except OSError as error:
-        print_error(error)
-        return Exit.ERROR
     except Exception as error:
-        if options.debug:
-            raise
         while isinstance(error, ExceptionGroup):
             error = error.exceptions[0]
-        print_error(RuntimeError(f"internal error: {type(error).__name__}: {error}; `--debug` shows where"))
-        return Exit.ERROR
+        if options.debug and not isinstance(error, SeoroError | OSError):
+            raise
+        return _status_of(error)
+
+
+def _status_of(error: Exception) -> Exit:
+    """The exit status of what went wrong, which is printed."""
+    match error:
+        case InvalidScenario() | InvalidUse():
+            print_error(error)
+            return Exit.INVALID
+        case BrokenPipeError():
+            # Whoever read the output has gone; nothing more can be said.
+            sys.stderr.close()
+        case SeoroError() | OSError():
+            print_error(error)
+        case _:
+            print_error(RuntimeError(f"internal error: {type(error).__name__}: {error}; `--debug` shows where"))
+    return Exit.ERROR
 
 
 def _parser(arguments: Sequence[str]) -> Parser:

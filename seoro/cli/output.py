@@ -14,7 +14,7 @@ from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.lang.source import Span
-from seoro.reasons import reason_text
+from seoro.reasons import printable, reason_text
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import Cancelled, RunStatus, Verdict
 from seoro.runtime.writer import Writer, unbuffered
@@ -65,9 +65,9 @@ def error_text(error: Exception, colour: bool = False) -> str:
         case InvalidUse(span=Span() as span):
             return render_text(_at_run(error, span), colour=colour)
         case InvalidUse(help=hint) if hint:
-            return f"error: {error}\n  = help: {hint}"
+            return printable(f"error: {error}\n  = help: {hint}")
         case _:
-            return f"error: {error}"
+            return printable(f"error: {error}")
 
 
 def print_reason(verdict: Verdict) -> None:
@@ -81,7 +81,7 @@ def print_reason(verdict: Verdict) -> None:
 def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
     """What was found when a scenario was to be run, or ran, as a diagnostic."""
     first, *others = [Label(place, text) for place, text in error.places] or [Label(span, "")]
-    return Diagnostic(Severity.ERROR, error.code, str(error), first, tuple(others), help=error.help)
+    return Diagnostic(Severity.ERROR, error.code, printable(str(error)), first, tuple(others), help=error.help)
 
 
 class Progress:
@@ -199,8 +199,3 @@ class Progress:
             self.say(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
         if len(items) > _MAX_ITEMS:
             self.say(f"  and {len(items) - _MAX_ITEMS} more items: `--json` has all of them")
-
-
-def printable(text: str) -> str:
-    """A text of a scenario or an action without what would control the terminal."""
-    return text if text.isprintable() else "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)

@@ -11,9 +11,9 @@ import anyio
 
 from seoro.cli.arguments import whole
 from seoro.cli.exits import Exit
-from seoro.cli.output import printable
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.errors import BackendLost
+from seoro.reasons import printable
 from seoro.runtime.jsonl import to_json
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ It tells on stdout what it was told on /cmd_vel.
 
 import sys
 from collections.abc import Mapping
+from itertools import count, islice
 from typing import Any
 
 import anyio
@@ -12,7 +13,7 @@ import anyio
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.topics import Subscription
-from seoro.bridges.ros2.wire import PRESETS, RmwZenoh
+from seoro.bridges.ros2.wire import PRESETS, Qos, RmwZenoh
 from seoro.bridges.session import open_session
 
 PARAMETERS: dict[str, dict[str, Any]] = {
@@ -20,7 +21,10 @@ PARAMETERS: dict[str, dict[str, Any]] = {
     "robot_model": {"type": 4, "string_value": "differential"},
     "weights": {"type": 8, "double_array_value": [0.5, 0.25]},
 }
-SUCCEEDED, ABORTED = 4, 6
+SUCCEEDED, CANCELED = 4, 5
+ENDLESS = 50  # order of a goal that goes on until it is canceled
+called_off = anyio.Event()
+orders: list[int] = []
 
 
 async def enable(request: Message) -> Mapping[str, Any]:
@@ -49,15 +53,20 @@ async def set_values(request: Message) -> Mapping[str, Any]:
 
 
 async def accept_goal(request: Message) -> Mapping[str, Any]:
+    orders.append(request.goal.order)
     return {"accepted": request.goal.order < 100}
 
 
 async def end_goal(_: Message) -> Mapping[str, Any]:
+    if orders[-1] == ENDLESS:
+        await called_off.wait()
+        return {"status": CANCELED, "result": {"sequence": []}}
     return {"status": SUCCEEDED, "result": {"sequence": [0, 1, 1, 2, 3]}}
 
 
-async def cancel_goal(_: Message) -> Mapping[str, Any]:
-    return {}
+async def cancel_goal(request: Message) -> Mapping[str, Any]:
+    called_off.set()
+    return {"goals_canceling": [{"goal_id": {"uuid": request.goal_info.goal_id.uuid}}]}
 
 
 SERVICES = (
@@ -79,6 +88,7 @@ async def main(endpoint: str) -> None:
         system.node("robot") as node,
         node.publishing("/scan", "sensor_msgs/msg/LaserScan", PRESETS["sensor_data"]) as scan,
         node.publishing("/chatter", "std_msgs/msg/String") as chatter,
+        node.publishing("/burst", "std_msgs/msg/Int64", Qos(depth=1)) as burst,
         node.subscribing("/cmd_vel", "geometry_msgs/msg/Twist") as commands,
         anyio.create_task_group() as tasks,
     ):
@@ -88,7 +98,10 @@ async def main(endpoint: str) -> None:
         await system.graph.wait_for(lambda graph: len(graph.services(hidden=True)) == len(SERVICES))
         sys.stdout.write("ready\n")
         sys.stdout.flush()
+        numbers = count()
         while True:
+            for number in islice(numbers, 5):
+                burst.publish({"data": number})
             scan.publish({"header": {"frame_id": "lidar"}, "range_max": 12.0, "ranges": [1.5] * 360})
             chatter.publish({"data": "hello"})
             await anyio.sleep(0.02)

@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 
 import pytest
 
 import seoro
 from seoro.cli.main import main
+from seoro.errors import BackendError, InvalidUse
 
 
 def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
@@ -50,3 +52,26 @@ def test_a_reader_that_goes_away_is_no_fault(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert done.stderr == ""
     assert done.stdout.startswith(str(file))
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (BrokenPipeError(), 3, ""),
+        (BackendError("the robot says \x1b[2J"), 3, "error: the robot says \ufffd[2J\n"),
+        (InvalidUse("there is none"), 2, "error: there is none\n"),
+        (KeyError("x"), 3, "error: internal error: KeyError: 'x'; `--debug` shows where\n"),
+    ],
+)
+def test_what_goes_wrong_in_tasks_is_told_as_elsewhere(
+    error: Exception, status: int, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(_options: object) -> int:
+        raise ExceptionGroup("in tasks", [ExceptionGroup("within", [error])])
+
+    printed = StringIO()
+    monkeypatch.setattr(printed, "close", lambda: None)
+    monkeypatch.setattr(sys, "stderr", printed)
+    monkeypatch.setattr("seoro.cli.check_command.run", run)
+    assert main(["check", "hello.osc"]) == status
+    assert printed.getvalue() == said

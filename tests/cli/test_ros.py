@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,7 +74,7 @@ def test_the_graph_is_json_on_request(ros: Ros) -> None:
 
 def test_a_node_shows_what_it_has(ros: Ros) -> None:
     _, out, _ = ros("graph", "--node", "robot")
-    assert out.startswith("/robot\npublishes (2)\n")
+    assert out.startswith("/robot\npublishes (3)\n")
     assert "subscribes (1)\n  /cmd_vel  geometry_msgs/msg/Twist\n" in out
 
 
@@ -135,6 +137,13 @@ def test_rates_are_measured(ros: Ros) -> None:
     assert out.rstrip().endswith("of 20")
 
 
+def test_bursts_are_shown_whole_whatever_their_publisher_keeps(ros: Ros) -> None:
+    status, out, err = ros("topic", "echo", "/burst", "--member", "data", "-n", "100")
+    assert (status, err) == (0, "")
+    numbers = [int(line) for line in out.split()]
+    assert numbers == list(range(numbers[0], numbers[0] + 100))
+
+
 def test_info_tells_quality_of_service_and_definitions(ros: Ros) -> None:
     _, out, _ = ros("topic", "info", "/scan")
     assert out.splitlines()[0] == "1 publisher"
@@ -174,6 +183,17 @@ def test_goals_are_sent(ros: Ros) -> None:
     assert (status, out) == (1, "the server of /fibonacci rejects the goal\n")
 
 
+def test_a_goal_is_canceled_by_ctrl_c_which_is_told(robot: Robot) -> None:
+    seoro = str(Path(sys.executable).with_name("seoro"))
+    command = [seoro, "ros", "action", "send", "/fibonacci", "{order: 50}", "--ros", robot.endpoint]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        assert running.stdout.readline() == "/fibonacci has accepted the goal\n"
+        running.send_signal(signal.SIGINT)
+        assert running.communicate(timeout=60.0) == ("", "the goal was canceled\n")
+    assert running.returncode == 130
+
+
 def test_parameters_are_shown_and_set(ros: Ros) -> None:
     _, out, _ = ros("param", "get", "robot")
     assert out == "max_particles: 2000\nrobot_model: differential\nweights: [0.5, 0.25]\n"
@@ -184,10 +204,10 @@ def test_parameters_are_shown_and_set(ros: Ros) -> None:
 
 def test_what_a_node_refuses_is_told(ros: Ros) -> None:
     status, _, err = ros("param", "set", "robot", "max_particles", "-1")
-    assert status != 0
+    assert status == 2
     assert "it has to be positive" in err
     status, _, err = ros("param", "get", "robot", "max_particle")
-    assert status != 0
+    assert status == 2
     assert "/robot has no parameter `max_particle`; there is max_particles" in err
     status, _, err = ros("param", "get", "nobody")
     assert status != 0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
+import sys
 from typing import Any
 
 from seoro.bridges.ros2.clients.errors import GoalRejected
@@ -11,6 +13,7 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
 from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
+from seoro.reasons import printable
 from seoro.runtime.contracts import GoalStatus
 
 
@@ -37,14 +40,24 @@ async def _pursue(options: argparse.Namespace, node: RosNode, action: str, type_
         if options.feedback:
             _print(options, "feedback", plain(feedback))
 
+    noted: list[str] = []
+
+    def note(text: str) -> None:
+        noted.append(text)
+        print(f"warning: {printable(text)}", file=sys.stderr)
+
     try:
-        async with pursuing(node, action, type_name, goal, tell) as pursued:
+        async with pursuing(node, action, type_name, goal, tell, note) as pursued:
             if not options.json:
                 print(f"{action} has accepted the goal", flush=True)
             ended = await pursued.ended()
     except GoalRejected as rejected:
-        print(rejected)
+        print(printable(str(rejected)))
         return Exit.FAILED
+    except asyncio.CancelledError:
+        if not noted:
+            print("the goal was canceled", file=sys.stderr)
+        raise
     _print(options, ended.status.value, plain(ended.result))
     return Exit.PASSED if ended.status is GoalStatus.SUCCEEDED else Exit.FAILED
 

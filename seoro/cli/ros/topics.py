@@ -22,12 +22,14 @@ from seoro.bridges.ros2.interfaces.plain import plain
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import PRESETS, Durability, Endpoint, Qos, Reliability
+from seoro.bridges.session import Bound
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import of_others, only_type, reached
 from seoro.cli.ros.values import as_json, as_yaml, counted, print_types, read_value, table
 from seoro.errors import BackendError
 
 WINDOW = 10_000  # messages of which rates are computed at most
+WAITING = Bound(10_000)  # whatever publishers keep: what comes in a burst is shown, too
 REPORT = 1.0  # [s] between two reports of a rate
 
 
@@ -90,7 +92,6 @@ async def echo(options: argparse.Namespace) -> int:
             count += 1
             if count == options.count:
                 break
-        _tell_losses(subscription)
     return Exit.PASSED
 
 
@@ -116,7 +117,6 @@ async def measure_rate(options: argparse.Namespace) -> int:
                 print(_rate(arrivals, sizes), flush=True)
             if count == options.count:
                 break
-        _tell_losses(subscription)
     return Exit.PASSED
 
 
@@ -148,8 +148,11 @@ async def _following(
         found = types_of((*publishers, *of_others(node, node.graph.subscriptions(topic))))
         type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         qos = PRESETS[options.qos] if options.qos else fitting_qos(publishers)
-        async with node.subscribing(topic, type_name, qos, is_decoded=is_decoded) as subscription:
-            yield node, subscription
+        async with node.subscribing(topic, type_name, qos, WAITING, is_decoded=is_decoded) as subscription:
+            try:
+                yield node, subscription
+            finally:
+                _tell_losses(subscription)
 
 
 def fitting_qos(publishers: Iterable[Endpoint]) -> Qos:

@@ -11,6 +11,7 @@ import yaml
 
 from seoro.errors import InvalidUse
 from seoro.plain_yaml import read_yaml
+from seoro.reasons import printable
 
 MANY = 16  # elements of a list that are shown
 LONG = 200  # characters of a text that are shown
@@ -46,7 +47,7 @@ def as_yaml(value: Any, *, full: bool) -> str:
 
 
 def _scalar(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value)
+    return printable(value) if isinstance(value, str) else json.dumps(value)
 
 
 def as_json(value: Any) -> str:

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import anyio
 import pytest
 
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.wire import Qos, RmwZenoh
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos, expect_failure, run_with_a_robot_that_dies
+from tests.actions.ros2.conftest import RunRos, expect_failure, ran_of, run_with_a_robot_that_dies, running
 
 SCAN_TYPE, EMPTY = '"sensor_msgs/msg/LaserScan"', '"std_msgs/msg/Empty"'
 COUNT = '"/count", "std_msgs/msg/Int64"'
@@ -118,6 +121,22 @@ scenario main:
             repeat()
 """
     )
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+async def test_what_is_logged_in_a_burst_is_found(tmp_path: Path, robot: str) -> None:
+    text = 'scenario main:\n    do log_check("chatty", ["the sixth"])\n'
+    async with (
+        connect(robot, dialect=RmwZenoh()) as system,
+        system.node("chatty") as node,
+        node.publishing("/rosout", "rcl_interfaces/msg/Log", Qos(depth=1000)) as logs,
+        running(tmp_path, robot, text) as run,
+    ):
+        with anyio.fail_after(30.0):
+            await logs.wait_for_subscription()
+            for number in range(300):
+                logs.publish({"name": "chatty", "msg": "the sixth" if number == 5 else f"line {number}"})
+            ran = await ran_of(run)
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 

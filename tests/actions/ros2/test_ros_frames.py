@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from seoro.actions.ros_frames import _MachineTime
 from seoro.errors import InvalidUse
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
@@ -78,6 +79,7 @@ scenario main:
 @pytest.mark.parametrize(
     ("invocation", "reason"),
     [
+        ("'box', timeout: 0s", "`timeout` is above 0, not 0 s"),
         ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: at 0 m/s and 0 rad/s"),
         pytest.param(
             "'box', timeout: 0.4s, use_sim_time: true",
@@ -109,3 +111,8 @@ async def test_what_rests_fails(invocation: str, reason: str, run_ros: RunRos) -
 async def test_what_navigates_needs_a_home_that_can(run_ros: RunRos) -> None:
     with pytest.raises(InvalidUse, match=r"`robot` lives in the ROS 2 system at .*, which cannot carry out"):
         await run_ros(f"{ROBOT}    do robot.nav_to_pose(pose_3d())\n")
+
+
+async def test_what_is_late_is_not_waited_for() -> None:
+    clock = _MachineTime()
+    await clock.wait_until(clock.now() - 1.0)

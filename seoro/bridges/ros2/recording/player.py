@@ -211,12 +211,16 @@ async def _clock(node: RosNode, pace: _Pace, rate: float | None) -> AsyncIterato
 
 
 def _offer(recorded: Sequence[Qos]) -> Qos:
-    """What satisfies all who were satisfied by the publishers that were recorded."""
+    """What satisfies all who were satisfied by the publishers that were recorded.
+
+    What each of them kept for those who come later is kept by one.
+    """
     if not recorded:
         return Qos()
+    kept = sum(qos.depth for qos in recorded if qos.is_transient_local)
     return Qos(
         Reliability.RELIABLE if any(qos.is_reliable for qos in recorded) else Reliability.BEST_EFFORT,
         Durability.TRANSIENT_LOCAL if any(qos.is_transient_local for qos in recorded) else Durability.VOLATILE,
         History.KEEP_ALL if any(qos.history is History.KEEP_ALL for qos in recorded) else History.KEEP_LAST,
-        depth=max(qos.depth for qos in recorded),
+        depth=max(kept, *(qos.depth for qos in recorded)),
     )

@@ -3,6 +3,7 @@
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import anyio
@@ -13,7 +14,7 @@ from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagTopic
-from seoro.bridges.ros2.recording.player import Playback, play
+from seoro.bridges.ros2.recording.player import Playback, _offer, play
 from seoro.bridges.ros2.recording.reader import open_bag
 from seoro.bridges.ros2.recording.writer import write_bag
 from seoro.bridges.ros2.topics import Received, Subscription
@@ -70,6 +71,11 @@ async def test_publishers_offer_what_satisfies_all_who_were_satisfied(
         tasks.cancel_scope.cancel()
     assert publisher.qos is not None
     assert (publisher.qos.is_reliable, publisher.qos.is_transient_local, publisher.qos.depth) == (True, True, 7)
+
+
+def test_one_publisher_keeps_what_several_have_kept() -> None:
+    assert _offer((LATCHED, LATCHED, Qos())).depth == max(2 * LATCHED.depth, Qos().depth)
+    assert _offer((replace(LATCHED, depth=1),) * 2).depth == 2
 
 
 async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: TypeStore, tmp_path: Path) -> None:
