@@ -8,10 +8,15 @@ from typing import Any, Final
 import yaml
 
 MAX_DEPTH: Final = 100
+_MERGE: Final = "tag:yaml.org,2002:merge"  # `<<`, which may stand in a mapping more than once
 
 
-class _Shallow(yaml.SafeLoader):
-    """Refuses what is nested deeply while it is read: the time that reading takes grows with the square of it."""
+class _Plain(yaml.SafeLoader):
+    """Refuses what is nested deeply while it is read: the time that reading takes grows with the square of it.
+
+    Keys that a mapping has twice are refused, too; YAML readers take the last one without a word. `1e-05` is a
+    number, as YAML 1.2 has it.
+    """
 
     _depth = 0
 
@@ -28,9 +33,33 @@ class _Shallow(yaml.SafeLoader):
         self._depth -= 1
         return node
 
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        """Compose a mapping.
 
-class _WithoutReferences(_Shallow):
-    """Refuses references, which could make a small text a huge value; `1e-05` is a number, as YAML 1.2 has it."""
+        Raises:
+            yaml.MarkedYAMLError: It has a key twice.
+        """
+        node = super().compose_mapping_node(anchor)
+        marks: dict[tuple[str, str], yaml.Mark] = {}
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode) or key.tag == _MERGE:
+                continue
+            if first := marks.get((key.tag, key.value)):
+                problem = f"the key '{key.value}' is given twice, for the first time in line {first.line + 1}"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+            marks[key.tag, key.value] = key.start_mark
+        return node
+
+
+_Plain.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)
+
+
+class _WithoutReferences(_Plain):
+    """Refuses references, too, which could make a small text a huge value."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Compose a node.
@@ -43,20 +72,13 @@ class _WithoutReferences(_Shallow):
         return super().compose_node(parent, index)
 
 
-_WithoutReferences.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
-    list("-+.0123456789"),
-)
-
-
 def load_yaml(text: str, *, references: bool) -> Any:
     """The value of a text, which may have references or not.
 
     Raises:
         yaml.YAMLError: It has none.
     """
-    return yaml.load(text, _Shallow if references else _WithoutReferences)  # noqa: S506 - both are safe
+    return yaml.load(text, _Plain if references else _WithoutReferences)  # noqa: S506 - both are safe
 
 
 def read_yaml(text: str) -> Any:
