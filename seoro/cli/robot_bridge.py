@@ -95,6 +95,7 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
 def _robots(texts: Sequence[str]) -> list[BridgedRobot]:
     from seoro.bridges.ros2.robots.profile import read_profile  # noqa: PLC0415 - the form of profiles
     from seoro.bridges.ros2.robots.running import BridgedRobot  # noqa: PLC0415 - Zenoh and numpy
+    from seoro.bridges.ros2.wire.names import InvalidName, resolve_namespace  # noqa: PLC0415 - the same
 
     robots: list[BridgedRobot] = []
     for text in texts:
@@ -110,7 +111,11 @@ def _robots(texts: Sequence[str]) -> list[BridgedRobot]:
             raise InvalidUse(
                 f"two robots are called '{name}'", help="give them names: `--robot turtlebot4:leader`"
             )
-        robots.append(BridgedRobot(name, profile, f"/{(parts['namespace'] or '').strip('/')}"))
+        try:
+            namespace = resolve_namespace(parts["namespace"] or "")
+        except InvalidName as error:
+            raise InvalidUse(f"`--robot {text}` has no namespace of ROS 2: {error}") from error
+        robots.append(BridgedRobot(name, profile, namespace))
     _check_apart(robots)
     return robots
 

@@ -25,6 +25,7 @@ from seoro.errors import InvalidUse
             "'a' and 'b' are one robot: /tb/cmd_vel commands both",
         ),
         (["--robot", "turtlebot4@/1tb"], "1tb"),
+        (["--robot", "turtlebot4@x//y"], "`--robot turtlebot4@x//y` has no namespace of ROS 2: 'x//y': there is"),
         (["--robot", "turtlebot4", "--name", "Hall"], "'Hall' cannot name a bridge"),
         (["--robot", "turtlebot4", "--ros-listen", "tcp/127.0.0.1:1"], "`--ros-listen` goes with `--expose`"),
         (["--expose", "--dialect", "ros2dds"], "`--dialect` goes with `--robot`"),

@@ -10,14 +10,34 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from seoro.bridges.ros2.wire.names import InvalidName, resolve
 from seoro.errors import InvalidUse
 from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
 
-Name = Annotated[str, Field(pattern=r"^[~/A-Za-z][A-Za-z0-9_/]{0,200}$")]
+
+def _of_the_robot(name: str) -> str:
+    if name.startswith("~"):
+        raise ValueError("a private name is that of a node: write out the topic, service or action of the robot")
+    try:
+        resolve(name, "/", "robot")
+    except InvalidName as error:
+        raise ValueError(str(error)) from error
+    return name
+
+
+def _not_zero(value: float) -> float:
+    if value == 0.0:
+        raise ValueError("Input should not be 0")
+    return value
+
+
+Name = Annotated[str, AfterValidator(_of_the_robot)]
 Frame = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_/]{0,200}$")]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Given = Annotated[str, Field(min_length=1)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0.0)]
 
 
 class _Part(BaseModel):
@@ -39,7 +59,6 @@ class Base(_Part):
         cmd_vel: Topic of commands of velocity, `Twist` or `TwistStamped` as whoever subscribes says.
         odometry: Topic of `nav_msgs/Odometry`.
         map_frame: Frame in which poses of goals are.
-        base_frame: Frame of the robot.
         initial_pose: Topic on which the localisation is told where the robot is.
         pose: Topic on which the localisation says that.
         global_localization: Service that makes the localisation start over everywhere.
@@ -50,7 +69,6 @@ class Base(_Part):
     cmd_vel: Name = "cmd_vel"
     odometry: Name = "odom"
     map_frame: Frame = "map"
-    base_frame: Frame = "base_link"
     initial_pose: Name = "initialpose"
     pose: Name = "amcl_pose"
     global_localization: Name = "reinitialize_global_localization"
@@ -72,9 +90,9 @@ class Gripper(_Part):
     """
 
     action: Name
-    joint: str
-    closed: float
-    per_metre: float
+    joint: Given
+    closed: Number
+    per_metre: Annotated[Number, AfterValidator(_not_zero)]
     widest: Positive
     force: Positive
 
@@ -88,7 +106,7 @@ class MoveGroup(_Part):
     """
 
     action: Name = "move_action"
-    group: str
+    group: Given
 
 
 class Arm(_Part):
@@ -104,7 +122,7 @@ class Arm(_Part):
         gripper: Its gripper, if it has one.
     """
 
-    joints: Annotated[Mapping[str, Positive], Field(min_length=1)]
+    joints: Annotated[Mapping[Given, Positive], Field(min_length=1)]
     trajectory: Name
     joint_states: Name = "joint_states"
     base_frame: Frame = "base_link"
@@ -127,7 +145,7 @@ class Profile(_Part):
     """
 
     model: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
-    kinds: Annotated[tuple[str, ...], Field(min_length=1)]
+    kinds: Annotated[tuple[Given, ...], Field(min_length=1)]
     tf: Name = "tf"
     tf_static: Name = "tf_static"
     battery: Name = "battery_state"

@@ -6,8 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from seoro.bridges.ros2.robots.profile import available_profiles, read_profile
+from seoro.bridges.ros2.robots.profile import Limits, available_profiles, read_profile
 from seoro.errors import InvalidUse
+
+BASE = "model: rover\nkinds: [robot]\nbase:\n  limits: {linear: 1, angular: 5e-1}\n"
+GRIPPER = (
+    "model: rover\nkinds: [arm]\narm:\n  joints: {{a: 1}}\n  trajectory: follow\n"
+    "  gripper: {{action: grip, joint: f, closed: {closed}, per_metre: {per_metre}, widest: 1, force: 1}}\n"
+)
 
 
 @pytest.mark.parametrize("name", available_profiles())
@@ -17,12 +23,10 @@ def test_the_profiles_that_come_with_seoro_are_right(name: str) -> None:
 
 def test_a_profile_of_ones_own_has_the_usual_names(tmp_path: Path) -> None:
     file = tmp_path / "rover.yaml"
-    file.write_text(
-        "model: rover\nkinds: [robot]\nbase:\n  limits: {linear: 1, angular: 1}\n  odometry: /wheels\n"
-    )
+    file.write_text(f"{BASE}  odometry: /wheels\n")
     base = read_profile(str(file)).base
     assert base is not None
-    assert (base.cmd_vel, base.odometry, base.limits.linear) == ("cmd_vel", "/wheels", 1.0)
+    assert (base.cmd_vel, base.odometry, base.limits) == ("cmd_vel", "/wheels", Limits(linear=1.0, angular=0.5))
 
 
 @pytest.mark.parametrize(
@@ -32,6 +36,14 @@ def test_a_profile_of_ones_own_has_the_usual_names(tmp_path: Path) -> None:
         ("model: rover\nkinds: []\n", r"rover\.yaml:2: kinds: "),
         ("model: rover\nkind: robot\n", r"rover\.yaml:2: kind: Extra inputs"),
         ("model: [", r"rover\.yaml:\d: no valid YAML"),
+        (BASE + "  cmd_vel: a\n  cmd_vel: b\n", r"rover\.yaml:6: .* 'cmd_vel' is given twice, .* line 5"),
+        (BASE + "  cmd_vel: a//b\n", r"rover\.yaml:5: base\.cmd_vel: .* nothing between"),
+        (BASE + "  odometry: odom/\n", r"rover\.yaml:5: base\.odometry: .* nothing between or after"),
+        (BASE + "  odometry: ~/odom\n", r"rover\.yaml:5: base\.odometry: .* a private name is that of a node"),
+        (BASE.replace("1,", "true,"), r"rover\.yaml:4: base\.limits\.linear: .* valid number"),
+        (GRIPPER.format(closed=".nan", per_metre=1), r"rover\.yaml:6: arm\.gripper\.closed: .* finite"),
+        (GRIPPER.format(closed=0, per_metre=".inf"), r"rover\.yaml:6: arm\.gripper\.per_metre: .* finite"),
+        (GRIPPER.format(closed=0, per_metre=0), r"rover\.yaml:6: arm\.gripper\.per_metre: .* not be 0"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, words: str) -> None:
