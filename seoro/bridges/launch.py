@@ -214,9 +214,11 @@ async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNod
     try:
         await node.load_world(options.world or "", options.seed)
     except BackendRefused as error:
+        known = f"worlds of {node.name}: {', '.join(features.available_worlds) or 'not told'}"
+        if options.world:
+            raise InvalidUse(f"the world '{options.world}' cannot be loaded: {error}", help=known) from error
         raise InvalidUse(
-            f"the world '{options.world}' cannot be loaded: {error}",
-            help=f"worlds of {node.name}: {', '.join(features.available_worlds)}",
+            f"{node.name} cannot start over: {error}", help=f"`--world` loads a world instead; {known}"
         ) from error
     return node
 

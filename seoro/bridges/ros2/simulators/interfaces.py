@@ -9,11 +9,12 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
-from seoro.bridges.ros2.errors import CallFailed
+from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, WrongType
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, check_finite
+from seoro.errors import SeoroError
 
 MAP = "map"
 STOPPED, PLAYING, PAUSED = 0, 1, 2  # of `simulation_interfaces/SimulationState`
@@ -30,10 +31,26 @@ NEEDED = {
 
 @dataclass(frozen=True)
 class States:
-    """Where the entities are, by name, and when that was [s]."""
+    """Where the entities are, as messages by name, and when that was [s]."""
 
     time: float
-    entities: Mapping[str, wire.EntityState]
+    entities: Mapping[str, Any]
+
+    def of(self, name: str) -> wire.EntityState:
+        """Where one of them is.
+
+        Raises:
+            RequestRefused: That is not told in numbers that can be used.
+        """
+        state = self.entities[name]
+        try:
+            pose, twist = geometry.pose(state.pose), geometry.twist(state.twist)
+        except ValueError as error:
+            message = f"the state of the entity {name!r} cannot be used: {error}"
+            raise RequestRefused(Result.OPERATION_FAILED, message) from error
+        for part in (pose.position, twist.linear, twist.angular):
+            check_finite(f"state of the entity {name!r}", part.x, part.y, part.z)
+        return wire.EntityState(pose=pose, twist=twist)
 
 
 class SimulationInterfaces:
@@ -62,30 +79,36 @@ class SimulationInterfaces:
             request: The request.
 
         Raises:
-            RequestRefused: The simulator said no, or does not respond.
+            RequestRefused: The simulator said no, does not respond, or serves something else by that name.
         """
-        if service not in self._clients:
-            calling = self._ros.calling(service, f"simulation_interfaces/srv/{kind}")
-            self._clients[service] = await self._stack.enter_async_context(calling)
         try:
+            if service not in self._clients:
+                calling = self._ros.calling(service, f"simulation_interfaces/srv/{kind}")
+                self._clients[service] = await self._stack.enter_async_context(calling)
             response = await self._clients[service].call(request, TIMEOUT)
-        except CallFailed as error:
+        except (CallFailed, WrongType, DefinitionMismatch) as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+        except SeoroError as error:
+            raise RequestRefused(Result.OPERATION_FAILED, f"`{service}` cannot be used: {error}") from error
         result = getattr(response, "result", None)
         if result is not None and result.result != Result.OK:
-            message = result.error_message or f"{service} was refused with the result {result.result}"
-            raise RequestRefused(int(result.result), message)
+            reason = result.error_message or f"the result is {result.result}"
+            raise RequestRefused(int(result.result), f"`{service}` was refused: {reason}")
         return response
 
     async def states(self) -> States:
-        """Where all entities are."""
+        """Where all entities are.
+
+        Raises:
+            RequestRefused: Also when there is not a state for each.
+        """
         response = await self.call("get_entities_states", "GetEntitiesStates", {})
-        times = [geometry.seconds(state.header.stamp) for state in response.states]
-        entities = {
-            name: wire.EntityState(pose=geometry.pose(state.pose), twist=geometry.twist(state.twist))
-            for name, state in zip(response.entities, response.states, strict=True)
-        }
-        return States(max(times, default=0.0), entities)
+        names, states = response.entities, response.states
+        if len(names) != len(states):
+            message = f"`get_entities_states` names {len(names)} entities and has {len(states)} states"
+            raise RequestRefused(Result.OPERATION_FAILED, message)
+        times = [geometry.seconds(state.header.stamp) for state in states]
+        return States(max(times, default=0.0), dict(zip(names, states, strict=True)))
 
     async def step(self, steps: int) -> None:
         """Make physics steps; responds when they are made."""

@@ -166,11 +166,11 @@ class RosSimulator:
         return wire.Entities(names=tuple(sorted(found.entities)))
 
     async def _state(self, request: wire.EntityName) -> wire.EntityState:
-        entities = (await self._simulator.states()).entities
-        if request.name not in entities:
-            known = listed(entities)
+        states = await self._simulator.states()
+        if request.name not in states.entities:
+            known = listed(states.entities)
             raise RequestRefused(Result.NOT_FOUND, f"there is no entity {request.name!r}: known are {known}")
-        return entities[request.name]
+        return states.of(request.name)
 
     async def _set_state(self, request: wire.SetEntityState) -> Empty:
         await self._simulator.set_state(request)
@@ -178,8 +178,7 @@ class RosSimulator:
 
     async def _relative_pose(self, request: wire.RelativePose) -> wire.Pose:
         check_finite("distance", request.distance)
-        entities = (await self._simulator.states()).entities
-        x, y, yaw = relative(entities, request.frame, request.parent_frame)
+        x, y, yaw = relative(await self._simulator.states(), request.frame, request.parent_frame)
         place = wire.Vector3(x=x + request.distance * math.cos(yaw), y=y + request.distance * math.sin(yaw))
         return wire.Pose(position=place, orientation=wire.Orientation(yaw=yaw))
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
-from seoro.bridges import wire
 from seoro.bridges.ros2.simulators.interfaces import MAP, SimulationInterfaces, States
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, listed
@@ -50,27 +48,27 @@ class RosWorld:
             await self.step(min(left, max(1, round(LONGEST / self.step_length))))
 
 
-def relative(entities: Mapping[str, wire.EntityState], frame: str, parent: str) -> tuple[float, float, float]:
+def relative(states: States, frame: str, parent: str) -> tuple[float, float, float]:
     """Where a frame is in another, seen from above: x, y [m] and yaw [rad]. Entities are frames by their names.
 
     Raises:
-        RequestRefused: There is no such entity.
+        RequestRefused: There is no such entity, or it is not told where it is.
     """
-    (x, y, yaw), (px, py, pyaw) = _planar(entities, frame), _planar(entities, parent)
+    (x, y, yaw), (px, py, pyaw) = _planar(states, frame), _planar(states, parent)
     cos, sin = math.cos(pyaw), math.sin(pyaw)
     dx, dy = x - px, y - py
     return cos * dx + sin * dy, cos * dy - sin * dx, math.remainder(yaw - pyaw, math.tau)
 
 
-def _planar(entities: Mapping[str, wire.EntityState], frame: str) -> tuple[float, float, float]:
+def _planar(states: States, frame: str) -> tuple[float, float, float]:
     if frame == MAP:
         return 0.0, 0.0, 0.0
     name = frame.removesuffix("_base_link_gt")  # as simulator nodes call a robot's true place
-    if name not in entities:
+    if name not in states.entities:
         raise RequestRefused(
-            Result.NOT_FOUND, f"there is no frame or entity {frame!r}: known are {listed([MAP, *entities])}"
+            Result.NOT_FOUND, f"there is no frame or entity {frame!r}: known are {listed([MAP, *states.entities])}"
         )
-    pose = entities[name].pose
+    pose = states.of(name).pose
     return pose.position.x, pose.position.y, pose.orientation.yaw
 
 

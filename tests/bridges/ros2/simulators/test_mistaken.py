@@ -1,0 +1,152 @@
+"""Simulators of the ROS world that say what cannot be, or serve other things than they should."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.simulators.node import serving_simulator
+from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.bridges.session import AsyncSession, open_session
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.wire.keys import NAMESPACE
+from seoro.errors import BackendRefused, InvalidUse
+
+UPRIGHT = {"w": 1.0}
+STEP = 0.01  # [s]
+
+
+@dataclass(frozen=True)
+class Mistaken:
+    """A simulator with two entities, `a` and `b`, of which the second is where it is said."""
+
+    orientation: dict[str, float]
+    x: float = 0.0
+    states: int = 2
+    resets: bool = True
+    world: str = "simulation_interfaces/srv/GetCurrentWorld"
+
+
+WELL = Mistaken(UPRIGHT)
+
+
+@asynccontextmanager
+async def simulated(made: Mistaken, router: str, types: TypeStore, folder: Path) -> AsyncIterator[AsyncSession]:
+    """The simulator as a node; gives a session that is connected to it."""
+    steps = 0
+
+    async def features(_: Any) -> dict[str, Any]:
+        return {}
+
+    async def states(_: Any) -> dict[str, Any]:
+        header = {"stamp": {"nanosec": round(steps * STEP * 1e9)}}
+        first = {"header": header, "pose": {"orientation": UPRIGHT}}
+        second = {"header": header, "pose": {"position": {"x": made.x}, "orientation": made.orientation}}
+        return done() | {"entities": ["a", "b"], "states": [first, second][: made.states]}
+
+    async def step(request: Any) -> dict[str, Any]:
+        nonlocal steps
+        steps += request.steps
+        return done()
+
+    async def state(_: Any) -> dict[str, Any]:
+        return done() | {"state": {"state": 2}}
+
+    async def answer(_: Any) -> dict[str, Any]:
+        return done()
+
+    async def reset(_: Any) -> dict[str, Any]:
+        return done() if made.resets else {"result": {"result": 0, "error_message": "not here"}}
+
+    async def world(_: Any) -> dict[str, Any]:
+        return done() | {"world": {"name": "w"}} if "World" in made.world else {}
+
+    services: dict[str, tuple[str, Callable[[Any], Awaitable[dict[str, Any]]]]] = {
+        "get_simulator_features": ("GetSimulatorFeatures", features),
+        "get_entities_states": ("GetEntitiesStates", states),
+        "step_simulation": ("StepSimulation", step),
+        "get_simulation_state": ("GetSimulationState", state),
+        "set_simulation_state": ("SetSimulationState", answer),
+        "reset_simulation": ("ResetSimulation", reset),
+    }
+    endpoint = f"unixsock-stream/{folder}/ros"
+    async with (
+        connect(router, types=types, dialect=RmwZenoh()) as theirs,
+        theirs.node("simulator") as node,
+        node.serving("get_current_world", made.world, world),
+        AsyncExitStack() as stack,
+    ):
+        for name, (kind, handler) in services.items():
+            await stack.enter_async_context(node.serving(name, f"simulation_interfaces/srv/{kind}", handler))
+        async with (
+            connect(router, types=types, dialect=RmwZenoh()) as system,
+            open_session(listen=endpoint) as hub,
+            serving_simulator(hub, "ros", system),
+            open_session(connect=endpoint) as session,
+        ):
+            yield session
+
+
+def done() -> dict[str, Any]:
+    return {"result": {"result": 1}}
+
+
+async def place_of(session: AsyncSession, entity: str) -> wire.EntityState:
+    return await ask(NodeAddress(session, NAMESPACE, "ros"), wire.GET_ENTITY_STATE, wire.EntityName(name=entity))
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (
+            replace(WELL, orientation={"w": 0.0}),
+            "the state of the entity 'b' cannot be used: the orientation is no",
+        ),
+        (replace(WELL, x=float("nan")), "the state of the entity 'b' .* no finite number"),
+    ],
+)
+async def test_a_state_that_cannot_be_is_refused_with_its_entity(
+    made: Mistaken, words: str, router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    async with simulated(made, router, types, tmp_path) as session:
+        with pytest.raises(BackendRefused, match=words):
+            await place_of(session, "b")
+        assert await place_of(session, "a") == wire.EntityState()
+
+
+async def test_states_that_are_too_few_are_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+    with pytest.raises(InvalidUse, match="`get_entities_states` names 2 entities and has 1 states"):
+        async with simulated(replace(WELL, states=1), router, types, tmp_path):
+            pass
+
+
+async def test_a_service_of_another_type_is_no_fault_of_the_bridge(
+    router: str, types: TypeStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    made = replace(WELL, world="std_srvs/srv/Trigger")
+    async with simulated(made, router, types, tmp_path) as session:
+        with pytest.raises(BackendRefused, match=r"^/get_current_world is of type std_srvs/srv/Trigger, not"):
+            await ask(NodeAddress(session, NAMESPACE, "ros"), wire.GET_SIMULATOR_FEATURES, wire.Empty())
+    assert not caplog.records
+
+
+async def test_a_reset_that_is_refused_is_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+    async with simulated(replace(WELL, resets=False), router, types, tmp_path):
+        with pytest.raises(
+            InvalidUse, match="'ros' cannot start over: `reset_simulation` was refused: not here"
+        ) as no:
+            async with connect_simulator(
+                f"unixsock-stream/{tmp_path}/ros", SimulatorOptions(None, 3, ModelPath())
+            ):
+                pass
+        assert "`--world` loads a world instead" in no.value.help
