@@ -70,7 +70,7 @@ async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | 
     async def stop(endpoint: str) -> None:
         found[endpoint] = await _stop_at(endpoint, asked, keys, began)
         if any(each.error for each in found[endpoint]):
-            # A connection may not come about on a machine that is busy.
+            # A connection may not come about on a machine that is busy, and goals may end a little later.
             found[endpoint] = await _stop_at(endpoint, asked, keys, began)
 
     async with anyio.create_task_group() as tasks:  # who is reached waits for nobody who is not
@@ -143,6 +143,9 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, be
         return Outcome(member.endpoint, member.called, error=str(error))
     what = "runs" if member.is_executor else "robots"
     done = _in_words(verb.name, answer, what)
+    if isinstance(answer, wire.EmergencyStopped) and answer.unsettled:
+        why = f"{done}; goals of {', '.join(answer.unsettled)} have not ended, and may go on"
+        return Outcome(member.endpoint, member.called, error=why, took=came - began)
     return Outcome(member.endpoint, member.called, done, took=came - began)
 
 
@@ -154,8 +157,7 @@ def _executor(each: Reached, session: AsyncSession) -> Executor:
 def _in_words(verb: str, answer: wire.Message, what: str) -> str:
     """What was done; `what` is what there may be to stop."""
     if isinstance(answer, wire.EmergencyStopped):
-        text = f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; there are no {what}"
-        return f"{text}; goals of {', '.join(answer.unsettled)} have not ended" if answer.unsettled else text
+        return f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; there are no {what}"
     return {wire.LEASE_ROBOTS.name: "leased", wire.STOP_ROBOT.name: "stopped"}.get(verb, "released")
 
 

@@ -383,8 +383,11 @@ class Agenda:
             self._interrupt.set()
 
     def tell(self, act: Callable[[], None]) -> None:
-        """Record what a backend says of its own accord, in the instant that it belongs to: this or the next."""
-        if self._open:
+        """Record what a backend says of its own accord, in the instant that it belongs to: this or the next.
+
+        After the last one, it is recorded at once: backends are ended then.
+        """
+        if self._open or self._finished:
             act()
         else:
             self._held.append(act)

@@ -198,7 +198,10 @@ Reporter = Callable[[Report], None]
 
 
 Happened = Callable[[str, Mapping[str, Any]], None]
-"""Called by a backend with the name and arguments of what happens unasked, such as a contact."""
+"""Called by a backend with the name and arguments of what happens unasked, such as a contact, or a `WARNING`."""
+
+WARNING = "warning"
+"""Names what people have to know: its `message` is a warning of the run, and no event."""
 
 Lost = Callable[[BackendError], None]
 """Called by a backend, on the event loop, when it is gone, with the reason, or when somebody has stopped all that

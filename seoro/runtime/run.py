@@ -29,7 +29,7 @@ from seoro.runtime.behaviors.invoke import OF_TYPE
 from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, within
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
-from seoro.runtime.contracts import Backend, Clock, Observer
+from seoro.runtime.contracts import WARNING, Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
 from seoro.runtime.events import Events
@@ -184,7 +184,11 @@ class Execution:
 
     def _tell(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Record what a backend says of its own accord."""
-        self._agenda.tell(partial(self._trace.event, name, arguments))
+        if name == WARNING:
+            source = self._entry.declaration.span
+            self._agenda.tell(partial(self._trace.log, arguments["message"], "warning", source))
+        else:
+            self._agenda.tell(partial(self._trace.event, name, arguments))
 
     def fail_backend(self, error: Exception) -> None:
         """End the run because a backend is gone, or somebody has stopped it, which is no error."""

@@ -24,8 +24,8 @@ def share_of(hold: Hold, happenings: Happenings) -> Happenings:
 
 
 def _is_own(hold: Hold, happening: Happening) -> bool:
-    if happening.occurrence is not None:
-        return happening.occurrence.id.startswith(own_id(hold.holder.holder, ""))
+    if (of_goal := happening.occurrence or happening.caution) is not None:
+        return of_goal.id.startswith(own_id(hold.holder.holder, ""))
     if happening.contact is not None:
         return hold.has(happening.contact.first) or hold.has(happening.contact.second)
     return happening.feedback is not None and hold.has(happening.feedback.robot)
@@ -37,6 +37,7 @@ def _told(hold: Hold, happening: Happening) -> Happening:
         occurrence=_since(hold, happening.occurrence),
         contact=_since(hold, happening.contact),
         feedback=_since(hold, happening.feedback),
+        caution=happening.caution,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 
 import anyio
 
@@ -12,7 +13,7 @@ from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of
 from seoro.errors import BackendError, BackendLost, BackendStopped
-from seoro.runtime.contracts import GoalStatus, Happened, Report
+from seoro.runtime.contracts import WARNING, GoalStatus, Happened, Report
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
 PATIENCE = 3.0  # [s] that the connection to the bridge may be broken; the robots stand still meanwhile
@@ -60,6 +61,11 @@ class HoldingRequests(Requests):
             broken_since = math.inf
             self._tell(told)
 
+    async def catch_up(self) -> None:
+        """Tell what has happened until now, as far as the bridge still says so."""
+        with suppress(SessionError, wire.WireError):
+            self._tell(await self._ask_once(wire.HoldRobots(holder=self._holder.holder, since=self._number)))
+
     async def _ask_once(self, request: wire.HoldRobots) -> wire.Happenings:
         address = self._address
         key = wire.node_command(address.namespace, address.node, wire.HOLD_ROBOTS.name)
@@ -68,13 +74,16 @@ class HoldingRequests(Requests):
         return wire.decode(wire.Happenings, payload)
 
     def _tell(self, told: wire.Happenings) -> None:
-        self._number = told.number
-        for happening in told.happenings:
+        news = [happening for happening in told.happenings if happening.number > self._number]
+        self._number = max(told.number, self._number)
+        for happening in news:
             if happening.contact is not None:
                 contact = happening.contact
                 self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
             if happening.feedback is not None:
                 self._happened("navigation_feedback", happening.feedback.model_dump())
+            if happening.caution is not None:
+                self._happened(WARNING, {"message": happening.caution.message})
             if happening.occurrence is not None:
                 occurrence = happening.occurrence
                 report = self._reporters.pop(occurrence.id, None)

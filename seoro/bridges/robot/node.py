@@ -47,6 +47,7 @@ class RobotNode(MobileRequests, LocalisationRequests, DrivingRequests, ArmReques
             lost(self._loss)
 
     async def end_run(self) -> None:
-        """Make every robot stand still."""
+        """Make every robot stand still, and tell what came of goals that nobody has waited for."""
         for robot in self._robots:
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot), STOP_TIMEOUT)
+        await self.catch_up()

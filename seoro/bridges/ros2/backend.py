@@ -14,7 +14,7 @@ from anyio.abc import TaskGroup
 
 from seoro.background import background
 from seoro.bridges.ros2.agreement import check_type
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import Doubt, pursuing
 from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
@@ -279,10 +279,11 @@ class RosBackend:
     ) -> AbstractAsyncContextManager[contract.RosGoal]:
         """Send a goal to an action; at the end of the block it is canceled."""
 
-        def lose(name: str, number: bytes) -> None:
-            self._tasks.start_soon(recall, self._node, name, number, note)
+        def call_off(doubt: Doubt) -> None:
+            if doubt.is_lost:
+                self._tasks.start_soon(recall, self._node, doubt.action, doubt.number, note)
 
-        return pursuing(self._node, action, type_name, goal, feedback, note, lose, late=late)
+        return pursuing(self._node, action, type_name, goal, feedback, note, call_off, late=late)
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a parameter of a node."""

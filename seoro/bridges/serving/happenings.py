@@ -45,11 +45,14 @@ class HappeningLog:
         occurrence: wire.Occurrence | None = None,
         contact: wire.Contact | None = None,
         feedback: wire.NavigationFeedback | None = None,
+        caution: wire.Caution | None = None,
     ) -> None:
         """Note that something has happened, and wake whoever waits for it."""
         self._number += 1
         self._kept.append(
-            wire.Happening(number=self._number, occurrence=occurrence, contact=contact, feedback=feedback)
+            wire.Happening(
+                number=self._number, occurrence=occurrence, contact=contact, feedback=feedback, caution=caution
+            )
         )
         self._changes.tell()
 

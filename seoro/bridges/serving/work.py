@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Awaitable, Callable, Container, Iterable
 from dataclasses import dataclass, field
 
@@ -10,7 +11,7 @@ import anyio
 from anyio.abc import TaskGroup
 
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.wire import Occurrence, Outcome, Result
+from seoro.bridges.wire import Caution, Occurrence, Outcome, Result
 from seoro.bridges.wire.refusal import RequestRefused, check_id
 
 MOST = 1000  # goals and watches at a time
@@ -45,6 +46,7 @@ class Work:
         self._tasks = tasks
         self._happenings = happenings
         self._items: dict[str, _Item] = {}
+        self._doubtful: Counter[str] = Counter()  # goals of robots that are over here, and may go on there
 
     def start(
         self, identifier: str, work: Callable[[], Awaitable[str]], *, robot: str | None = None, part: str = ""
@@ -98,9 +100,21 @@ class Work:
         for item in ended:
             await item.over.wait()
 
+    def caution(self, identifier: str, message: str) -> None:
+        """Tell whose goal it is what people have to know of it."""
+        self._happenings.tell(caution=Caution(id=identifier, message=message))
+
+    def doubt(self, robot: str) -> None:
+        """A goal of a robot has been called off, and may go on: it counts until `settle` is called."""
+        self._doubtful[robot] += 1
+
+    def settle(self, robot: str) -> None:
+        """It does not go on."""
+        self._doubtful[robot] -= 1
+
     def busy(self, robots: Iterable[str]) -> tuple[str, ...]:
-        """Those robots that have goals."""
-        having = {item.robot for item in self._items.values()}
+        """Those robots that have goals, or may have."""
+        having = {item.robot for item in self._items.values()} | set(+self._doubtful)
         return tuple(robot for robot in robots if robot in having)
 
     async def forget(self, prefix: str) -> None:

@@ -1,4 +1,4 @@
-"""What happens while nobody grants time: goals that end, watches that fire, contacts, feedback, other worlds.
+"""What happens while nobody grants time: goals that end, or do not, watches that fire, contacts, and more.
 
 A node numbers what happens, from 1 on, and keeps it. A client asks for everything after the last number that it
 has; the answer comes as soon as there is anything, or after the time that the client is willing to wait. Nothing
@@ -32,6 +32,13 @@ class AnotherWorld(Message):
     world: str
 
 
+class Caution(Message):
+    """What people have to know of a goal, by its id, such as that it was canceled and may go on."""
+
+    id: str
+    message: str
+
+
 class Happening(Message):
     """One thing that happened; one of the parts says what."""
 
@@ -40,6 +47,7 @@ class Happening(Message):
     contact: Contact | None = None
     feedback: NavigationFeedback | None = None
     world: AnotherWorld | None = None
+    caution: Caution | None = None
 
 
 class Happenings(Message):

@@ -122,7 +122,8 @@ class EmergencyStopped(Message):
     Attributes:
         stopped: What was told to stand still: robots, or runs of an executor.
         took: How long that took from the arrival of the message [s].
-        unsettled: Those of it whose goals have not ended yet, such as an arm's whose controller does not answer.
+        unsettled: Those of it whose goals have not ended yet, or may go on: whose robots reject to cancel them,
+            or do not say that they have.
     """
 
     stopped: tuple[str, ...]

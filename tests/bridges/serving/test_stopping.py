@@ -101,6 +101,9 @@ async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -
         assert isinstance(told, wire.EmergencyStopped)
         assert told.unsettled == ("slow",)
         robot.ready.set()
-        told = await stop()
-        assert isinstance(told, wire.EmergencyStopped)
-        assert told.unsettled == ()
+        for change, unsettled in ((None, ()), (work.doubt, ("slow",)), (work.settle, ())):
+            if change is not None:
+                change("slow")
+            told = await stop()
+            assert isinstance(told, wire.EmergencyStopped)
+            assert told.unsettled == unsettled

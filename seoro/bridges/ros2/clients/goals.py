@@ -37,9 +37,26 @@ CANCEL_WITHIN = 2.0  # [s] for each step of calling a goal off: all of them fit 
 FEEDBACK_DEPTH = 100
 ENDS = {4: GoalStatus.SUCCEEDED, 5: GoalStatus.CANCELED, 6: GoalStatus.ABORTED}  # action_msgs/msg/GoalStatus
 Note = Callable[[str], None]
-Lose = Callable[[str, bytes], None]
 
 log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A goal that was called off, and may go on.
+
+    Attributes:
+        action: Full name of the action.
+        number: The goal.
+        is_lost: Whether its server could not be told, or did not know it then, and may have taken it or take it.
+    """
+
+    action: str
+    number: bytes
+    is_lost: bool
+
+
+Doubtful = Callable[[Doubt], None]
 
 
 @dataclass(frozen=True)
@@ -127,7 +144,7 @@ async def pursuing(
     goal: Mapping[str, Any],
     feedback: Callable[[Members], None],
     note: Note | None = None,
-    lost: Lose = lambda _action, _number: None,
+    doubtful: Doubtful = lambda _doubt: None,
     *,
     late: bool = False,
 ) -> AsyncIterator[Goal]:
@@ -140,8 +157,7 @@ async def pursuing(
         goal: The goal.
         feedback: Called with what the server tells on the way.
         note: Told that the goal cannot be canceled; without it, that is raised, if nothing went wrong before.
-        lost: Called with the full name of the action and the number of a goal that its server could not be told
-            to cancel, or did not know then, and may have taken or take.
+        doubtful: Called with a goal that may go on, before that is told.
         late: Whether to ask for feedback that was published before.
 
     Raises:
@@ -160,7 +176,7 @@ async def pursuing(
         told = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(told)
         sent = Goal(new_number(node.node.session), clients)
-        pursued = await _send(clients, goal, action, sent, note or log.warning, lost)
+        pursued = await _send(clients, goal, action, sent, note or log.warning, doubtful)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(pursued.fetch)
         tasks.start_soon(_listen, messages, pursued.number, feedback, note or log.warning)
@@ -172,16 +188,15 @@ async def pursuing(
             raise
         finally:
             with anyio.CancelScope(shield=True):
-                await _leave(pursued, action, tell, lost)
+                await _leave(pursued, action, tell, doubtful)
 
 
-async def _leave(goal: Goal, action: str, note: Note | None, lost: Lose) -> None:
+async def _leave(goal: Goal, action: str, note: Note | None, doubtful: Doubtful) -> None:
     """Call a goal off, and tell if it may go on."""
     try:
         await goal.cancel()
     except SeoroError as error:
-        if not goal.is_reached:
-            lost(action, goal.number)
+        doubtful(Doubt(action, goal.number, is_lost=not goal.is_reached))
         problem = f"the goal of {action} may go on: {error}"
         if note is None:
             raise BackendError(problem) from error
@@ -203,7 +218,7 @@ async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name:
 
 
 async def _send(
-    clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, note: Note, lost: Lose
+    clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, note: Note, doubtful: Doubtful
 ) -> Goal:
     """Send a goal; if that is cancelled after it has been sent, or has no answer, it is called off."""
     request = {"goal_id": {"uuid": list(goal.number)}, "goal": members}
@@ -212,12 +227,12 @@ async def _send(
         response = await asyncio.shield(sending)
     except asyncio.CancelledError:
         with anyio.CancelScope(shield=True):
-            await _recall(sending, action, goal, note, lost)
+            await _recall(sending, action, goal, note, doubtful)
         raise
     except BackendError:
         with anyio.CancelScope(shield=True):
             # The server may have taken it, and not have been able to say so.
-            await _leave(goal, action, lambda _: None, lost)
+            await _leave(goal, action, lambda _: None, doubtful)
         raise
     if not response.accepted:
         raise GoalRejected(f"the server of {action} rejects the goal")
@@ -225,7 +240,7 @@ async def _send(
     return goal
 
 
-async def _recall(sending: asyncio.Future[Any], action: str, goal: Goal, note: Note, lost: Lose) -> None:
+async def _recall(sending: asyncio.Future[Any], action: str, goal: Goal, note: Note, doubtful: Doubtful) -> None:
     """Call a goal off of which it is not known whether the server has accepted it."""
     with anyio.move_on_after(CANCEL_WITHIN), suppress(BackendError):  # it may have been taken nevertheless
         if not (await sending).accepted:
@@ -234,7 +249,7 @@ async def _recall(sending: asyncio.Future[Any], action: str, goal: Goal, note: N
     sending.cancel()
     async with background() as tasks:
         tasks.start_soon(goal.fetch)
-        await _leave(goal, action, note, lost)
+        await _leave(goal, action, note, doubtful)
 
 
 async def _listen(messages: Subscription, number: bytes, feedback: Callable[[Members], None], note: Note) -> None:

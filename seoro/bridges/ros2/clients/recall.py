@@ -49,3 +49,23 @@ async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str]
             elif code != ENDED:
                 note(f"{action}: a goal that nobody pursues any more goes on: its server rejects to cancel it")
             return
+
+
+async def wait_ended(node: RosNode, action: str, type_name: str, number: bytes) -> None:
+    """Wait until the server of a goal says how it has ended, or that it does not know it.
+
+    Args:
+        node: Who asks.
+        action: Full name of the action.
+        type_name: Its type.
+        number: The goal.
+    """
+    service = f"{action}/_action/get_result"
+    while True:
+        await node.graph.wait_for(lambda graph: graph.servers(service) or None)
+        try:
+            async with node.calling(service, f"{type_name}_GetResult") as client:
+                await client.call({"goal_id": {"uuid": list(number)}})
+                return
+        except SeoroError:
+            await anyio.sleep(RETRY)

@@ -10,10 +10,10 @@ from typing import Any
 
 import anyio
 
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import Doubt, pursuing
 from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.clients.recall import recall
+from seoro.bridges.ros2.clients.recall import recall, wait_ended
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
 from seoro.bridges.serving.work import Aborted, Work
 from seoro.bridges.wire import Result
@@ -49,7 +49,7 @@ class ActionGoal:
 
 
 async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: ActionGoal) -> None:
-    """Send a goal to a robot; its end is told by its id.
+    """Send a goal to a robot; its end is told by its id, and that it may go on though it was called off.
 
     Raises:
         RequestRefused: Nobody serves the action, or the robot rejects the goal, or does not answer.
@@ -57,13 +57,19 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
     await _find(link, goal)
     answer = _Answer()
 
-    def lose(action: str, number: bytes) -> None:
-        link.tasks.start_soon(recall, link.node, action, number, log.warning)
+    def note(text: str) -> None:
+        log.warning("%s", text)
+        work.caution(identifier, text)
+
+    def doubt(of: Doubt) -> None:
+        work.doubt(robot)
+        link.tasks.start_soon(_settle, link, work, robot, goal.type, of)
 
     async def carry() -> str:
-        pursuit = pursuing(link.node, goal.action, goal.type, goal.goal, goal.feedback, lost=lose)
         try:
-            async with pursuit as pursued:
+            async with pursuing(
+                link.node, goal.action, goal.type, goal.goal, goal.feedback, note, doubt
+            ) as pursued:
                 answer.known.set()
                 return _judged(goal, await pursued.ended())
         except SeoroError as error:
@@ -78,6 +84,14 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
     await answer.known.wait()
     if answer.refusal:
         raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
+
+
+async def _settle(link: Link, work: Work, robot: str, type_name: str, doubt: Doubt) -> None:
+    """Follow a goal of a robot that may go on, and call it off if it is lost; it counts as one until its end."""
+    if doubt.is_lost:
+        await recall(link.node, doubt.action, doubt.number, log.warning)
+    await wait_ended(link.node, doubt.action, type_name, doubt.number)
+    work.settle(robot)
 
 
 @dataclass

@@ -9,7 +9,7 @@ import anyio
 import pytest
 
 from seoro.background import background
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import Doubt, pursuing
 from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, UNKNOWN, recall
 from seoro.bridges.ros2.errors import NoResponse
 from seoro.bridges.ros2.interfaces import TypeStore
@@ -66,11 +66,12 @@ async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
             there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, server.cancel_goal)
         )
 
-        def lose(action: str, number: bytes) -> None:
-            tasks.start_soon(recall, here, action, number, notes.append)
+        def call_off(doubt: Doubt) -> None:
+            assert doubt.is_lost
+            tasks.start_soon(recall, here, doubt.action, doubt.number, notes.append)
 
         async def pursue() -> None:
-            async with pursuing(here, "/spin", SPIN, {}, lambda _: None, notes.append, lose):
+            async with pursuing(here, "/spin", SPIN, {}, lambda _: None, notes.append, call_off):
                 raise AssertionError("it is not taken")
 
         with anyio.fail_after(DEADLINE):

@@ -9,7 +9,10 @@ from typing import Any
 import anyio
 import pytest
 
+from seoro.background import background
+from seoro.bridges import wire
 from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
@@ -62,6 +65,52 @@ async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Wor
     ):
         yield Link(here, stack, tasks), Work(tasks, HappeningLog()), navigator, events
         tasks.cancel_scope.cancel()
+
+
+class Stubborn(Navigator):
+    """A navigator that takes goals, and none back."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.taken = anyio.Event()
+
+    async def send_goal(self, _request: object) -> dict[str, Any]:
+        self.taken.set()
+        return {"accepted": True}
+
+    async def cancel_goal(self, _request: object) -> dict[str, Any]:
+        return {"return_code": 1}
+
+    async def get_result(self, _request: object) -> dict[str, Any]:
+        await self.done.wait()
+        return {"status": Status.SUCCEEDED}
+
+
+async def test_goals_that_cannot_be_canceled_are_told_and_count_until_they_end(
+    router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    robot, happenings = Stubborn(), HappeningLog()
+    problem = "the goal of /spin may go on: a goal cannot be canceled: it rejects that (return code 1)"
+    async with (
+        two_nodes(router, types) as (there, here),
+        there.serving("/spin/_action/send_goal", f"{SPIN}_SendGoal", robot.send_goal),
+        there.serving("/spin/_action/get_result", f"{SPIN}_GetResult", robot.get_result),
+        there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, robot.cancel_goal),
+        AsyncExitStack() as stack,
+        background() as tasks,
+    ):
+        work = Work(tasks, happenings)
+        with anyio.fail_after(30.0):
+            await pursue(Link(here, stack, tasks), work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+            assert robot.taken.is_set()
+            await work.cancel("one")
+            told = (await happenings.after(wire.AwaitHappenings())).happenings
+            assert [each.caution for each in told] == [wire.Caution(id="one", message=problem), None]
+            assert problem in caplog.text
+            assert work.busy(["robot"]) == ("robot",)
+            robot.done.set()
+            while work.busy(["robot"]):
+                await anyio.sleep(0.01)
 
 
 async def test_goals_wait_until_who_serves_them_is_active(router: str, types: TypeStore) -> None:

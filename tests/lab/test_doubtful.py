@@ -1,0 +1,88 @@
+"""Goals that were called off and may go on: runs are told, and no emergency stop says that all is well."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import anyio
+import pytest
+
+import seoro
+from seoro.bridges import wire
+from seoro.bridges.door import node_door
+from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.node import serving
+from seoro.bridges.serving.robot import Handlers, Health
+from seoro.bridges.serving.work import Work
+from seoro.lab.commanding import stop_all
+
+pytestmark = pytest.mark.anyio
+
+SCENARIO = """\
+import osc.helpers
+import osc.nav2
+scenario main:
+    tb: differential_drive_robot
+    do {}
+"""
+CALLED_OFF = "tb.nav_to_pose(pose_3d(position_3d(x: 5m))) with:\n        until elapsed(0.1s)"
+LEFT = "tb.nav_to_pose(pose_3d(position_3d(x: 5m)), success_on_acceptance: true)"
+
+
+class Stubborn:
+    """A robot that drives on when it should not."""
+
+    info = wire.RobotInfo(name="tb", kinds=("differential_drive_robot", "robot"), frames=())
+    health = Health()
+
+    def __init__(self, work: Work, _happenings: HappeningLog) -> None:
+        self.work = work
+        self.handlers: Handlers = {wire.NAVIGATE_THROUGH_POSES: self._navigate}
+
+    async def stop(self) -> None:
+        """Command zero velocity, in vain."""
+
+    async def _navigate(self, request: wire.NavigateThroughPoses) -> wire.Empty:
+        async def go() -> str:
+            try:
+                await anyio.sleep_forever()
+            finally:
+                self.work.caution(request.id, "it may go on")
+                self.work.doubt("tb")
+            return ""
+
+        self.work.start(request.id, go, robot="tb")
+        return wire.Empty()
+
+
+@asynccontextmanager
+async def stubborn(endpoint: str) -> AsyncIterator[Stubborn]:
+    """Such a robot, behind a bridge."""
+    robots: list[Stubborn] = []
+
+    def make(work: Work, happenings: HappeningLog) -> Sequence[Stubborn]:
+        robots.append(Stubborn(work, happenings))
+        return robots
+
+    async with serving(node_door(endpoint, None, "b"), "b", make):
+        yield robots[0]
+
+
+@pytest.mark.parametrize("do", [CALLED_OFF, LEFT], ids=["called off", "left"])
+async def test_runs_and_emergency_stops_tell_of_goals_that_may_go_on(do: str, tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/bridge"
+    (tmp_path / "main.osc").write_text(SCENARIO.format(do))
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(f"bridges:\n  b: {{connect: {endpoint}}}\nrobots:\n  tb: {{in: b}}\n")
+    async with stubborn(endpoint) as robot:
+        async with seoro.start(seoro.load(tmp_path / "main.osc"), lab=seoro.Lab(lab)) as run:
+            verdict = await run.result()
+        assert verdict.passed
+        assert [line.partition("warning: ")[2] for line in verdict.logs] == ["it may go on"]
+        [outcome] = await stop_all([endpoint], "ana@lab", "smoke")
+        assert outcome.error == "stopped tb; goals of tb have not ended, and may go on"
+        robot.work.settle("tb")
+        [outcome] = await stop_all([endpoint], "ana@lab", "smoke")
+        assert (outcome.error, outcome.done) == ("", "stopped tb")
