@@ -114,11 +114,22 @@ class SimulationInterfaces:
         """Make physics steps; responds when they are made."""
         await self.call("step_simulation", "StepSimulation", {"steps": steps})
 
+    async def plays(self) -> bool:
+        """Whether time passes by itself."""
+        state = (await self.call("get_simulation_state", "GetSimulationState", {})).state.state
+        return bool(state == PLAYING)
+
     async def pause(self) -> None:
         """Let no time pass but by steps."""
-        state = (await self.call("get_simulation_state", "GetSimulationState", {})).state.state
-        if state == PLAYING:
-            await self.call("set_simulation_state", "SetSimulationState", {"state": {"state": PAUSED}})
+        if await self.plays():
+            await self._go_into(PAUSED)
+
+    async def play(self) -> None:
+        """Let time pass by itself."""
+        await self._go_into(PLAYING)
+
+    async def _go_into(self, state: int) -> None:
+        await self.call("set_simulation_state", "SetSimulationState", {"state": {"state": state}})
 
     async def spawn(self, request: wire.SpawnEntity) -> str:
         """Spawn an entity; returns the name it got."""

@@ -16,7 +16,7 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.own_nodes import BRIDGE
 from seoro.bridges.ros2.participant import RosSystem
 from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, SimulationInterfaces
-from seoro.bridges.ros2.simulators.world import RosWorld, open_world, relative
+from seoro.bridges.ros2.simulators.world import RosWorld, opening_world, relative
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire import Empty, Result, SimulationState
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, listed
@@ -205,7 +205,7 @@ async def serving_simulator(
         await _find(simulator, system, namespace)
         try:
             features = (await simulator.call("get_simulator_features", "GetSimulatorFeatures", {})).features
-            served = RosSimulator(await open_world(simulator), features)
+            served = RosSimulator(await stack.enter_async_context(opening_world(simulator)), features)
         except RequestRefused as refused:
             raise InvalidUse(f"the simulator cannot be used: {refused.message}") from refused
         key, token = wire.node_command(wire.NAMESPACE, name, "*"), secrets.token_hex(8)

@@ -19,7 +19,7 @@ NODE = "ros"
 
 @asynccontextmanager
 async def open_simulator(system: RosOptions, options: SimulatorOptions) -> AsyncIterator[SimulatorNode]:
-    """Use the simulator of a ROS 2 system for as long as the block lasts; it is paused after it.
+    """Use the simulator of a ROS 2 system for as long as the block lasts; paused after it, where time was granted.
 
     Args:
         system: The ROS 2 system, and how it is reached.

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import math
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import anyio
 
 from seoro.bridges.ros2.simulators.interfaces import MAP, SimulationInterfaces, States
 from seoro.bridges.wire import Result
@@ -11,15 +16,21 @@ from seoro.bridges.wire.refusal import RequestRefused, listed
 TRIED = 10  # steps that are made to find out how long one is
 LONGEST = 5.0  # [s] that are stepped at a time
 ROUNDING = 1e-6  # [steps]
+PLAYS_WITHIN = 2.0  # [s] that a simulator may take to play again
+
+log = logging.getLogger(__name__)
 
 
 class RosWorld:
-    """A simulation that passes in steps. Made by `open_world`.
+    """A simulation that passes in steps. Made by `opening_world`.
 
     Args:
         simulator: Its services.
         step: Length of a step [s].
         start: The simulator's time at the beginning [s].
+
+    Attributes:
+        has_begun: Whether steps were asked for.
     """
 
     def __init__(self, simulator: SimulationInterfaces, step: float, start: float) -> None:
@@ -27,6 +38,7 @@ class RosWorld:
         self.step_length = step
         self._start = start
         self._steps = 0
+        self.has_begun = False
 
     @property
     def time(self) -> float:
@@ -39,6 +51,7 @@ class RosWorld:
 
     async def step(self, count: int) -> None:
         """Make steps."""
+        self.has_begun = True
         await self.simulator.step(count)
         self._steps += count
 
@@ -72,13 +85,38 @@ def _planar(states: States, frame: str) -> tuple[float, float, float]:
     return pose.position.x, pose.position.y, pose.orientation.yaw
 
 
-async def open_world(simulator: SimulationInterfaces) -> RosWorld:
+@asynccontextmanager
+async def opening_world(simulator: SimulationInterfaces) -> AsyncIterator[RosWorld]:
     """Pause a simulator, and find out how long its steps are, by making some.
+
+    After the block it stays paused, or plays on if it played before and the block has asked for no steps.
 
     Raises:
         RequestRefused: It does not say when its entities are where.
     """
-    await simulator.pause()
+    played, world = await simulator.plays(), None
+    try:
+        await simulator.pause()
+        world = await _measured(simulator)
+        yield world
+    finally:
+        if played and not (world and world.has_begun):
+            await _play_on(simulator)
+
+
+async def _play_on(simulator: SimulationInterfaces) -> None:
+    problem = f"it has not responded within {PLAYS_WITHIN:g} s"
+    with anyio.move_on_after(PLAYS_WITHIN, shield=True):
+        try:
+            await simulator.play()
+        except RequestRefused as refused:
+            problem = refused.message
+        else:
+            return
+    log.warning("the simulator played before, and may stay paused: %s", problem)
+
+
+async def _measured(simulator: SimulationInterfaces) -> RosWorld:
     before: States = await simulator.states()
     await simulator.step(TRIED)
     after = await simulator.states()

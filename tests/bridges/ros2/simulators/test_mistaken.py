@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.simulators.interfaces import PAUSED, PLAYING
 from seoro.bridges.ros2.simulators.node import serving_simulator
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import AsyncSession, open_session
@@ -34,6 +35,7 @@ class Mistaken:
     x: float = 0.0
     states: int = 2
     resets: bool = True
+    states_of_time: list[int] = field(default_factory=lambda: [PAUSED])
     world: str = "simulation_interfaces/srv/GetCurrentWorld"
 
 
@@ -60,9 +62,10 @@ async def simulated(made: Mistaken, router: str, types: TypeStore, folder: Path)
         return done()
 
     async def state(_: Any) -> dict[str, Any]:
-        return done() | {"state": {"state": 2}}
+        return done() | {"state": {"state": made.states_of_time[-1]}}
 
-    async def answer(_: Any) -> dict[str, Any]:
+    async def set_state(request: Any) -> dict[str, Any]:
+        made.states_of_time.append(request.state.state)
         return done()
 
     async def reset(_: Any) -> dict[str, Any]:
@@ -76,7 +79,7 @@ async def simulated(made: Mistaken, router: str, types: TypeStore, folder: Path)
         "get_entities_states": ("GetEntitiesStates", states),
         "step_simulation": ("StepSimulation", step),
         "get_simulation_state": ("GetSimulationState", state),
-        "set_simulation_state": ("SetSimulationState", answer),
+        "set_simulation_state": ("SetSimulationState", set_state),
         "reset_simulation": ("ResetSimulation", reset),
     }
     endpoint = f"unixsock-stream/{folder}/ros"
@@ -150,3 +153,22 @@ async def test_a_reset_that_is_refused_is_named(router: str, types: TypeStore, t
             ):
                 pass
         assert "`--world` loads a world instead" in no.value.help
+
+
+async def test_a_simulator_that_played_plays_on_where_no_run_has_begun(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    unmeasured, unused, used, paused = (
+        replace(WELL, states_of_time=[state], states=states)
+        for state, states in ((PLAYING, 1), (PLAYING, 2), (PLAYING, 2), (PAUSED, 2))
+    )
+    with pytest.raises(InvalidUse, match="has 1 states"):
+        async with simulated(unmeasured, router, types, tmp_path):
+            pass
+    for made in (unused, paused, used):
+        async with simulated(made, router, types, tmp_path) as session:
+            if made is used:
+                await ask(NodeAddress(session, NAMESPACE, "ros"), wire.ADVANCE, wire.Advance(until=1.0))
+    assert unmeasured.states_of_time == unused.states_of_time == [PLAYING, PAUSED, PLAYING]
+    assert used.states_of_time == [PLAYING, PAUSED]
+    assert paused.states_of_time == [PAUSED]
