@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.errors import InvalidUse
@@ -121,6 +121,13 @@ def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
     )
 
 
+def _members(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        raise ValueError("a member is given twice")  # where, is told of the text as YAML
+    return members
+
+
 def read_message(text: str) -> Any:
     """What a text says, in YAML or JSON.
 
@@ -130,7 +137,7 @@ def read_message(text: str) -> Any:
     if len(text) > MAX_SIZE:
         raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
     try:
-        return json.loads(text)  # which is sooner read than YAML
+        return json.loads(text, object_pairs_hook=_members)  # which is sooner read than YAML
     except (ValueError, RecursionError):
         pass
     from seoro.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from seoro import InvalidUse, Orientation3D, Position3D
-from seoro.actions.ros_messages import MAX_SIZE, get_object_member, to_pose_3d, to_twist
+from seoro.actions.ros_messages import MAX_SIZE, get_object_member, read_message, to_pose_3d, to_twist
 from seoro.runtime.contracts import OrientationRate3D, TranslationalVelocity3D, Velocity6D
 from tests.runtime.conftest import RunText
 
@@ -106,3 +106,9 @@ def test_a_twist_is_read_with_what_it_leaves_out() -> None:
 def test_what_is_no_twist_is_refused(message: dict[str, object]) -> None:
     with pytest.raises(InvalidUse, match="this is no twist"):
         to_twist(message)
+
+
+@pytest.mark.parametrize("text", ['{"x": 1, "y": {"z": 2, "z": 3}}', "{x: 1, x: 2}"])
+def test_members_that_are_given_twice_are_refused(text: str) -> None:
+    with pytest.raises(InvalidUse, match=r"the key '[xz]' is given twice"):
+        read_message(text)
