@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -150,6 +151,11 @@ class MovingArm:
         if result["reached_goal"] or meets_itself or abs(opening - request.opening) <= request.tolerance:
             self._stopped_at = None
             return ""
+        if not math.isfinite(opening):
+            self._stopped_at = None
+            raise Aborted(
+                f"the gripper does not say how far open it is: its result has the position {result['position']}"
+            )
         if result["stalled"] and closes:
             self._stopped_at, self._stopped = opening, time.monotonic()
             return f"something stopped the fingers at {opening:.3f} m"

@@ -70,11 +70,14 @@ class Localisation:
 
     @property
     def deviation(self) -> float | None:
-        """Standard deviation of the position that it states [m]; None while it has stated none."""
+        """Standard deviation of the position that it states [m]; None while it has stated none.
+
+        Variances below 0 state none: some say by them that they do not know.
+        """
         if self._latest is None:
             return None
-        covariance = self._latest.pose.covariance
-        return math.sqrt(max(0.0, float(covariance[0]) + float(covariance[7])) / 2.0)
+        variances = [float(self._latest.pose.covariance[index]) for index in (0, 7)]  # of x and y
+        return None if min(variances) < 0.0 else math.sqrt(sum(variances) / 2.0)
 
     async def open(self) -> None:
         """Listen to what it says, and be ready to tell it where the robot is."""

@@ -17,6 +17,7 @@ from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, run_on_robot
+from tests.bridges.ros2.robots.fake_arm import NUMB
 from tests.routers import free_endpoint, process, router_process
 
 pytestmark = pytest.mark.anyio
@@ -139,6 +140,12 @@ async def test_grippers_reach_an_opening_or_are_stopped_by_what_they_grip(arm: B
             assert (state.tool.position.x, state.tool.position.z) == (0.5, 0.4)
         with pytest.raises(BackendRefused, match=r"the gripper opens 0 to 0\.085 m"):
             await node.move_gripper("planned", 0.2, None, MANNER, Ends())
+        numb = Ends()
+        await node.move_gripper("planned", 0.0, NUMB, MANNER, numb)
+        report = await numb.wait()
+        assert report.status is GoalStatus.ABORTED
+        assert "the gripper does not say how far open it is" in report.message
+        assert (await node.arm_state("planned")).held == ""
     command = arm.goals("GripperCommand")[0]["command"]
     assert command["position"] == pytest.approx(0.8 - 0.05 * 0.8 / 0.085)
     assert command["max_effort"] == 30.0

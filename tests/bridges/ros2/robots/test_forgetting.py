@@ -78,6 +78,21 @@ async def test_a_localisation_that_says_no_numbers_knows_nothing(
             assert why.startswith("a pose on /amcl_pose is none")
 
 
+async def test_variances_below_zero_state_no_deviation(router: str, types: TypeStore) -> None:
+    unsure = {"pose": {"pose": {"orientation": {"w": 1.0}}, "covariance": [-1.0, *[0.0] * 35]}}
+    async with (
+        two_nodes(router, types) as (there, here),
+        served(here) as robot,
+        there.publishing("/amcl_pose", POSE, LATCHED) as localisation,
+    ):
+        with anyio.fail_after(DEADLINE):
+            await localisation.wait_for_subscription()
+            localisation.publish(unsure)
+            while not robot.health.localised:
+                await anyio.sleep(0.01)
+        assert robot.health.deviation is None
+
+
 async def test_joints_of_an_arm_that_is_gone_are_where_it_says_next(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
