@@ -161,6 +161,10 @@ class RobotServer:
     async def end(self, reason: str) -> None:
         """Stop all robots, whose goals end as aborted for a reason, and refuse what is asked for then."""
         self._ended = reason
+        await self.stop(reason)
+
+    async def stop(self, reason: str) -> None:
+        """Stop all robots, whose goals end as aborted for a reason."""
         await self._stop_robots(tuple(self._robots), reason)
 
     async def _stop_held(self, hold: Hold, reason: str) -> None:

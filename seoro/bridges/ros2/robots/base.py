@@ -109,9 +109,11 @@ class DrivingBase:
         self._was_driven = True
 
         async def drive() -> str:
+            number = self._link.standstills.number
             try:
                 self._velocity.command(request.linear, request.angular, request.duration)
                 await anyio.sleep(request.duration)
+                self._link.standstills.check(number)
             finally:
                 self._velocity.stop()
             return ""

@@ -31,12 +31,12 @@ from seoro.bridges.ros2.participant import RosSystem, connect
 from seoro.bridges.ros2.robots.leftovers import Senders, end_leftovers
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Limits
+from seoro.bridges.ros2.robots.standstill import SILENCE
 from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
 from seoro.errors import SeoroError
 
 PERIOD: Final = 0.05  # [s] between two signs of life
-SILENCE: Final = 0.3  # [s] without any, after which the bridge hangs
 SIGN: Final = b"."
 END: Final = b"e"
 LINGER: Final = (

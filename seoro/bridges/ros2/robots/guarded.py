@@ -18,6 +18,7 @@ from anyio.abc import Process, TaskStatus
 
 from seoro.background import background
 from seoro.bridges.ros2.robots.guard import END, PERIOD, SIGN, GuardSettings
+from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.errors import BackendError
 
 READY_WITHIN: Final = 30.0  # [s] from its start until it is on guard
@@ -33,11 +34,13 @@ class Signs:
 
     Args:
         pipe: The file that the guard reads; it is closed at the end.
+        standstills: Told of each sign.
     """
 
-    def __init__(self, pipe: int) -> None:
+    def __init__(self, pipe: int, standstills: Standstills) -> None:
         os.set_blocking(pipe, False)
         self._pipe = pipe
+        self._standstills = standstills
         self._turned = time.monotonic()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._give, name="signs of life", daemon=True)
@@ -53,6 +56,7 @@ class Signs:
         """Say that the end is well, and give none any more."""
         self._over.set()
         self._thread.join()
+        self._standstills.note_end()
         with suppress(OSError):
             os.write(self._pipe, END)
         os.close(self._pipe)
@@ -60,38 +64,44 @@ class Signs:
     def _give(self) -> None:
         while not self._over.wait(PERIOD):
             if time.monotonic() - self._turned < PATIENCE:
+                self._standstills.note_sign()
                 with suppress(OSError):  # nobody reads any more, or for a while
                     os.write(self._pipe, SIGN)
 
 
 @asynccontextmanager
-async def guarded(settings: GuardSettings) -> AsyncIterator[None]:
+async def guarded(settings: GuardSettings) -> AsyncIterator[Standstills]:
     """Have a process stop the robots of this one if that cannot do so any more, for as long as the block lasts.
+
+    Gives when that was so, of which this process has to know when it goes on.
 
     Raises:
         BackendError: The guard does not start.
     """
+    standstills = Standstills()
     async with background() as tasks:
-        await tasks.start(_keep_guarded, settings)
-        yield
+        await tasks.start(_keep_guarded, settings, standstills)
+        yield standstills
 
 
-async def _keep_guarded(settings: GuardSettings, *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED) -> None:
-    async with _guard(settings) as guard:
+async def _keep_guarded(
+    settings: GuardSettings, standstills: Standstills, *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
+) -> None:
+    async with _guard(settings, standstills) as guard:
         task_status.started()
         await guard.wait()
     while True:
         log.warning("the guard of the bridge has ended, and is started again")
         await anyio.sleep(ANEW_AFTER)
         try:
-            async with _guard(settings) as guard:
+            async with _guard(settings, standstills) as guard:
                 await guard.wait()
         except BackendError as error:
             log.warning("%s", error)
 
 
 @asynccontextmanager
-async def _guard(settings: GuardSettings) -> AsyncIterator[Process]:
+async def _guard(settings: GuardSettings, standstills: Standstills) -> AsyncIterator[Process]:
     """A guard that is on guard; it is told when the block ends.
 
     Raises:
@@ -109,7 +119,7 @@ async def _guard(settings: GuardSettings) -> AsyncIterator[Process]:
     finally:
         os.close(theirs)
     assert process.stdout is not None
-    signs = Signs(ours)
+    signs = Signs(ours, standstills)
     try:
         said = b""
         with anyio.move_on_after(READY_WITHIN), suppress(anyio.EndOfStream):

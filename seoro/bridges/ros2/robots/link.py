@@ -15,6 +15,7 @@ from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceS
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
@@ -36,11 +37,13 @@ class Link:
         node: A node in the namespace of the robot.
         stack: What is closed when the bridge ends.
         tasks: Where what listens runs.
+        standstills: Of the bridge.
     """
 
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
+    standstills: Standstills = field(default_factory=Standstills)
     _heard: dict[str, _Heard] = field(default_factory=dict, repr=False)
 
     async def listen(

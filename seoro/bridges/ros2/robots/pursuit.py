@@ -66,12 +66,16 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
         link.tasks.start_soon(_settle, link, work, robot, goal.type, of)
 
     async def carry() -> str:
+        number = link.standstills.number
         try:
             async with pursuing(
                 link.node, goal.action, goal.type, goal.goal, goal.feedback, note, doubt
             ) as pursued:
                 answer.known.set()
-                return _judged(goal, await pursued.ended())
+                end = await pursued.ended()
+                if end.status is GoalStatus.CANCELED:
+                    link.standstills.check(number)  # in which the guard does that
+                return _judged(goal, end)
         except SeoroError as error:
             answer.refusal = str(error)
             raise Aborted(str(error)) from error

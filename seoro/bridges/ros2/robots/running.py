@@ -17,15 +17,16 @@ from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE
 from seoro.bridges.ros2.participant import RosSystem, connect
-from seoro.bridges.ros2.robots.guard import GuardedRobot, GuardSettings
+from seoro.bridges.ros2.robots.guard import PERIOD, GuardedRobot, GuardSettings
 from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
+from seoro.bridges.ros2.robots.standstill import STOOD_STILL, Standstills
 from seoro.bridges.ros2.wire import RmwZenoh, named_dialect
 from seoro.bridges.ros2.wire.names import resolve
 from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.node import serving
+from seoro.bridges.serving.node import RobotServer, serving
 from seoro.bridges.serving.work import Work
 
 log = logging.getLogger(__name__)
@@ -86,13 +87,13 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     door = node_door(options.listen, options.connect, options.node)
     async with (
         connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system,
-        guarded(_guard_of(options, system)),
+        guarded(_guard_of(options, system)) as standstills,
         AsyncExitStack() as stack,
         _at_rest(made),
         background() as tasks,
     ):
         warn_of_others(options.robots, system)
-        links = [await _link(system, robot, stack, tasks) for robot in options.robots]
+        links = [await _link(system, robot, standstills, stack, tasks) for robot in options.robots]
 
         def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
             made.extend(
@@ -106,13 +107,24 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
                 robot.forget()
 
         async with (
-            serving(door, options.node, make, options.state, options.log),
+            serving(door, options.node, make, options.state, options.log) as server,
             system.node(BRIDGE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):
             for robot in made:
                 await robot.open()
+            tasks.start_soon(_stop_after_standstills, standstills, server)
             yield
+
+
+async def _stop_after_standstills(standstills: Standstills, server: RobotServer) -> None:
+    """End what was under way whenever the bridge stood still, and its guard stopped the robots; without end."""
+    seen = standstills.number
+    while True:
+        await anyio.sleep(PERIOD)
+        if seen != (seen := standstills.number):
+            log.warning("%s: the robots are stopped, and their goals have failed", STOOD_STILL)
+            await server.stop(STOOD_STILL)
 
 
 @asynccontextmanager
@@ -159,6 +171,8 @@ def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
     )
 
 
-async def _link(system: RosSystem, robot: BridgedRobot, stack: AsyncExitStack, tasks: TaskGroup) -> Link:
+async def _link(
+    system: RosSystem, robot: BridgedRobot, standstills: Standstills, stack: AsyncExitStack, tasks: TaskGroup
+) -> Link:
     node = await stack.enter_async_context(system.node(BRIDGE, robot.namespace))
-    return Link(node, stack, tasks)
+    return Link(node, stack, tasks, standstills)

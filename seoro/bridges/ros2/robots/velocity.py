@@ -40,6 +40,8 @@ class Velocity:
         self._outlet = Outlet(link, topic, self._taken_type, note)
         self._graph = link.node.graph
         self._limits = limits
+        self._standstills = link.standstills
+        self._number = 0  # of those when it was commanded
         self._wanted = Changes()
         self._linear = self._angular = 0.0
         self._until = 0.0  # by the machine's clock [s]
@@ -70,10 +72,16 @@ class Velocity:
             silent = f"nobody on the robot subscribes to {outlet.topic}: its base does not run"
             raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
 
+    @property
+    def _moves(self) -> bool:
+        """Whether what is commanded is not zero."""
+        return bool(self._linear or self._angular)
+
     def command(self, linear: float, angular: float, duration: float) -> None:
         """Command a velocity [m/s, rad/s] for a duration [s], or until the next command; it was checked before."""
         self._linear, self._angular = linear, angular
         self._until = time.monotonic() + duration
+        self._number = self._standstills.number
         self._publish()
         self._wanted.tell()
 
@@ -86,7 +94,7 @@ class Velocity:
         while True:
             await self._wanted.wait_for(lambda: time.monotonic() < self._until)
             await self._repeat()
-            if self._linear or self._angular:
+            if self._moves:
                 self.stop()
 
     async def end(self) -> None:
@@ -98,7 +106,9 @@ class Velocity:
         """Repeat what is commanded until its deadline."""
         while (left := self._until - time.monotonic()) > 0.0:
             await anyio.sleep(min(PERIOD, left))
-            if time.monotonic() < self._until:
+            if self._moves and self._standstills.number != self._number:
+                self.stop()
+            elif time.monotonic() < self._until:
                 self._publish()
 
     def _publish(self) -> None:

@@ -25,6 +25,7 @@ from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
 from seoro.bridges.ros2.robots.guarded import Signs
 from seoro.bridges.ros2.robots.leftovers import GONE_FOR, Senders
+from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
@@ -231,7 +232,8 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
     monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PATIENCE", 0.1)
     theirs, ours = os.pipe()
     os.set_blocking(theirs, False)
-    signs = Signs(ours)
+    standstills = Standstills()
+    signs = Signs(ours, standstills)
 
     def given() -> int:
         with suppress(BlockingIOError):
