@@ -66,18 +66,25 @@ class Work:
         check_id(identifier)
         if identifier in self._items:
             raise RequestRefused(Result.INCORRECT_STATE, f"there is a goal or a watch '{identifier}' already")
-        if robot is not None and (active := self._goal_of(robot, part)) is not None:
-            whose = f"the {part} of the robot '{robot}'" if part else f"the robot '{robot}'"
-            raise RequestRefused(Result.INCORRECT_STATE, f"{whose} has a goal, '{active}': cancel it first")
+        if robot is not None:
+            self.check_free(robot, part)
         if len(self._items) >= MOST:
             raise RequestRefused(Result.OPERATION_FAILED, f"there are {MOST} goals and watches already")
         item = self._items[identifier] = _Item(robot, part)
         self._tasks.start_soon(self._carry, identifier, item, work)
 
-    def _goal_of(self, robot: str, part: str) -> str | None:
-        """The id of the goal that a part of a robot has, if it has one."""
-        whose = (robot, part)
-        return next((name for name, item in self._items.items() if (item.robot, item.part) == whose), None)
+    def check_free(self, robot: str, part: str = "") -> None:
+        """Refuse, as simulators do, what a part of a robot cannot do beside the goal that it has.
+
+        Raises:
+            RequestRefused: It has one.
+        """
+        for identifier, item in self._items.items():
+            if (item.robot, item.part) == (robot, part):
+                does = f"the {part} of {robot} is moving" if part else f"{robot} is driving"
+                raise RequestRefused(
+                    Result.INCORRECT_STATE, f"{does} to goal '{identifier}': cancel it, or wait for its end"
+                )
 
     async def cancel(self, identifier: str) -> None:
         """Cancel a goal or a watch, and wait until it has left everything in order.

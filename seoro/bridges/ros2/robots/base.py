@@ -129,6 +129,7 @@ class DrivingBase:
                 "the robot drives along its x axis and turns about z: leave the rest of the twist at 0",
             )
         await self._velocity.check(linear.x, angular.z)
+        self._work.check_free(self._robot)
         self._was_driven = True
         self._velocity.command(linear.x, angular.z, DEADLINE)
         return wire.Empty()

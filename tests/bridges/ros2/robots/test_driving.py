@@ -138,6 +138,19 @@ async def test_velocities_beyond_the_limits_are_refused(bridged: Bridged) -> Non
         assert not any(value for _, value in bridged.notes("velocity"))
 
 
+@pytest.mark.parametrize("how", ["drives", "navigates"])
+async def test_a_single_command_of_velocity_is_refused_beside_a_goal(bridged: Bridged, how: str) -> None:
+    ahead = Velocity6D(TranslationalVelocity3D(x=0.1), OrientationRate3D())
+    async with connect_robots(bridged.endpoint, "a test") as node:
+        if how == "drives":
+            await node.drive("tb", 0.2, 0.0, 60.0, Ends())
+        else:
+            await node.navigate("tb", [at(50.0)], stop_at_each=False, report=Ends())
+        with pytest.raises(BackendRefused, match=r"tb is driving to goal '.+': cancel it, or wait for its end"):
+            await node.command_velocity("/tb/cmd_vel", ahead)
+    assert 0.1 not in [value for _, value in bridged.notes("velocity")]
+
+
 async def test_a_single_command_of_velocity_ends_by_itself(bridged: Bridged) -> None:
     ahead = Velocity6D(TranslationalVelocity3D(x=0.1), OrientationRate3D())
     async with connect_robots(bridged.endpoint, "a test") as node:
