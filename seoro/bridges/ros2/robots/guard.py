@@ -3,7 +3,8 @@
 It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pipe from the bridge as stdin, says a
 line on stdout when it is on guard, and needs nothing else of the bridge. A byte in the pipe is a sign of life, and
 `END` comes from a bridge that has stopped its robots itself. When the pipe ends without that, the bridge was
-killed; when no sign comes for a while, it hangs. Either way velocities are zero then, and its goals are canceled.
+killed; when no sign comes for a while, it hangs. Either way velocities are zero then, and its goals are canceled;
+where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
 
 Goals that other processes of seoro have left behind are canceled, too (`leftovers.py`): of a bridge that has died
 together with its guard, and of runs that were killed.
@@ -38,6 +39,7 @@ from seoro.errors import SeoroError
 
 PERIOD: Final = 0.05  # [s] between two signs of life
 SIGN: Final = b"."
+PENDING: Final = b"?"  # a sign of a bridge that has sent goals of which nobody has said yet whether they are taken
 END: Final = b"e"
 LINGER: Final = (
     30.0  # [s] for which goals of a bridge that was killed are canceled, if the robot is not reached at once
@@ -99,10 +101,13 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
         def go_on() -> None:
             senders.take_back(settings.session)
 
-        if not await has_ended_well(pipe, stop, go_on):
+        last = await last_sign(pipe, stop, go_on)
+        if last != END:
             stop("was killed")
             await anyio.sleep(STOPPING)
             with anyio.move_on_after(LINGER):
+                if last == PENDING:
+                    await anyio.sleep_forever()
                 await senders.wait_without_goals(settings.session)
 
 
@@ -126,15 +131,15 @@ async def _take_over(
     return velocities
 
 
-async def has_ended_well(pipe: int, stop: Callable[[str], None], go_on: Callable[[], None]) -> bool:
-    """Wait for the end of the bridge, and return whether it has said so.
+async def last_sign(pipe: int, stop: Callable[[str], None], go_on: Callable[[], None]) -> bytes:
+    """Wait for the end of the bridge, and return the last sign that it has given: `END` if it has said so.
 
     Args:
         pipe: The file on which it gives signs of life.
         stop: Called when there is none, and with why.
         go_on: Called when there is one again.
     """
-    hangs = False
+    hangs, last = False, SIGN
     while True:
         with anyio.move_on_after(None if hangs else SILENCE):
             await anyio.wait_readable(pipe)
@@ -144,8 +149,9 @@ async def has_ended_well(pipe: int, stop: Callable[[str], None], go_on: Callable
             stop(f"has given no sign of life for {SILENCE:g} s")
             continue
         signs = os.read(pipe, 4096)
-        if not signs or END in signs:
-            return bool(signs)
+        last = signs[-1:] or last
+        if not signs or last == END:
+            return last
         if hangs:
             hangs = False
             go_on()

@@ -17,8 +17,9 @@ from anyio import TASK_STATUS_IGNORED
 from anyio.abc import Process, TaskStatus
 
 from seoro.background import background
-from seoro.bridges.ros2.robots.guard import END, PERIOD, SIGN, GuardSettings
+from seoro.bridges.ros2.robots.guard import END, PENDING, PERIOD, SIGN, GuardSettings
 from seoro.bridges.ros2.robots.standstill import Standstills
+from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.errors import BackendError
 
 READY_WITHIN: Final = 30.0  # [s] from its start until it is on guard
@@ -35,14 +36,18 @@ class Signs:
     Args:
         pipe: The file that the guard reads; it is closed at the end.
         standstills: Told of each sign.
+        unanswered: Goals of which they tell, at once.
     """
 
-    def __init__(self, pipe: int, standstills: Standstills) -> None:
+    def __init__(self, pipe: int, standstills: Standstills, unanswered: Unanswered) -> None:
         os.set_blocking(pipe, False)
         self._pipe = pipe
         self._standstills = standstills
+        self._unanswered = unanswered
         self._turned = time.monotonic()
         self._over = threading.Event()
+        self._writing = threading.Lock()  # so that the last sign is what is so
+        unanswered.when_changed = self._write
         self._thread = threading.Thread(target=self._give, name="signs of life", daemon=True)
         self._thread.start()
 
@@ -54,6 +59,7 @@ class Signs:
 
     def end(self) -> None:
         """Say that the end is well, and give none any more."""
+        self._unanswered.when_changed = lambda: None
         self._over.set()
         self._thread.join()
         self._standstills.note_end()
@@ -65,43 +71,56 @@ class Signs:
         while not self._over.wait(PERIOD):
             if time.monotonic() - self._turned < PATIENCE:
                 self._standstills.note_sign()
-                with suppress(OSError):  # nobody reads any more, or for a while
-                    os.write(self._pipe, SIGN)
+                self._write()
+
+    def _write(self) -> None:
+        with self._writing, suppress(OSError):  # nobody reads any more, or for a while
+            os.write(self._pipe, PENDING if self._unanswered.is_any else SIGN)
 
 
 @asynccontextmanager
-async def guarded(settings: GuardSettings) -> AsyncIterator[Standstills]:
+async def guarded(settings: GuardSettings, unanswered: Unanswered) -> AsyncIterator[Standstills]:
     """Have a process stop the robots of this one if that cannot do so any more, for as long as the block lasts.
 
     Gives when that was so, of which this process has to know when it goes on.
+
+    Args:
+        settings: What the guard has to know.
+        unanswered: Goals that may be taken after the end of this process.
 
     Raises:
         BackendError: The guard does not start.
     """
     standstills = Standstills()
     async with background() as tasks:
-        await tasks.start(_keep_guarded, settings, standstills)
+        await tasks.start(_keep_guarded, settings, standstills, unanswered)
         yield standstills
 
 
 async def _keep_guarded(
-    settings: GuardSettings, standstills: Standstills, *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
+    settings: GuardSettings,
+    standstills: Standstills,
+    unanswered: Unanswered,
+    *,
+    task_status: TaskStatus[None] = TASK_STATUS_IGNORED,
 ) -> None:
-    async with _guard(settings, standstills) as guard:
+    async with _guard(settings, standstills, unanswered) as guard:
         task_status.started()
         await guard.wait()
     while True:
         log.warning("the guard of the bridge has ended, and is started again")
         await anyio.sleep(ANEW_AFTER)
         try:
-            async with _guard(settings, standstills) as guard:
+            async with _guard(settings, standstills, unanswered) as guard:
                 await guard.wait()
         except BackendError as error:
             log.warning("%s", error)
 
 
 @asynccontextmanager
-async def _guard(settings: GuardSettings, standstills: Standstills) -> AsyncIterator[Process]:
+async def _guard(
+    settings: GuardSettings, standstills: Standstills, unanswered: Unanswered
+) -> AsyncIterator[Process]:
     """A guard that is on guard; it is told when the block ends.
 
     Raises:
@@ -119,7 +138,7 @@ async def _guard(settings: GuardSettings, standstills: Standstills) -> AsyncIter
     finally:
         os.close(theirs)
     assert process.stdout is not None
-    signs = Signs(ours, standstills)
+    signs = Signs(ours, standstills, unanswered)
     try:
         said = b""
         with anyio.move_on_after(READY_WITHIN), suppress(anyio.EndOfStream):

@@ -16,6 +16,7 @@ from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.standstill import Standstills
+from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
@@ -38,12 +39,14 @@ class Link:
         stack: What is closed when the bridge ends.
         tasks: Where what listens runs.
         standstills: Of the bridge.
+        unanswered: Goals that the bridge has sent, and that may be taken later.
     """
 
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
     standstills: Standstills = field(default_factory=Standstills)
+    unanswered: Unanswered = field(default_factory=Unanswered)
     _heard: dict[str, _Heard] = field(default_factory=dict, repr=False)
 
     async def listen(

@@ -63,14 +63,18 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
 
     def doubt(of: Doubt) -> None:
         work.doubt(robot)
+        if of.is_lost:
+            link.unanswered.begin()
         link.tasks.start_soon(_settle, link, work, robot, goal.type, of)
 
     async def carry() -> str:
         number = link.standstills.number
+        link.unanswered.begin()
         try:
             async with pursuing(
                 link.node, goal.action, goal.type, goal.goal, goal.feedback, note, doubt
             ) as pursued:
+                link.unanswered.end()
                 answer.known.set()
                 end = await pursued.ended()
                 if end.status is GoalStatus.CANCELED:
@@ -81,6 +85,7 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
             raise Aborted(str(error)) from error
         finally:
             if not answer.known.is_set():
+                link.unanswered.end()
                 answer.refusal = answer.refusal or "the goal was canceled before the robot had accepted it"
                 answer.known.set()
 
@@ -94,6 +99,7 @@ async def _settle(link: Link, work: Work, robot: str, type_name: str, doubt: Dou
     """Follow a goal of a robot that may go on, and call it off if it is lost; it counts as one until its end."""
     if doubt.is_lost:
         await recall(link.node, doubt.action, doubt.number, log.warning)
+        link.unanswered.end()
     await wait_ended(link.node, doubt.action, type_name, doubt.number)
     work.settle(robot)
 

@@ -23,6 +23,7 @@ from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.robots.standstill import STOOD_STILL, Standstills
+from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.bridges.ros2.wire import RmwZenoh, named_dialect
 from seoro.bridges.ros2.wire.names import resolve
 from seoro.bridges.serving.happenings import HappeningLog
@@ -84,16 +85,17 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
         types = types.add_folder(folder)
     dialect = named_dialect(options.dialect, options.domain)
     made: list[RosRobot] = []
+    unanswered = Unanswered()
     door = node_door(options.listen, options.connect, options.node)
     async with (
         connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system,
-        guarded(_guard_of(options, system)) as standstills,
+        guarded(_guard_of(options, system), unanswered) as standstills,
         AsyncExitStack() as stack,
         _at_rest(made),
         background() as tasks,
     ):
         warn_of_others(options.robots, system)
-        links = [await _link(system, robot, standstills, stack, tasks) for robot in options.robots]
+        links = [await _link(system, each, stack, tasks, standstills, unanswered) for each in options.robots]
 
         def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
             made.extend(
@@ -172,7 +174,12 @@ def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
 
 
 async def _link(
-    system: RosSystem, robot: BridgedRobot, standstills: Standstills, stack: AsyncExitStack, tasks: TaskGroup
+    system: RosSystem,
+    robot: BridgedRobot,
+    stack: AsyncExitStack,
+    tasks: TaskGroup,
+    standstills: Standstills,
+    unanswered: Unanswered,
 ) -> Link:
     node = await stack.enter_async_context(system.node(BRIDGE, robot.namespace))
-    return Link(node, stack, tasks, standstills)
+    return Link(node, stack, tasks, standstills, unanswered)

@@ -51,7 +51,7 @@ async def test_a_bridge_that_ends_repeats_zero_for_half_a_second(
     how: str, router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The guard, a process that takes a second to start, has nothing to do where the bridge ends by itself.
-    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda _: nullcontext(Standstills()))
+    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda *_: nullcontext(Standstills()))
     endpoint, commands, ends = f"unixsock-stream/{tmp_path}/bridge", Commands(), anyio.Event()
     options = BridgeOptions([BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], router, listen=endpoint)
     bridge = anyio.CancelScope()

@@ -13,19 +13,22 @@ from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanag
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import Any
 
 import anyio
 import pytest
 
 from seoro.bridges.ros2.action_server import GoalEnd, serving_action
 from seoro.bridges.ros2.clients.goals import Goal, pursuing
-from seoro.bridges.ros2.clients.numbers import digest
+from seoro.bridges.ros2.clients.numbers import digest, new_number
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
-from seoro.bridges.ros2.robots.guard import END, SIGN, has_ended_well
+from seoro.bridges.ros2.robots.guard import END, PENDING, SIGN, GuardedRobot, GuardSettings, guard, last_sign
 from seoro.bridges.ros2.robots.guarded import Signs
-from seoro.bridges.ros2.robots.leftovers import GONE_FOR, Senders
+from seoro.bridges.ros2.robots.leftovers import GONE_FOR, LATCHED, STATUSES, Senders
 from seoro.bridges.ros2.robots.standstill import Standstills
+from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
@@ -97,6 +100,7 @@ def test_robots_stop_with_their_bridge(
         with alone(folder) as robot, process(DRIVER, robot.bridged.endpoint, "tb", how):
             wait_for(time.monotonic(), lambda: begun(robot.bridged))
             guard = guard_of(robot.bridge)
+            time.sleep(0.1)  # until the bridge has the answer to its goal, for whose end the guard would stay
             moment = time.monotonic()
             robot.bridge.send_signal(number)
             passed = wait_for(moment, lambda: over(robot.bridged))
@@ -222,7 +226,7 @@ async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyP
         os.close(theirs)
 
     with anyio.fail_after(5.0):
-        assert await has_ended_well(ours, stop, go_on) == bool(last)
+        assert await last_sign(ours, stop, go_on) == (last or SIGN)
     os.close(ours)
     assert heard == ["has given no sign of life for 0.02 s", "goes on"]
 
@@ -233,7 +237,7 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
     theirs, ours = os.pipe()
     os.set_blocking(theirs, False)
     standstills = Standstills()
-    signs = Signs(ours, standstills)
+    signs = Signs(ours, standstills, unanswered := Unanswered())
 
     def given() -> int:
         with suppress(BlockingIOError):
@@ -254,8 +258,48 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
         assert given() > 0
         tasks.cancel_scope.cancel()
     given()
+    unanswered.begin()
+    unanswered.end()
+    assert PENDING + SIGN in os.read(theirs, 1 << 16)
     signs.end()
     assert os.read(theirs, 1 << 16).endswith(END)
+    os.close(theirs)
+
+
+async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
+    router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guard.STOPPING", 0.01)
+    ready, canceled = anyio.Event(), anyio.Event()
+
+    async def cancel_goal(_request: object) -> dict[str, Any]:
+        canceled.set()
+        return {}
+
+    theirs, ours = os.pipe()
+    async with (
+        two_nodes(router, types) as (there, _),
+        there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, cancel_goal),
+        there.publishing("/spin/_action/status", STATUSES, LATCHED) as statuses,
+        anyio.create_task_group() as tasks,
+    ):
+        robot = GuardedRobot(namespace="/", cmd_vel="", limits=None, actions=("spin",))
+        settings = GuardSettings(ros=router, domain=0, is_rmw_zenoh=True, session="gone", robots=(robot,))
+
+        async def guarding() -> None:
+            await guard(settings, theirs, ready.set)
+            assert canceled.is_set()
+
+        tasks.start_soon(guarding)
+        with anyio.fail_after(30.0):
+            await ready.wait()
+            os.write(ours, SIGN + PENDING)
+            os.close(ours)
+            await anyio.sleep(0.3)  # in which it would end
+            goal = {"goal_id": {"uuid": list(new_number("gone"))}}
+            statuses.publish({"status_list": [{"goal_info": goal, "status": 2}]})
+            await canceled.wait()
+        tasks.cancel_scope.cancel()
     os.close(theirs)
 
 

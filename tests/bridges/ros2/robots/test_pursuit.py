@@ -16,6 +16,7 @@ from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
+from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire.refusal import RequestRefused
@@ -72,10 +73,11 @@ class Stubborn(Navigator):
 
     def __init__(self) -> None:
         super().__init__()
-        self.taken = anyio.Event()
+        self.unanswered = Unanswered()
+        self.pending = False  # as the bridge knew while it had no answer
 
     async def send_goal(self, _request: object) -> dict[str, Any]:
-        self.taken.set()
+        self.pending = self.unanswered.is_any
         return {"accepted": True}
 
     async def cancel_goal(self, _request: object) -> dict[str, Any]:
@@ -101,8 +103,9 @@ async def test_goals_that_cannot_be_canceled_are_told_and_count_until_they_end(
     ):
         work = Work(tasks, happenings)
         with anyio.fail_after(30.0):
-            await pursue(Link(here, stack, tasks), work, "one", "robot", ActionGoal("/spin", SPIN, {}))
-            assert robot.taken.is_set()
+            link = Link(here, stack, tasks, unanswered=robot.unanswered)
+            await pursue(link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+            assert (robot.pending, robot.unanswered.is_any) == (True, False)
             await work.cancel("one")
             told = (await happenings.after(wire.AwaitHappenings())).happenings
             assert [each.caution for each in told] == [wire.Caution(id="one", message=problem), None]
