@@ -31,7 +31,7 @@ async def test_a_drive_ends_with_a_standstill(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     standstills, commands, end = Standstills(), Commands(), Ends()
-    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda _: nullcontext(standstills))
+    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda *_: nullcontext(standstills))
     monkeypatch.setattr("seoro.bridges.ros2.robots.standstill.SILENCE", 0.05)
     monkeypatch.setattr("seoro.bridges.ros2.robots.velocity.STOPPING", 0.2)
     endpoint = f"unixsock-stream/{tmp_path}/bridge"
