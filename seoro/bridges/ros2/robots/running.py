@@ -12,10 +12,10 @@ import anyio
 from anyio.abc import TaskGroup
 
 from seoro.background import background
-from seoro.bridges.door import node_door
+from seoro.bridges.door import Door, node_door
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.own_nodes import BRIDGE
+from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import RosSystem, connect
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardedRobot, GuardSettings
 from seoro.bridges.ros2.robots.guarded import guarded
@@ -84,17 +84,28 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     for folder in options.interfaces:
         types = types.add_folder(folder)
     dialect = named_dialect(options.dialect, options.domain)
-    made: list[RosRobot] = []
     unanswered = Unanswered()
     door = node_door(options.listen, options.connect, options.node)
+    async with connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system:
+        warn_of_others(options.robots, system)
+        async with (
+            guarded(_guard_of(options, system), unanswered) as standstills,
+            _served(options, door, system, standstills, unanswered),
+        ):
+            yield
+
+
+@asynccontextmanager
+async def _served(
+    options: BridgeOptions, door: Door, system: RosSystem, standstills: Standstills, unanswered: Unanswered
+) -> AsyncIterator[None]:
+    """Be between the robots and runs, in a bridge that has a guard."""
+    made: list[RosRobot] = []
     async with (
-        connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system,
-        guarded(_guard_of(options, system), unanswered) as standstills,
         AsyncExitStack() as stack,
         _at_rest(made),
         background() as tasks,
     ):
-        warn_of_others(options.robots, system)
         links = [await _link(system, each, stack, tasks, standstills, unanswered) for each in options.robots]
 
         def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
@@ -142,10 +153,20 @@ async def _at_rest(robots: Sequence[RosRobot]) -> AsyncIterator[None]:
 
 
 def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
-    """Say that another bridge serves a robot already: its runs and ours would command it at the same time."""
+    """Say that another bridge serves a robot already: its runs and ours would command it at the same time.
+
+    To be called before this one has a guard. That of another follows the goals of its robots and no others', which
+    may share `tf`; it may be there for a while after its bridge.
+    """
+
+    def is_followed(robot: BridgedRobot, topic: str, by: str) -> bool:
+        followers = system.graph.subscriptions(resolve(topic, robot.namespace, by))
+        return any(each.node is not None and each.node.name == by for each in followers)
+
     for robot in robots:
-        followers = system.graph.subscriptions(resolve(robot.profile.tf, robot.namespace, BRIDGE))
-        if any(each.node is not None and each.node.name == BRIDGE for each in followers):
+        statuses = [f"{action}/_action/status" for action in robot.profile.actions]
+        is_guarded = any(is_followed(robot, each, GUARD) for each in statuses)
+        if is_guarded and is_followed(robot, robot.profile.tf, BRIDGE):
             log.warning(
                 "another bridge serves a robot in the namespace %s, too: runs over either would command '%s' at "
                 "the same time; end one of them",
