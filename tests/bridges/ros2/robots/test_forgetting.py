@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import anyio
 import pytest
@@ -12,6 +14,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots.localisation import LATCHED, POSE
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.robot import RosRobot
+from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.wire.refusal import RequestRefused
 from tests.bridges.ros2.robots.test_types import DEADLINE, served
@@ -31,6 +34,18 @@ async def where(robot: RosRobot) -> wire.Pose | None:
     found = await robot.handlers[wire.GET_LOCALIZATION](wire.LocalisedRobot(robot="tb"))
     assert isinstance(found, wire.Localization)
     return found.pose
+
+
+@asynccontextmanager
+async def localised(router: str, types: TypeStore) -> AsyncIterator[tuple[RosRobot, Publication]]:
+    """A robot, and who says where it is."""
+    async with (
+        two_nodes(router, types) as (there, here),
+        served(here) as robot,
+        there.publishing("/amcl_pose", POSE, LATCHED) as localisation,
+    ):
+        await localisation.wait_for_subscription(DEADLINE)
+        yield robot, localisation
 
 
 async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: TypeStore) -> None:
@@ -59,13 +74,8 @@ async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: T
 async def test_a_localisation_that_says_no_numbers_knows_nothing(
     nowhere: dict[str, object], router: str, types: TypeStore
 ) -> None:
-    async with (
-        two_nodes(router, types) as (there, here),
-        served(here) as robot,
-        there.publishing("/amcl_pose", POSE, LATCHED) as localisation,
-    ):
+    async with localised(router, types) as (robot, localisation):
         with anyio.fail_after(DEADLINE):
-            await localisation.wait_for_subscription()
             localisation.publish(placed(7.0))
             while not robot.health.localised:
                 await anyio.sleep(0.01)
@@ -80,14 +90,9 @@ async def test_a_localisation_that_says_no_numbers_knows_nothing(
 
 async def test_variances_below_zero_state_no_deviation(router: str, types: TypeStore) -> None:
     unsure = {"pose": {"pose": {"orientation": {"w": 1.0}}, "covariance": [-1.0, *[0.0] * 35]}}
-    async with (
-        two_nodes(router, types) as (there, here),
-        served(here) as robot,
-        there.publishing("/amcl_pose", POSE, LATCHED) as localisation,
-    ):
+    async with localised(router, types) as (robot, localisation):
+        localisation.publish(unsure)
         with anyio.fail_after(DEADLINE):
-            await localisation.wait_for_subscription()
-            localisation.publish(unsure)
             while not robot.health.localised:
                 await anyio.sleep(0.01)
         assert robot.health.deviation is None
