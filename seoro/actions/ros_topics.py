@@ -63,7 +63,8 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
         )
     with failing():
         velocity = to_twist(to_members(value, f"a message of {topic}"))
-    await ctx.ask(ctx.anywhere(DrivenRobots).command_velocity(topic, velocity))
+    robot, _, _ = topic.strip("/").rpartition("/")
+    await ctx.ask(ctx.by_name(robot, DrivenRobots).command_velocity(topic, velocity))
 
 
 @action("wait_for_data", anywhere=Ros2System)

@@ -304,6 +304,12 @@ class ActionContext:
         assert backend is not None, "checked when the run was instantiated"
         return backend
 
+    def by_name(self, name: str, contract: type[C]) -> C:
+        """As `anywhere`, but preferably the backend in which an actor lives that has a name there."""
+        backend = self._place.services.homes.by_name(name, contract)
+        assert backend is not None, "checked when the run was instantiated"
+        return backend
+
     def find(self, contract: type[C]) -> C | None:
         """A backend of the run that serves a contract, if there is one."""
         return self._place.services.homes.anywhere(contract)

@@ -90,6 +90,11 @@ class Homes:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""
         return next((backend for backend in self.backends if isinstance(backend, contract)), None)
 
+    def by_name(self, name: str, contract: type[P]) -> P | None:
+        """The backend that serves a contract and in which an actor lives by that name, else the first."""
+        called = (home.backend for home in self._homes.values() if home.name == name)
+        return next((backend for backend in called if isinstance(backend, contract)), self.anywhere(contract))
+
     def serve(self, contract: Contract) -> bool:
         """Whether any backend serves a contract."""
         return any(isinstance(backend, contract) for backend in self.backends)

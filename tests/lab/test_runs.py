@@ -52,6 +52,22 @@ def test_a_scenario_runs_on_a_robot_behind_a_bridge(rails: Rails, tmp_path: Path
     assert rails.commands()[-1][2] == 0.0
 
 
+def test_velocities_go_to_the_bridge_of_the_robot_that_they_name(
+    rails: Rails, start_rails: Callable[..., Rails], tmp_path: Path
+) -> None:
+    other = start_rails("--listen", f"unixsock-stream/{tmp_path}/other", "second")
+    lab = f"bridges:\n  floor: {{connect: {rails.endpoint}}}\n  hall: {{connect: {other.endpoint}}}\n"
+    lab += "robots:\n  leader: {in: floor, as: line}\n  follower: {in: hall, as: second}\n"
+    text = ALONE.partition("    do serial:")[0] + "    follower: differential_drive_robot\n    do serial:\n"
+    for robot, speed in (("second", 0.2), ("line", 0.1)):
+        twist = f"{{linear: {{x: {speed}}}}}"
+        text += f'        topic_publish("/{robot}/cmd_vel", "geometry_msgs.msg.Twist", "{twist}")\n'
+    verdict = run(tmp_path, text, lab_of(tmp_path, lab))
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert [velocity for _, _, velocity in rails.commands() if velocity] == [0.1]
+    assert [velocity for _, _, velocity in other.commands() if velocity] == [0.2]
+
+
 def test_what_a_robot_cannot_do_fails_the_run_with_its_reason(rails: Rails, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
     verdict = run(tmp_path, ALONE.replace("x: 0.2m", "x: 200m"), lab)
