@@ -36,12 +36,13 @@ class _Way:
     """What leads from a frame up to the root of its tree.
 
     Attributes:
-        transforms: Where the frame is in each frame on the way, itself first.
+        transforms: Where the frame is in each frame on the way, itself first, but in none of those that are in
+            each other in a circle.
         end: Why it is not known how it goes on; None at the root.
     """
 
     transforms: dict[str, Transform]
-    end: OutOfReach | None
+    end: TransformError | None
 
 
 class TransformBuffer:
@@ -129,7 +130,7 @@ class TransformBuffer:
 
         Raises:
             UnknownFrame: There is no such frame; names what there is.
-            FramesNotConnected: They are in different trees.
+            FramesNotConnected: They are in different trees, or in a circle.
             OutOfReach: It is not known for that time.
         """
         frame, parent = _bare(frame), _bare(parent)
@@ -175,7 +176,10 @@ class TransformBuffer:
                 return _Way(transforms, reason)
             frame, transform = sample.parent, sample.transform @ transform
             if frame in transforms:
-                break  # they go in a circle
+                circle = tuple(transforms)[tuple(transforms).index(frame) :]
+                for name in circle:
+                    del transforms[name]
+                return _Way(transforms, FramesNotConnected(f"{_listed(circle)} are in each other, in a circle"))
             transforms[frame] = transform
         return _Way(transforms, None)
 

@@ -3,7 +3,7 @@
 ActionFailed
 `-- TransformError
     |-- UnknownFrame        nobody has told of the frame
-    |-- FramesNotConnected  the frames are in different trees
+    |-- FramesNotConnected  the frames are in different trees, or in a circle
     `-- OutOfReach          there are other times at which it is known
 """
 
@@ -21,7 +21,7 @@ class UnknownFrame(TransformError):
 
 
 class FramesNotConnected(TransformError):
-    """The frames are in different trees."""
+    """The frames are in different trees, or in each other in a circle."""
 
 
 class OutOfReach(TransformError):

@@ -131,7 +131,13 @@ def test_frames_in_a_circle_end_in_a_message() -> None:
     for parent, child in (("a", "b"), ("b", "c"), ("c", "a")):
         buffer.put(parent, child, at(1.0), 0)
     buffer.put("x", "y", at(1.0), 0)
-    assert buffer.find("b", "a") is not None  # either way round
+    buffer.put("b", "below", at(1.0), 0)
+    buffer.put("below", "further", at(2.0), 0)
+    for frame, parent in (("b", "a"), ("a", "b"), ("a", "a"), ("below", "c")):  # which would depend on the way
+        for stamp in (0, None):
+            with pytest.raises(FramesNotConnected, match=r"(`[abc]`(, )?){3} are in each other, in a circle"):
+                buffer.lookup(frame, parent, stamp)
+    assert close(buffer.lookup("further", "below").transform, at(2.0))
     with pytest.raises(FramesNotConnected):
         buffer.lookup("b", "y")
 
