@@ -114,7 +114,7 @@ def domain(text: str, called: str = "ROS_DOMAIN_ID") -> int:
     Raises:
         ArgumentTypeError: It is none.
     """
-    if not (text.isascii() and text.isdecimal() and int(text) <= LARGEST_DOMAIN):
+    if not (text.isascii() and text.isdecimal() and len(text) < 10 and int(text) <= LARGEST_DOMAIN):
         raise argparse.ArgumentTypeError(f"a {called} is a whole number from 0 to {LARGEST_DOMAIN}, not {text!r}")
     return int(text)
 

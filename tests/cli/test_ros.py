@@ -234,10 +234,11 @@ def test_wrong_command_lines_are_refused(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("domain", ["many", "1" * 5_000])
 def test_a_wrong_domain_of_the_environment_is_refused(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    domain: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("ROS_DOMAIN_ID", "many")
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
     assert main(["ros", "graph"]) == 2
     assert "the environment variable ROS_DOMAIN_ID is wrong" in capsys.readouterr().err
 
