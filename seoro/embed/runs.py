@@ -104,8 +104,8 @@ class Run:
         self._execution.fail_backend(BackendError(reason))
 
     async def artifacts(self) -> tuple[Artifact, ...]:
-        """What the simulator has to show of the run, such as a picture; empty when it is gone."""
-        if self._simulator is None:
+        """What the simulator has to show of the run, such as a picture; empty when it is gone or hangs."""
+        if self._simulator is None or self._execution.has_clock_failed:
             return ()
         try:
             return await self._simulator.artifacts()

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["TIME_DIGITS", "Agenda", "Behave", "Flow", "Limit", "Scope", "StepOrder", "Timer", "Waiter"]
 
 Behave: TypeAlias = Callable[[Flow], Coroutine[Any, Any, Outcome]]  # what a flow does
+PATIENCE = 1.0  # [s] of the machine's clock that time may take to pass when the run has been stopped
 SKIPS = 50  # instants that may follow each other before other tasks of the event loop have a turn
 
 
@@ -93,7 +94,13 @@ class Agenda:
         self._settling = Settling()
         self._settled = asyncio.Event()
         self._interrupt = anyio.Event()
+        self._passing = anyio.CancelScope()  # of the time that is passing, or has passed last
         self._held: list[Callable[[], None]] = []  # what backends have said since the last instant
+
+    @property
+    def has_clock_failed(self) -> bool:
+        """Whether time stands still, because the clock has raised or was given up."""
+        return self._has_clock_failed
 
     @property
     def is_exact(self) -> bool:
@@ -525,10 +532,17 @@ class Agenda:
             self._stuck()
         else:
             try:
-                await self._clock.pass_time(due, self._interrupt)
+                with anyio.CancelScope() as self._passing:
+                    await self._clock.pass_time(due, self._interrupt)
+                self._has_clock_failed = self._passing.cancelled_caught
             except Exception as error:
                 self._has_clock_failed = True
                 self._clock_failed(error)
+
+    def hurry(self) -> None:
+        """The run has been stopped: a simulator that hangs while time passes there is waited for no longer."""
+        if not self._finished:
+            self._loop.call_later(PATIENCE, self._passing.cancel)
 
     def finish(self) -> None:
         """Stop driving, once the run is over."""

@@ -134,6 +134,11 @@ class Execution:
         return self._settings.clock.now() if self._has_started else 0.0
 
     @property
+    def has_clock_failed(self) -> bool:
+        """Whether time stands still, because the simulator is gone or hangs."""
+        return self._agenda.has_clock_failed
+
+    @property
     def fault(self) -> Exception | None:
         """The exception of an action's own code, or of seoro itself, that ended the run, if one did."""
         return self._services.fault
@@ -181,6 +186,7 @@ class Execution:
     def stop(self, reason: str) -> None:
         """Cancel the run; it cleans up, and ends as cancelled. For any task of the same event loop."""
         self._services.decide(RunStatus.CANCELLED, reason, None)
+        self._agenda.hurry()
 
     def _tell(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Record what a backend says of its own accord."""
@@ -194,6 +200,7 @@ class Execution:
         """End the run because a backend is gone, or somebody has stopped it, which is no error."""
         status = RunStatus.CANCELLED if isinstance(error, BackendStopped) else RunStatus.ERROR
         self._services.decide(status, str(error), None)
+        self._agenda.hurry()
 
     def _stuck(self) -> None:
         waits = list(self._services.waits.values())
