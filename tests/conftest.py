@@ -26,6 +26,14 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_warnings_of_a_busy_machine() -> Iterator[None]:
+    """Steps of actions may take as long as they do on a machine that others keep busy."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seoro.runtime.blocking.LIMIT", 30.0)
+        yield
+
+
 def pytest_collection_finish() -> None:
     """Keep the collector from going through what thousands of tests consist of, again and again."""
     gc.collect()
