@@ -141,12 +141,12 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         ready: Called once requests are taken.
 
     Raises:
-        InvalidUse: Its keys are missing, or of no use there.
+        InvalidUse: Its keys are missing, or of no use there; or there is another node of the name.
         SessionError: The endpoint does not work.
         RequestRefused: The world cannot be loaded.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    door = node_door(settings.listen, settings.connect, settings.node)
+    door = node_door(settings.listen, settings.connect, settings.node, settings.namespace)
     with opened_gate(door, settings.log) as gate, start_blocking_portal() as portal:
         simulator, inbox = make(), queue.SimpleQueue[Arrived]()
         _wake_on_signals(partial(inbox.put, Signalled()))

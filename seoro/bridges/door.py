@@ -17,9 +17,11 @@ import anyio
 from anyio.abc import TaskStatus
 
 from seoro.background import background
+from seoro.bridges.naming import becomes_free
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+from seoro.bridges.wire.keys import NAMESPACE, node_tokens_of
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -43,17 +45,22 @@ class Door:
         connect: Endpoint of a hub to connect to, instead.
         keys: Its keys, if it has any.
         revoked: Who is revoked, if it has keys.
+        node: Name of the node that is reached there, which no other may have when it comes; None for no node.
+        namespace: Of that.
     """
 
     listen: str | None = None
     connect: str | None = None
     keys: Keys | None = None
     revoked: Revoked | None = None
+    node: str | None = None
+    namespace: str = NAMESPACE
 
     async def attend(self, serve: Served, *, task_status: TaskStatus[None]) -> None:
         """Serve, at one session after another; does not end. It has started when the first one is served.
 
         Raises:
+            InvalidUse: There is another node of the name.
             SessionError: The endpoint does not work. If it did before, it is tried again and again instead.
         """
         async with background() as duties:
@@ -63,11 +70,14 @@ class Door:
             while True:
                 known: frozenset[Seat] = frozenset() if self.revoked is None else self.revoked.current().seats
                 try:
-                    async with self._session(known) as session, serve(session):
+                    async with self._session(known) as session:
                         if not is_open:
-                            task_status.started()
-                        is_open = True
-                        await self._until_closed(known)
+                            await self._check_name(session)
+                        async with serve(session):
+                            if not is_open:
+                                task_status.started()
+                            is_open = True
+                            await self._until_closed(known)
                 except SessionError as error:
                     if not is_open:
                         raise
@@ -79,6 +89,14 @@ class Door:
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
         return open_session(listen=self.listen, connect=self.connect, security=security)
 
+    async def _check_name(self, session: AsyncSession) -> None:
+        """Check that runs which ask for the node by its name reach no other."""
+        if self.node is not None and not await becomes_free(session, node_tokens_of(self.namespace, self.node)):
+            raise InvalidUse(
+                f"there is a node '{self.node}' at {self.listen or self.connect} already",
+                help="end it, or give one of them another name: `--name` of a bridge, `--node` of a simulator",
+            )
+
     async def _until_closed(self, known: frozenset[Seat]) -> None:
         """Wait until the session has to be opened anew; one that is no hub lets nobody pass by itself."""
         if self.revoked is None or self.listen is None or not is_secured(self.listen):
@@ -87,7 +105,7 @@ class Door:
             await self.revoked.wait_for_change(known)
 
 
-def node_door(listen: str | None, connect: str | None, name: str) -> Door:
+def node_door(listen: str | None, connect: str | None, name: str, namespace: str = NAMESPACE) -> Door:
     """Where a node of a name is reached, with its keys where it needs some.
 
     Raises:
@@ -99,7 +117,7 @@ def node_door(listen: str | None, connect: str | None, name: str) -> Door:
             f"the node '{name}' cannot have the keys of {keys.identity}",
             help="runs trust a node whose keys have its name: leave the name out",
         )
-    return Door(listen, connect, keys, None if keys is None else Revoked(keys))
+    return Door(listen, connect, keys, None if keys is None else Revoked(keys), name, namespace)
 
 
 def node_name(endpoint: str, chosen: str | None, otherwise: str) -> str:

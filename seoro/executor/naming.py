@@ -5,17 +5,12 @@ from __future__ import annotations
 import logging
 import secrets
 import time
-from typing import Final
-
-import anyio
 
 from seoro.bridges.executor.messages import MINOR
+from seoro.bridges.naming import becomes_free, holders
 from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import NAMESPACE, executor_token, executor_tokens_of, token_node
 from seoro.errors import InvalidUse
-
-TIMEOUT: Final = 2.0  # [s] for a list of tokens
-PATIENCE: Final = 1.0  # [s] in which an executor that was killed is noticed to be gone
 
 log = logging.getLogger(__name__)
 
@@ -26,16 +21,7 @@ async def await_name(session: AsyncSession, name: str) -> None:
     Raises:
         InvalidUse: Somebody has it.
     """
-    alive = set(await _holders(session, name))
-    if not alive:
-        return
-    with anyio.move_on_after(PATIENCE):
-        async with session.tokens(executor_tokens_of(NAMESPACE, name)) as changes:
-            async for token, is_alive in changes:
-                (alive.add if is_alive else alive.discard)(token)
-                if not alive:
-                    break
-    if await _holders(session, name):
+    if not await becomes_free(session, executor_tokens_of(NAMESPACE, name)):
         raise _taken(name)
 
 
@@ -56,7 +42,7 @@ async def check_first(session: AsyncSession, token: str) -> None:
         InvalidUse: Somebody has, and is first.
     """
     name, _ = token_node(token)
-    if min({token, *await _holders(session, name)}) != token:
+    if min({token, *await holders(session, executor_tokens_of(NAMESPACE, name))}) != token:
         raise _taken(name)
 
 
@@ -72,10 +58,6 @@ async def wait_for_elder(session: AsyncSession, token: str) -> None:
                 return
             if is_alive and other > token:
                 log.warning("another executor '%s', which has started after this one, gives the name up", name)
-
-
-async def _holders(session: AsyncSession, name: str) -> frozenset[str]:
-    return await session.list_tokens(executor_tokens_of(NAMESPACE, name), TIMEOUT)
 
 
 def name_given_up(name: str) -> str:

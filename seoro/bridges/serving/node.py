@@ -56,7 +56,7 @@ async def serving(
         log: File of the log of a node with keys.
 
     Raises:
-        InvalidUse: The log cannot be written.
+        InvalidUse: The log cannot be written, or there is another node of the name.
     """
     happenings, boot = HappeningLog(), secrets.token_hex(8)
     with opened_gate(door, log) as gate:

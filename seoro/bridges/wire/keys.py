@@ -50,6 +50,11 @@ def node_tokens(namespace: str) -> str:
     return _tokens(namespace, "node")
 
 
+def node_tokens_of(namespace: str, node: str) -> str:
+    """Key expression of the tokens of the nodes of one name."""
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/{_chunk(node)}/*"
+
+
 def any_node_tokens(namespace: str) -> str:
     """Key expression of the tokens of all nodes, whatever version of the protocol they speak."""
     return f"seoro/*/{_chunk(namespace)}/alive/node/*/*"
