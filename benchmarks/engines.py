@@ -20,7 +20,7 @@ from pathlib import Path
 
 from seoro.bridges.launch import SIMULATORS
 from seoro.lang.source import SourceFile
-from seoro.pytest_plugin.directives import Directives, read_directives
+from seoro.embed.directives import Directives, read_directives
 
 PROJECT = Path(__file__).resolve().parent.parent
 FOLDERS = ("navigation", "manipulation", "experiments", "catalogue")

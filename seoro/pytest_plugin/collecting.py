@@ -18,11 +18,12 @@ import pytest
 
 from seoro.cli.output import error_text
 from seoro.embed import Scenario, check_file
+from seoro.embed.directives import INVALID, Directives, FileDirectives, directives_of_file, top_scenarios
 from seoro.embed.options import OptionFields
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.lower.entry import find_entry
 from seoro.lang.symbols import TypeSymbol
-from seoro.pytest_plugin.directives import INVALID, Directives, FileDirectives, read_directives
+from seoro.pytest_plugin.marks import read_marks
 from seoro.pytest_plugin.running import Case, run_case
 
 MAX_VALUE = 40  # characters of a value in the name of a test
@@ -56,17 +57,19 @@ class OscFile(pytest.Module):
     def collect(self) -> Iterator[OscItem]:
         """One item for each scenario and variant; one that fails if the file cannot be run at all."""
         scenario = check_file(_shown(self.path))
-        symbols = _top_scenarios(scenario)
+        symbols = top_scenarios(scenario.checked)
         try:
-            found = read_directives(scenario.checked.sources.entry.file, frozenset(s.span.line for s in symbols))
+            found = directives_of_file(scenario.checked)
+            marks = {each: read_marks(each.marks) for each in (found.common, *found.scenarios.values())}
             tests = [] if scenario.checked.errors else list(self._tests(scenario, symbols, found))
         except (InvalidScenario, InvalidUse) as error:
             yield self._check(Directives(), error)
             return
         if scenario.checked.errors:
-            yield self._check(found.common, InvalidScenario(scenario.checked.errors))
+            yield self._check(found.common, InvalidScenario(scenario.checked.errors), marks[found.common])
         for name, line, case in tests:
-            yield OscItem.from_parent(self, name=name, callobj=_function(case), line=line)
+            run = _function(case, marks[case.directives])
+            yield OscItem.from_parent(self, name=name, callobj=run, line=line)
 
     def _tests(
         self, scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
@@ -75,21 +78,25 @@ class OscFile(pytest.Module):
         given = self.config.getoption("osc_sim") or self.config.getoption("osc_connect")
         for symbol in _chosen(scenario, symbols, found):
             directives = found.scenarios.get(symbol.span.line, found.common)
-            if given is not None:
-                directives = replace(directives, simulators=())
+            varied = directives if given is None else replace(directives, simulators=())
             bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
-            for variant in _variants(directives):
+            for variant in _variants(varied):
                 name = f"{bare}[{variant.name}]" if variant.name else bare
                 yield name, symbol.span.line, _case(scenario, symbol, directives, variant)
 
-    def _check(self, directives: Directives, error: InvalidScenario | InvalidUse) -> OscItem:
+    def _check(
+        self,
+        directives: Directives,
+        error: InvalidScenario | InvalidUse,
+        marks: Sequence[pytest.MarkDecorator] = (),
+    ) -> OscItem:
         """The item of a file that is not right; it passes if that is expected."""
 
         def check() -> None:
             if directives.expect != INVALID or directives.reason not in str(error):
                 pytest.fail(error_text(error), pytrace=False)
 
-        check.pytestmark = list(directives.marks)  # type: ignore[attr-defined]
+        check.pytestmark = list(marks)  # type: ignore[attr-defined]
         return OscItem.from_parent(self, name=CHECK, callobj=check, line=1)
 
 
@@ -103,6 +110,11 @@ class OscItem(pytest.Function):
     def __init__(self, *, line: int, **arguments: Any) -> None:
         super().__init__(**arguments)
         self._line = line
+        # pytest 9.2 compares node ids by their parts with ids that it parses from its cache. An id that is made from a
+        # name with brackets has other parts until it is parsed, too, and `--lf`, `--ff` and `--sw` do not find it.
+        node_id = getattr(self, "_id", None)
+        if node_id is not None:
+            self._id = type(node_id).parse(str(node_id))
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """Where the test is, and how a report calls it."""
@@ -113,16 +125,6 @@ def _shown(path: Path) -> str:
     """How messages call a file: from the working directory, if it is below."""
     folder = Path.cwd()
     return os.fspath(path.relative_to(folder) if path.is_relative_to(folder) else path)
-
-
-def _top_scenarios(scenario: Scenario) -> list[TypeSymbol]:
-    """The scenarios that the file itself declares, but those of actors, in the order of the text."""
-    file = scenario.checked.sources.entry.file
-    symbols = scenario.checked.program.behaviors.values()
-    own = [
-        symbol for symbol in symbols if symbol.span.file is file and symbol.plan_name in scenario.checked.scenarios
-    ]
-    return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
 
 
 def _chosen(scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives) -> Sequence[TypeSymbol]:
@@ -162,11 +164,11 @@ def _variants(directives: Directives) -> Iterator[Variant]:
         yield Variant(name + again, dict(values), file, seed, simulator)
 
 
-def _function(case: Case) -> Callable[..., None]:
+def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[..., None]:
     """What pytest calls, with fixtures by the names of its parameters."""
 
     def run(request: pytest.FixtureRequest, osc_options: OptionFields, tmp_path: Path) -> None:
         run_case(case, request.node, osc_options, tmp_path)
 
-    run.pytestmark = list(case.directives.marks)  # type: ignore[attr-defined]
+    run.pytestmark = list(marks)  # type: ignore[attr-defined]
     return run

@@ -17,9 +17,9 @@ import seoro
 from seoro.bridges.launch import is_installed
 from seoro.cli.output import error_text
 from seoro.embed import Scenario, load, start
+from seoro.embed.directives import INVALID, Directives
 from seoro.embed.options import ClockName, OptionFields, Simulator
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.pytest_plugin.directives import INVALID, Directives
 from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_line
 from seoro.runtime.verdict import Verdict

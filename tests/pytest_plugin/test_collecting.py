@@ -98,7 +98,7 @@ def test_comments_at_the_top_are_for_all_tests_of_the_file(project: Project) -> 
 def test_a_wrong_comment_fails_with_its_place(project: Project) -> None:
     result = project(a="\n# seoro: parametrise x=[1]\n" + ONE).runpytest_inprocess(".")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*E0500*there is no `parametrise` here", "*--> a.osc:4:1", "*did you mean*"])
+    result.stdout.fnmatch_lines(["*E0500*unknown directive `parametrise`", "*--> a.osc:4:1", "*did you mean*"])
     result.stdout.no_fnmatch_line("*Traceback*")
 
 

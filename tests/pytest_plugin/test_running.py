@@ -261,6 +261,33 @@ def test_failures_alone_can_be_run_again(project: Project) -> None:
     pytester.runpytest_inprocess(".", "--lf").assert_outcomes(failed=1)
 
 
+VARIED = """
+# seoro: parametrize limit=[3s, 1s]
+# seoro: seed 3, 4
+scenario main:
+    limit: time
+    do wait_a_while() with:
+        timeout(limit)
+
+scenario wait_a_while:
+    do wait elapsed(2s)
+"""
+
+
+def test_failed_variants_alone_are_run_again(project: Project) -> None:
+    pytester = project(a=PASSING, b=VARIED)
+    pytester.runpytest_inprocess(".").assert_outcomes(passed=3, failed=2)
+    pytester.runpytest_inprocess(".", "--lf").assert_outcomes(failed=2)
+    result = pytester.runpytest_inprocess(".", "--ff", "-v")
+    assert "limit:1s" in next(line for line in result.outlines if "b.osc::" in line)
+
+
+def test_a_stepwise_session_begins_at_the_failed_variant(project: Project) -> None:
+    pytester = project(b=VARIED)
+    pytester.runpytest_inprocess(".", "--sw").assert_outcomes(passed=1, failed=1)
+    pytester.runpytest_inprocess(".", "--sw").assert_outcomes(failed=1, deselected=1)
+
+
 def test_an_interrupt_stops_the_session(project: Project) -> None:
     pytester = project(a=PASSING, b=PASSING)
     pytester.makeconftest(

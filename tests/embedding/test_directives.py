@@ -1,12 +1,14 @@
-"""What comments of a scenario file say, and what they cannot say."""
+"""Directives in the comments of scenario files: values, merging, and errors with their places."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from seoro.errors import InvalidUse
 from seoro.lang.source import SourceFile
-from seoro.pytest_plugin.directives import _READERS, Axis, Directives, FileDirectives, read_directives
+from seoro.pytest_plugin.marks import read_marks
+from seoro.embed.directives import _READERS, Axis, Directives, FileDirectives, read_directives
 
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 
@@ -19,8 +21,9 @@ def read(text: str, *lines: int, path: Path | None = None) -> FileDirectives:
 def test_comments_of_a_scenario_and_of_the_file() -> None:
     text = f"# Two.\n# seoro: timeout 3s\n# pytest: skip\n\nimport osc.types\n# seoro: seed 1, 2\n{SCENARIO}"
     found = read(text, 7)
-    assert found.common == Directives(timeout=3.0, marks=(pytest.mark.skip,))
-    assert found.scenarios == {7: Directives(timeout=3.0, marks=(pytest.mark.skip,), seeds=(1, 2))}
+    assert found.common.timeout == 3.0
+    assert [mark.text for mark in found.common.marks] == ["skip"]
+    assert found.scenarios == {7: replace(found.common, seeds=(1, 2))}
 
 
 def test_what_a_scenario_says_goes_before_what_the_file_says() -> None:
@@ -44,8 +47,8 @@ def test_values_may_hold_commas_brackets_and_quotes() -> None:
 
 
 def test_marks_have_arguments() -> None:
-    marks = read("# pytest: skip(reason='x'), skipif(True, reason=\"y\")\n" + SCENARIO, 2).scenarios[2].marks
-    assert marks == (pytest.mark.skip(reason="x"), pytest.mark.skipif(True, reason="y"))
+    comments = read("# pytest: skip(reason='x'), skipif(True, reason=\"y\")\n" + SCENARIO, 2).scenarios[2].marks
+    assert read_marks(comments) == (pytest.mark.skip(reason="x"), pytest.mark.skipif(True, reason="y"))
 
 
 def test_parameter_files_lie_beside_the_scenario(tmp_path: Path) -> None:
@@ -68,42 +71,42 @@ def test_simulators_and_a_world_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("comment", "message"),
     [
-        ("seoro: parametrise x=[1]", "there is no `parametrise` here"),
-        ("seoro: expect success", "a run does not end `success`"),
-        ("seoro: parametrize speed", "values of parameters look otherwise"),
-        ("seoro: parametrize speed=[1mps", "values of parameters look otherwise"),
-        ("seoro: parametrize speed=[1mps,,2mps]", "values of parameters look otherwise"),
-        ("seoro: parametrize", "no parameter is named here"),
-        ("seoro: parametrize a=[1] a=[2]", "`a` is varied twice"),
-        (f"seoro: parametrize a=[{','.join('1' * 1001)}]", "this makes more than 1000 tests"),
-        ("seoro: params none.yaml", "there is no parameter file `none.yaml`"),
-        ("seoro: params /etc/hosts", "there is no parameter file `/etc/hosts`"),
-        ("seoro: seed one", "seeds are whole numbers from 0"),
-        ("seoro: timeout never", "a limit of wall time is a number of seconds above 0"),
-        ("seoro: simulators moon", "there is no simulator `moon`"),
-        ("seoro: simulators", "there is no simulator ``"),
-        ("seoro: world", "no world is named here"),
-        ("seoro: world none.yaml", "there is no world file `none.yaml`"),
-        ("seoro: test it", "nothing stands behind `test`"),
+        ("seoro: parametrise x=[1]", "unknown directive `parametrise`"),
+        ("seoro: expect success", "unknown status `success`"),
+        ("seoro: parametrize speed", "invalid values of parameters"),
+        ("seoro: parametrize speed=[1mps", "invalid values of parameters"),
+        ("seoro: parametrize speed=[1mps,,2mps]", "invalid values of parameters"),
+        ("seoro: parametrize", "missing parameter"),
+        ("seoro: parametrize a=[1] a=[2]", "duplicate parameter `a`"),
+        (f"seoro: parametrize a=[{','.join('1' * 1001)}]", "more than 1000"),
+        ("seoro: params none.yaml", "parameter file not found: `none.yaml`"),
+        ("seoro: params /etc/hosts", "parameter file not found: `/etc/hosts`"),
+        ("seoro: seed one", "expected whole numbers from 0"),
+        ("seoro: timeout never", "invalid timeout `never`: expected seconds"),
+        ("seoro: simulators moon", "unknown simulator `moon`"),
+        ("seoro: simulators", "unknown simulator ``"),
+        ("seoro: world", "missing world"),
+        ("seoro: world none.yaml", "world file not found: `none.yaml`"),
+        ("seoro: test it", "unexpected `it` after `test`"),
         ("pytest: unknown_mark", "not found in `markers`"),
-        ("pytest: os.system('true')", "these are no marks"),
+        ("pytest: os.system('true')", "invalid marks"),
         ("pytest: _private", "Marker name must NOT start with underscore"),
-        ("pytest: smoke(open('x'))", "these are no marks"),
-        ("pytest: 3", "these are no marks"),
-        ("pytest:", "no mark is named here"),
-        ("pytest: parametrize('a', [1])", "scenarios are varied otherwise"),
+        ("pytest: smoke(open('x'))", "invalid marks"),
+        ("pytest: 3", "invalid marks"),
+        ("pytest:", "missing mark"),
+        ("pytest: parametrize('a', [1])", "unsupported mark `parametrize`"),
     ],
 )
 def test_what_cannot_be_is_refused(tmp_path: Path, comment: str, message: str) -> None:
     with pytest.raises(InvalidUse) as caught:
-        read(f"# {comment}\n{SCENARIO}", 2, path=tmp_path / "test.osc")
+        read_marks(read(f"# {comment}\n{SCENARIO}", 2, path=tmp_path / "test.osc").scenarios[2].marks)
     assert message in str(caught.value)
     assert str(caught.value.span) == "test.osc:1:1"
 
 
 @pytest.mark.parametrize("text", [f"{SCENARIO}    # seoro: seed 3\n", "import osc.types\n# seoro: seed 3\n\n"])
 def test_what_is_for_no_test_is_refused(text: str) -> None:
-    with pytest.raises(InvalidUse, match="this is for no test"):
+    with pytest.raises(InvalidUse, match="misplaced directive"):
         read(text, 1)
 
 

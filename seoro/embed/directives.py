@@ -1,30 +1,28 @@
-"""What comments of a scenario file tell pytest.
+"""Directives: comments of a scenario file that say how its scenarios are run and tested.
 
-    # seoro: expect failed: did not arrive
+    # seoro: world workshop.yaml
     # seoro: parametrize speed=[1mps, 2mps]
     # pytest: slow, flaky(reruns=2)
 
-Comments directly above a scenario are for that scenario, those at the top of the file, with an empty line after
-them, for all of its tests. A comment that begins like these and is none of them is an error.
+Directives directly above a scenario apply to that scenario; those at the top of the file, followed by an empty
+line, apply to all of its scenarios. A comment that begins like these and is not a valid directive is an error.
+Every runner reads them here: `seoro exec`, `seoro sweep`, clients of executors, embedding programs and pytest.
 """
 
 from __future__ import annotations
 
-import ast
 import math
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import pytest
-
-from seoro.bridges.launch import known_simulators
 from seoro.errors import InvalidUse
 from seoro.lang.diagnostics import near
+from seoro.lang.frontend import Checked
 from seoro.lang.source import SourceFile, Span
+from seoro.lang.symbols import TypeSymbol
 
 INVALID = "invalid"
 STATUSES = ("passed", "failed", "error", INVALID)
@@ -49,19 +47,32 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Directives:
-    """What the comments say of a test.
+class MarkComment:
+    """A `# pytest:` comment, which the pytest plugin reads.
 
     Args:
-        expect: How the run has to end: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
-        reason: What stands in the reason then; may be empty.
-        axes: Parameters that are varied, each with each.
-        files: Parameter files, each of which makes a test.
-        seeds: Each makes a test; empty for the one that pytest was given.
-        simulators: Each makes a test; empty for the one that pytest or the folder chooses.
-        world: Name or path of the simulator's world; None for the one that goes with the simulator.
-        timeout: Limit of wall time [s].
-        marks: Marks of pytest.
+        span: Its place.
+        text: Its marks, as Python writes them.
+    """
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class Directives:
+    """The directives of one scenario.
+
+    Args:
+        expect: Expected end of the run: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
+        reason: Expected part of its reason; may be empty.
+        axes: Parameters that tests vary, each value with each.
+        files: Parameter files; one test each.
+        seeds: Seeds; one test each. Runners of a single run use the first.
+        simulators: Names of simulators; one test each. Runners of a single run use the first.
+        world: Name or path of the simulator's world; None for the simulator's default.
+        timeout: Limit of wall time [s]; None for the runner's default.
+        marks: Comments with marks of pytest.
     """
 
     expect: str = "passed"
@@ -72,16 +83,16 @@ class Directives:
     simulators: tuple[str, ...] = ()
     world: str | None = None
     timeout: float | None = None
-    marks: tuple[pytest.MarkDecorator, ...] = ()
+    marks: tuple[MarkComment, ...] = ()
 
 
 @dataclass(frozen=True)
 class FileDirectives:
-    """What the comments of a file say.
+    """The directives of a file.
 
     Args:
-        common: Of all of its tests.
-        scenarios: Of scenarios that have comments of their own, by the line that names them; with the common.
+        common: Directives of the file; they apply to every scenario without own ones.
+        scenarios: Merged directives of scenarios with own ones, by the line that names the scenario.
     """
 
     common: Directives
@@ -89,14 +100,14 @@ class FileDirectives:
 
 
 def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDirectives:
-    """Read the comments of a file.
+    """Read the directives of a file.
 
     Args:
         file: The scenario file.
-        scenario_lines: The lines, from 1, in which its scenarios are named.
+        scenario_lines: The lines, from 1, that name its scenarios.
 
     Raises:
-        InvalidUse: A comment says what cannot be, or stands where it is for nothing.
+        InvalidUse: A directive is invalid or misplaced; the error has its place.
     """
     common = Directives()
     own: dict[int, list[tuple[Span, str, str]]] = {}
@@ -108,8 +119,7 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
             common = _read(common, span, kind, text)
         else:
             raise InvalidUse(
-                f"this is for no test: it stands neither directly above a scenario nor at the top of {file.name}",
-                span,
+                f"misplaced directive: expected directly above a scenario or at the top of {file.name}", span
             )
     scenarios = {}
     for line, comments in own.items():
@@ -118,6 +128,24 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
             found = _read(found, span, kind, text)
         scenarios[line] = found
     return FileDirectives(common, scenarios)
+
+
+def directives_of_file(checked: Checked) -> FileDirectives:
+    """Read the directives of a checked file.
+
+    Raises:
+        InvalidUse: As `read_directives`.
+    """
+    lines = frozenset(symbol.span.line for symbol in top_scenarios(checked))
+    return read_directives(checked.sources.entry.file, lines)
+
+
+def top_scenarios(checked: Checked) -> list[TypeSymbol]:
+    """Return the scenarios that the file itself declares, except those of actors, in source order."""
+    file = checked.sources.entry.file
+    symbols = checked.program.behaviors.values()
+    own = [symbol for symbol in symbols if symbol.span.file is file and symbol.plan_name in checked.scenarios]
+    return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
 
 
 def _comments(file: SourceFile) -> Iterator[tuple[int, Span, str, str]]:
@@ -144,28 +172,28 @@ def _is_head(file: SourceFile, number: int) -> bool:
 def _read(before: Directives, span: Span, kind: str, text: str) -> Directives:
     """Add what one comment says."""
     if kind == "pytest":
-        return replace(before, marks=(*before.marks, *_marks(text, span)))
+        return replace(before, marks=(*before.marks, MarkComment(span, text)))
     word, _, rest = text.partition(" ")
     reader = _READERS.get(word)
     if reader is None:
         known = ", ".join(_READERS)
-        raise InvalidUse(f"there is no `{word}` here", span, near(word, _READERS) or f"there are {known}")
+        raise InvalidUse(f"unknown directive `{word}`", span, near(word, _READERS) or f"directives: {known}")
     return reader(before, rest.strip(), span)
 
 
-# ---------------------------------------------------------------- one function for each word
+# ---------------------------------------------------------------- one function for each directive
 
 
 def _test(before: Directives, text: str, span: Span) -> Directives:
     if text:
-        raise InvalidUse("nothing stands behind `test`", span)
+        raise InvalidUse(f"unexpected `{text}` after `test`", span)
     return before
 
 
 def _expect(before: Directives, text: str, span: Span) -> Directives:
     status, _, reason = (part.strip() for part in text.partition(":"))
     if status not in STATUSES:
-        raise InvalidUse(f"a run does not end `{status}`", span, f"it ends {', '.join(STATUSES)}")
+        raise InvalidUse(f"unknown status `{status}`", span, f"statuses: {', '.join(STATUSES)}")
     return replace(before, expect=status, reason=reason)
 
 
@@ -177,16 +205,16 @@ def _parametrize(before: Directives, text: str, span: Span) -> Directives:
         values, end = _items(rest, found.end()) if found else ([], -1)
         if found is None or end < 0 or not all(values):
             raise InvalidUse(
-                "values of parameters look otherwise", span, "such as `speed=[1mps, 2mps] far=[true]`"
+                f"invalid values of parameters: `{rest}`", span, "for example `speed=[1mps, 2mps] far=[true]`"
             )
         axes.append(Axis(found[1], tuple(values)))
         rest = rest[end:].strip()
     names = [axis.name for axis in (*before.axes, *axes)]
     again = next((name for name in names if names.count(name) > 1), None)
     if again is not None or not axes:
-        raise InvalidUse(f"`{again}` is varied twice" if again else "no parameter is named here", span)
+        raise InvalidUse(f"duplicate parameter `{again}`" if again else "missing parameter", span)
     if math.prod(len(axis.values) for axis in (*before.axes, *axes)) > MAX_VARIANTS:
-        raise InvalidUse(f"this makes more than {MAX_VARIANTS} tests", span)
+        raise InvalidUse(f"too many tests: more than {MAX_VARIANTS}", span)
     return replace(before, axes=(*before.axes, *axes))
 
 
@@ -222,7 +250,7 @@ def _params(before: Directives, text: str, span: Span) -> Directives:
         files = sorted(span.file.path.parent.glob(glob)) if glob and not Path(glob).is_absolute() else []
         if not files:
             raise InvalidUse(
-                f"there is no parameter file `{glob}`", span, "files are named from the scenario's folder"
+                f"parameter file not found: `{glob}`", span, "paths are relative to the folder of the scenario"
             )
         found += files
     return replace(before, files=(*before.files, *found))
@@ -231,28 +259,34 @@ def _params(before: Directives, text: str, span: Span) -> Directives:
 def _seed(before: Directives, text: str, span: Span) -> Directives:
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
-        raise InvalidUse("seeds are whole numbers from 0", span, "such as `seed 1, 2, 3`")
+        raise InvalidUse(
+            f"invalid seed `{text}`: expected whole numbers from 0", span, "for example `seed 1, 2, 3`"
+        )
     return replace(before, seeds=tuple(int(part) for part in parts))
 
 
 def _simulators(before: Directives, text: str, span: Span) -> Directives:
+    from seoro.bridges.launch import known_simulators  # noqa: PLC0415 - Zenoh, for files that name simulators only
+
     names = tuple(part.strip() for part in text.split(","))
     known = known_simulators()
     unknown = next((name for name in names if name not in known), None)
     if unknown is not None:
-        raise InvalidUse(f"there is no simulator `{unknown}`", span, f"there are {', '.join(known)}")
+        raise InvalidUse(f"unknown simulator `{unknown}`", span, f"simulators: {', '.join(known)}")
     return replace(before, simulators=names)
 
 
 def _world(before: Directives, text: str, span: Span) -> Directives:
     if not text:
-        raise InvalidUse("no world is named here", span, "such as `world maze`, or `world worlds/hall.yaml`")
+        raise InvalidUse("missing world", span, "for example `world maze` or `world worlds/hall.yaml`")
     if not text.endswith(".yaml"):
         return replace(before, world=text)
     assert span.file.path is not None
     file = span.file.path.parent / text
     if not file.is_file():
-        raise InvalidUse(f"there is no world file `{text}`", span, "files are named from the scenario's folder")
+        raise InvalidUse(
+            f"world file not found: `{text}`", span, "paths are relative to the folder of the scenario"
+        )
     return replace(before, world=os.fspath(file))
 
 
@@ -262,7 +296,9 @@ def _timeout(before: Directives, text: str, span: Span) -> Directives:
     except ValueError:
         limit = math.nan
     if not (limit > 0 and math.isfinite(limit)):
-        raise InvalidUse("a limit of wall time is a number of seconds above 0", span, "such as `timeout 10s`")
+        raise InvalidUse(
+            f"invalid timeout `{text}`: expected seconds of wall time above 0", span, "for example `timeout 10s`"
+        )
     return replace(before, timeout=limit)
 
 
@@ -277,38 +313,3 @@ _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
     "world": _world,
 }
 
-
-# ---------------------------------------------------------------- marks
-
-
-def _marks(text: str, span: Span) -> Iterator[pytest.MarkDecorator]:
-    try:
-        tree = ast.parse(f"[{text}]", mode="eval").body
-        assert isinstance(tree, ast.List)
-        parsed = [_mark(element) for element in tree.elts]
-    except (SyntaxError, ValueError) as error:
-        raise InvalidUse("these are no marks", span, "such as `slow, flaky(reruns=2)`") from error
-    if not parsed:
-        raise InvalidUse("no mark is named here", span, "such as `slow, flaky(reruns=2)`")
-    for name, arguments, keywords in parsed:
-        if name == "parametrize":
-            raise InvalidUse(
-                "scenarios are varied otherwise", span, "write `# seoro: parametrize speed=[1mps, 2mps]`"
-            )
-        try:
-            mark: pytest.MarkDecorator = getattr(pytest.mark, name)
-        except (AttributeError, pytest.fail.Exception) as error:
-            raise InvalidUse(str(error), span) from error
-        # `with_args`, since a mark that is called with a function alone would decorate it.
-        yield mark.with_args(*arguments, **keywords) if arguments or keywords else mark
-
-
-def _mark(element: ast.expr) -> tuple[str, list[Any], dict[str, Any]]:
-    """The name and the arguments, which are literals, of a mark; `ValueError` if it is none."""
-    match element:
-        case ast.Name(id=name):
-            return name, [], {}
-        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
-            named = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords if keyword.arg}
-            return name, [ast.literal_eval(argument) for argument in arguments], named
-    raise ValueError
