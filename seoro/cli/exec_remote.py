@@ -19,7 +19,7 @@ from seoro.cli.following import Follower
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import ResultFiles, check_place
-from seoro.cli.run_arguments import settings_of
+from seoro.cli.run_arguments import settings_of, use_file_settings
 from seoro.client import Client
 from seoro.embed.checking import check_options
 from seoro.embed.scenarios import check_file
@@ -49,8 +49,6 @@ def run_remote(options: argparse.Namespace) -> int:
 
 def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bundle:
     """What is sent; what is wrong with it is said here, as far as that can be known without its Python."""
-    settings = replace(settings_of(options), leasing=leasing_of(options))
-    check_options(settings)
     contents: Path | None = None
     if options.file == STDIN:
         path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
@@ -61,7 +59,10 @@ def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bun
         )
     else:
         scenario = check_file(options.file, import_python=False)
-    return pack(scenario.without_errors(), settings, options.timeout, contents, film)
+    use_file_settings(options, scenario.without_errors())
+    settings = replace(settings_of(options), leasing=leasing_of(options))
+    check_options(settings)
+    return pack(scenario, settings, options.timeout, contents, film)
 
 
 async def _try(options: argparse.Namespace, bundle: Bundle) -> int:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import add_folders, domain, positive, rate, seed
+from seoro.embed.file_settings import FileSettings, Given, settings_of_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
+from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
@@ -80,6 +83,42 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
     add_folders(
         parser, "--ros-interfaces", "take definitions of messages, services and actions from the packages in DIR"
     )
+
+
+def use_file_settings(options: argparse.Namespace, scenario: Scenario, *, repeats: bool = False) -> FileSettings:
+    """Fill in the options that a scenario file gives by its directives, and print notes about the others.
+
+    Args:
+        options: The parsed command line; options that are given stay as they are.
+        scenario: The checked file.
+        repeats: Whether the command runs the scenario with every seed.
+
+    Raises:
+        InvalidScenario, InvalidUse: As `settings_of_file`.
+    """
+    places = {
+        "--from-snapshot": options.from_snapshot is not None,
+        "--connect": options.connect is not None,
+        "--lab": options.lab is not None,
+        "--ros": options.ros is not None and options.sim is None,
+        f"--clock {options.clock}": options.clock in ("real", "virtual") and options.sim is None,
+    }
+    place = next((name for name, holds in places.items() if holds), None)
+    given = Given(
+        simulator=options.sim,
+        place=place,
+        takes_world=place == "--connect",
+        world=options.world,
+        seed=options.seed,
+        timeout=options.timeout,
+        parameters=None if options.params is not None else overrides_of(options.set),
+    )
+    found = settings_of_file(scenario.checked, options.scenario, given, repeats=repeats)
+    options.sim, options.world = found.simulator, found.world
+    options.seed, options.timeout = found.seed, found.timeout
+    for note in found.notes:
+        print(f"note: {note}", file=sys.stderr)
+    return found
 
 
 def settings_of(options: argparse.Namespace) -> Options:

@@ -21,7 +21,7 @@ from seoro.cli.exits import Exit
 from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
-from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of
+from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of, use_file_settings
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
 from seoro.errors import InvalidUse
@@ -100,6 +100,7 @@ class _Sweep:
         self._scenario = scenario
         self._entry = find_entry(scenario.checked, options.scenario).qualified_name
         self._given, _ = split_wishes(overrides_of(options.set))  # robots vary nothing
+        self._seeds = use_file_settings(options, scenario, repeats=True).seeds
 
     async def main(self) -> int:
         """Find what there is to run, and do what is asked for."""
@@ -133,10 +134,10 @@ class _Sweep:
         given = {*self._given, *(read_parameters(parameters, self._entry) if parameters is not None else ())}
         plan = lower(self._scenario.checked, self._options.scenario, self._given)
         axes = find_axes(plan, given)
-        if not axes:
+        if not axes and self._options.repeat == 1 and len(self._seeds) < 2:
             raise InvalidUse(
                 f"nothing varies in `{self._entry}`",
-                help="give parameters a list of values to choose from: `keep(noise in [0.0, 0.1, 0.2])`",
+                help="give a parameter a list of values: `keep(noise in [0.0, 0.1, 0.2])`, or repeat it: `--repeat 10`",
             )
         return axes
 
@@ -190,11 +191,13 @@ class _Sweep:
     def _plan(self, possible: Sequence[Mapping[str, str]]) -> Sequence[Planned]:
         options = self._options
         seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
-        runs = [(values, seed + repetition) for values in possible for repetition in range(options.repeat)]
+        repeated = range(seed, seed + options.repeat)
+        seeds = self._seeds if len(self._seeds) > 1 and options.repeat == 1 else repeated
+        runs = [(values, each) for values in possible for each in seeds]
         width = len(str(len(runs)))
         folder = options.output_dir / _RUNS
-        last = f" to {seed + options.repeat - 1}" if options.repeat > 1 else ""
-        print(f"{count(len(runs), 'run')}, seed {seed}{last}", flush=True)
+        shown = f"{seed} to {seeds[-1]}" if options.repeat > 1 else ", ".join(map(str, seeds))
+        print(f"{count(len(runs), 'run')}, seed {shown}", flush=True)
         return [
             Planned(number, values, chosen, folder / f"{number:0{width}}")
             for number, (values, chosen) in enumerate(runs, start=1)

@@ -36,6 +36,7 @@ from seoro.client.runs import RemoteRun
 from seoro.client.trying import DryRun, try_bundle
 from seoro.client.uploading import with_files
 from seoro.embed.checking import check_options
+from seoro.embed.file_settings import with_file_settings
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidUse
@@ -313,7 +314,8 @@ class Client:
 def _packed(
     scenario: str | Path | Scenario, options: Options, timeout: float | None = None, film: Film | None = None
 ) -> Bundle:
-    check_options(options)
     check_limit("timeout", timeout)
     found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
-    return pack(found.without_errors(), options, timeout, film=film)
+    settings, of_file = with_file_settings(found.without_errors().checked, options, timeout)
+    check_options(settings)
+    return pack(found, settings, of_file.timeout, film=film)

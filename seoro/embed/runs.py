@@ -34,6 +34,12 @@ class Run:
         self._readers = readers
         self._done = anyio.Event()
         self.seed = seed
+        self.notes: tuple[str, ...] = ()  # of directives in the file that options replace
+
+    @property
+    def substitutions(self) -> dict[str, str]:
+        """Names of robots by the actors that are carried out by a robot of another name, unless a lab says so."""
+        return self._execution.substitutions
 
     @property
     def parameters(self) -> dict[str, object]:

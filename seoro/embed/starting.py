@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from seoro import __version__
 from seoro.embed.checking import check_options
+from seoro.embed.file_settings import with_file_settings
 from seoro.embed.opening import actors_of, clock_of, open_backends, open_ros
 from seoro.embed.options import OptionFields, Options
 from seoro.embed.runs import Run
@@ -43,7 +44,9 @@ async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIte
         InvalidScenario, InvalidUse: It cannot be run like this; nothing has happened then.
         BackendError: The simulator did not start.
     """
-    async with prepare(scenario, Options(**options)) as run, run.running():
+    settings, found = with_file_settings(scenario.checked, Options(**options))
+    async with prepare(scenario, settings) as run, run.running():
+        run.notes = tuple(found.notes)
         yield run
 
 
@@ -117,7 +120,8 @@ def announcement(run: Run, options: Options) -> str:
     simulator = run.simulator
     where = f", {simulator.features.engine} with world '{simulator.features.world}'" if simulator else ""
     where += f", lab {options.lab.file}" if options.lab else ""
-    return f"seed {run.seed}{where}"
+    lives = "".join(f", actor `{actor}` is the robot `{robot}`" for actor, robot in run.substitutions.items())
+    return f"seed {run.seed}{where}{lives}"
 
 
 def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptance:

@@ -86,6 +86,14 @@ class Homes:
         """The home of an actor."""
         return self._homes.get(actor.name)
 
+    def substitutions(self) -> dict[str, str]:
+        """Names of homes by the actors that live in one of another name, without those that were placed."""
+        return {
+            name: home.name
+            for name, home in self._homes.items()
+            if home.name != name and name not in self._placements
+        }
+
     def anywhere(self, contract: type[P]) -> P | None:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""
         return next((backend for backend in self.backends if isinstance(backend, contract)), None)

@@ -134,6 +134,11 @@ class Execution:
         return self._settings.clock.now() if self._has_started else 0.0
 
     @property
+    def substitutions(self) -> dict[str, str]:
+        """Names of homes by the actors that live in one of another name without being placed there."""
+        return self._homes.substitutions()
+
+    @property
     def has_clock_failed(self) -> bool:
         """Whether time stands still, because the simulator is gone or hangs."""
         return self._agenda.has_clock_failed

@@ -134,7 +134,7 @@ def _ran(planned: Planned, stdout: str, stderr: str) -> Ran:
         result = json.loads(stdout)
         word = result["status"]
     except (ValueError, KeyError, TypeError):
-        lines = stderr.strip().splitlines()
+        lines = [line for line in stderr.strip().splitlines() if not line.startswith("note: ")]
         return Ran(planned, RunStatus.ERROR, lines[0] if lines else "it ended without a result")
     return Ran(
         planned,
