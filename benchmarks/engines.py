@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seoro.bridges.launch import SIMULATORS
-from seoro.lang.source import SourceFile
 from seoro.embed.directives import Directives, read_directives
+from seoro.lang.source import SourceFile
 
 PROJECT = Path(__file__).resolve().parent.parent
 FOLDERS = ("navigation", "manipulation", "experiments", "catalogue")

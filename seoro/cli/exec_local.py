@@ -26,7 +26,7 @@ from seoro.cli.film_arguments import film_of
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import STDOUT, ResultFiles
-from seoro.cli.run_arguments import settings_of, use_file_settings
+from seoro.cli.run_arguments import inputs_of, settings_of, use_file_settings
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, check_file, load
 from seoro.embed.starting import announcement, prepare
@@ -51,6 +51,7 @@ def run_local(options: argparse.Namespace) -> int:
         with _terminable():
             scenario = _load(options.file)
             use_file_settings(options, scenario)
+            files.check_inputs(inputs_of(options, scenario))
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
             return anyio.run(_Exec(options, scenario, files).main, backend_options=_loop_for(options))
     except (InvalidScenario, InvalidUse, BackendError) as error:

@@ -19,10 +19,10 @@ from seoro.cli.following import Follower
 from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import ResultFiles, check_place
-from seoro.cli.run_arguments import settings_of, use_file_settings
+from seoro.cli.run_arguments import inputs_of, settings_of, use_file_settings
 from seoro.client import Client
 from seoro.embed.checking import check_options
-from seoro.embed.scenarios import check_file
+from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.film import Film
 from seoro.lang.loader import read_file
@@ -30,11 +30,14 @@ from seoro.lang.loader import read_file
 
 def run_remote(options: argparse.Namespace) -> int:
     """Run the command."""
-    film = film_of(options)
     files = ResultFiles(options)
     try:
         with TemporaryDirectory() as folder:
-            bundle = _bundle(options, Path(folder), film and film[0])
+            scenario, contents = _read(options, Path(folder))
+            use_file_settings(options, scenario)
+            files.check_inputs(inputs_of(options, scenario))
+            film = film_of(options)
+            bundle = _bundle(options, scenario, contents, film and film[0])
             if options.dry_run:
                 return anyio.run(_try, options, bundle)
             if film is not None:
@@ -47,19 +50,25 @@ def run_remote(options: argparse.Namespace) -> int:
         raise
 
 
-def _bundle(options: argparse.Namespace, folder: Path, film: Film | None) -> Bundle:
-    """What is sent; what is wrong with it is said here, as far as that can be known without its Python."""
-    contents: Path | None = None
-    if options.file == STDIN:
-        path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
-        contents = folder / "scenario.osc"
-        contents.write_text(text, encoding="utf-8")
-        scenario = check_file(
-            path, import_python=False, read=lambda other: text if other == path else read_file(other)
-        )
-    else:
-        scenario = check_file(options.file, import_python=False)
-    use_file_settings(options, scenario.without_errors())
+def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | None]:
+    """Check the scenario without its Python; returns it, and the file with the text that came from stdin, if it did.
+
+    Raises:
+        InvalidScenario: It has errors.
+    """
+    if options.file != STDIN:
+        return check_file(options.file, import_python=False).without_errors(), None
+    path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
+    contents = folder / "scenario.osc"
+    contents.write_text(text, encoding="utf-8")
+    scenario = check_file(
+        path, import_python=False, read=lambda other: text if other == path else read_file(other)
+    )
+    return scenario.without_errors(), contents
+
+
+def _bundle(options: argparse.Namespace, scenario: Scenario, contents: Path | None, film: Film | None) -> Bundle:
+    """Pack what is sent; errors are found here, as far as that is possible without the executor."""
     settings = replace(settings_of(options), leasing=leasing_of(options))
     check_options(settings)
     return pack(scenario, settings, options.timeout, contents, film)

@@ -8,6 +8,7 @@ from pathlib import Path
 import anyio
 
 from seoro.cli.exits import Exit
+from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
 from seoro.errors import InvalidUse
 from seoro.runtime.jsonl import to_line
@@ -39,11 +40,15 @@ async def _get(options: argparse.Namespace) -> list[Path]:
     async with named_run(options) as found:
         folder = options.output_dir or Path(found.id[:8])
         trace = folder / "trace.jsonl"
+        output = OutputFolder(folder)
+        output.claim()
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             async with await anyio.open_file(trace, "wb") as file:
                 async for record in found.records_so_far():
                     await file.write(to_line(record))
         except OSError as error:
             raise InvalidUse(f"cannot write {trace}: {error.strerror}") from error
-        return [trace, *await found.fetch(folder)]
+        try:
+            return [trace, *await found.fetch(folder)]
+        finally:
+            output.close()

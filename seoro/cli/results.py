@@ -6,16 +6,18 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
 
+from seoro.cli.output_folder import OutputFolder
 from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
 from seoro.lang.render import to_json as diagnostic_json
 from seoro.runtime.jsonl import JsonLines, to_json
+from seoro.runtime.outputs import RESULT_NAMES
 from seoro.runtime.verdict import Verdict
 from seoro.runtime.writer import unbuffered
 
@@ -54,7 +56,10 @@ class ResultFiles:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
+        self._folder = OutputFolder(options.output_dir) if options.output_dir else None
         self._open = ExitStack()
+        self._is_claimed = False
+        self._are_inputs = False
         self.traces: list[JsonLines] = []  # observers
 
     def __enter__(self) -> Self:
@@ -67,6 +72,7 @@ class ResultFiles:
         if options.dry_run:
             return self
         self._check()
+        self._claim()
         with ExitStack() as opened:
             if options.trace == STDOUT:
                 self.traces.append(JsonLines(unbuffered(sys.stdout), "stdout"))
@@ -79,6 +85,15 @@ class ResultFiles:
     ) -> None:
         with suppress(OSError):  # said by `finish`
             self._open.close()
+        if self._folder is not None and self._is_claimed:
+            with suppress(OSError):  # a folder that was removed during the run
+                self._folder.close()
+
+    def _claim(self) -> None:
+        """Remove the results of an earlier run from the output folder."""
+        if self._folder is not None and not self._is_claimed:
+            self._folder.claim()
+            self._is_claimed = True
 
     def _check(self) -> None:
         """Refuse before the run what would be wrong after it."""
@@ -96,6 +111,25 @@ class ResultFiles:
     @staticmethod
     def _trace(path: Path, opened: ExitStack) -> JsonLines:
         return JsonLines(opened.enter_context(_create(path)), str(path))
+
+    def check_inputs(self, inputs: Iterable[Path]) -> None:
+        """Refuse to write over a file that the run reads.
+
+        Args:
+            inputs: Files that the run reads.
+
+        Raises:
+            InvalidUse: An output is one of them.
+        """
+        outputs = {path.resolve() for path in [*self._trace_paths(), *self._junit_paths()]}
+        if self._options.output_dir:
+            outputs |= {(self._options.output_dir / name).resolve() for name in RESULT_NAMES}
+        if self._options.record_video:
+            outputs.add(Path(self._options.record_video).resolve())
+        for path in inputs:
+            if path.resolve() in outputs:
+                self._are_inputs = True
+                raise InvalidUse(f"the run reads {path}, and would write over it", help="choose another output")
 
     def when_failed(self, tell: Callable[[Exception], object]) -> None:
         """Have something called, in another thread, as soon as a trace cannot be written."""
@@ -147,13 +181,22 @@ class ResultFiles:
             text: The same in full, for people.
         """
         found = unrun(file, error)
+        self._remove_empty_traces()
         if self._options.json and self._options.trace != STDOUT:
             print(to_json(found))
-        if self._junit_paths() and not self._options.dry_run:
+        if self._junit_paths() and not self._options.dry_run and not self._are_inputs:
             from seoro.runtime.junit import junit, unrun_case  # noqa: PLC0415 - as above
 
             with suppress(InvalidUse):
+                self._claim()
                 self._write_junit(junit([unrun_case(file, found["status"], found["reason"], text)]))
+
+    def _remove_empty_traces(self) -> None:
+        """Remove the traces of a run that has not begun, which were opened to find out whether they can be."""
+        for path in self._trace_paths() if self.traces else ():
+            with suppress(OSError):
+                if path.is_file() and not path.is_symlink() and path.stat().st_size == 0:
+                    path.unlink()
 
     def _write_junit(self, document: str) -> list[tuple[Path, str]]:
         for path in self._junit_paths():
@@ -175,10 +218,8 @@ class ResultFiles:
 
 
 def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
-    """Write what was sampled of coverage items; where there is none, nothing stays there of another run."""
+    """Write what was sampled of coverage items, if there are any."""
     if not verdict.coverage:
-        with suppress(OSError):
-            path.unlink()
         return []
     found = {
         "scenario": verdict.scenario,

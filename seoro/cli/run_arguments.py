@@ -121,6 +121,13 @@ def use_file_settings(options: argparse.Namespace, scenario: Scenario, *, repeat
     return found
 
 
+def inputs_of(options: argparse.Namespace, scenario: Scenario) -> list[Path]:
+    """Return the files that a run reads: the scenario with its imports, and those that options name."""
+    sources = [module.file.path for module in scenario.checked.sources.modules]
+    named = [options.params, options.lab, options.from_snapshot, options.world]
+    return [path for path in sources if path is not None] + [Path(name) for name in named if name is not None]
+
+
 def settings_of(options: argparse.Namespace) -> Options:
     """How the options ask for a scenario to be run.
 

@@ -21,7 +21,14 @@ from seoro.cli.exits import Exit
 from seoro.cli.files import count
 from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
 from seoro.cli.output import is_terminal
-from seoro.cli.run_arguments import add_run_arguments, lab_of, overrides_of, ros_of, simulator_of, use_file_settings
+from seoro.cli.run_arguments import (
+    add_run_arguments,
+    lab_of,
+    overrides_of,
+    ros_of,
+    simulator_of,
+    use_file_settings,
+)
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
 from seoro.errors import InvalidUse
@@ -32,7 +39,7 @@ from seoro.parameters import read_parameters
 from seoro.runtime.verdict import RunStatus
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted
-from seoro.sweep.results import TABLE, write_results
+from seoro.sweep.results import JUNIT, TABLE, write_results
 from seoro.sweep.running import Planned, Ran, run_all
 
 EXAMPLES = """examples:
@@ -137,7 +144,7 @@ class _Sweep:
         if not axes and self._options.repeat == 1 and len(self._seeds) < 2:
             raise InvalidUse(
                 f"nothing varies in `{self._entry}`",
-                help="give a parameter a list of values: `keep(noise in [0.0, 0.1, 0.2])`, or repeat it: `--repeat 10`",
+                help="give a parameter a list of values: `keep(noise in [0.0, 0.1])`, or repeat it: `--repeat 10`",
             )
         return axes
 
@@ -240,6 +247,8 @@ class _Sweep:
                     help="name another folder with `-o`, or replace them with `--overwrite`",
                 )
             shutil.rmtree(runs, ignore_errors=True)
+            for name in (TABLE, JUNIT):  # a sweep that is killed has none, and must not show the old ones
+                (folder / name).unlink(missing_ok=True)
         runs.mkdir(parents=True, exist_ok=True)
 
     def _jobs(self) -> int:

@@ -312,4 +312,3 @@ _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
     "timeout": _timeout,
     "world": _world,
 }
-

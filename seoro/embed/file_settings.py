@@ -61,7 +61,9 @@ class FileSettings:
     notes: Sequence[str]
 
 
-def settings_of_file(checked: Checked, scenario: str | None, given: Given, *, repeats: bool = False) -> FileSettings:
+def settings_of_file(
+    checked: Checked, scenario: str | None, given: Given, *, repeats: bool = False
+) -> FileSettings:
     """Merge the directives of a file with the options of a run.
 
     Args:

@@ -110,8 +110,8 @@ class OscItem(pytest.Function):
     def __init__(self, *, line: int, **arguments: Any) -> None:
         super().__init__(**arguments)
         self._line = line
-        # pytest 9.2 compares node ids by their parts with ids that it parses from its cache. An id that is made from a
-        # name with brackets has other parts until it is parsed, too, and `--lf`, `--ff` and `--sw` do not find it.
+        # pytest 9.2 compares node ids by their parts with ids that it parses from its cache. An id that is made
+        # from a name with brackets has other parts until it is parsed, too: `--lf` and `--sw` would not find it.
         node_id = getattr(self, "_id", None)
         if node_id is not None:
             self._id = type(node_id).parse(str(node_id))

@@ -9,8 +9,8 @@ from seoro.errors import ActionFailed
 from seoro.lang.frozen import Value
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
-# What runs leave of their own; of these, simulators leave the pictures and the measurements.
-_RESERVED = frozenset(
+# Standard results of runs; simulators leave the pictures and the measurements.
+RESULT_NAMES = frozenset(
     {
         "top_down.png",
         "measurements.json",
@@ -21,6 +21,19 @@ _RESERVED = frozenset(
         "log.txt",
     }
 )
+
+INDEX = ".seoro-results"  # in an output folder: the names of what runs have left there, one per line
+
+
+def add_to_index(folder: Path, *names: str) -> None:
+    """Add names to the index of an output folder, if it has one; names without line breaks only.
+
+    A folder without an index belongs to a program that embeds seoro, or to an executor, which remove it whole.
+    """
+    index = folder / INDEX
+    if index.is_file():
+        with index.open("a", encoding="utf-8", errors="replace") as file:
+            file.writelines(f"{name}\n" for name in names if "\n" not in name)
 
 
 class OutputFile(Value):
@@ -56,16 +69,17 @@ class Outputs:
         Raises:
             ActionFailed: The name is none for a file here, or there can be no such folder.
         """
-        if not _NAME.fullmatch(name) or name in _RESERVED:
+        if not _NAME.fullmatch(name) or name in RESULT_NAMES:
             raise ActionFailed(
                 f"'{name}' cannot name a file of the output folder: use letters, digits, '.', '_' and '-', a "
-                f"letter or digit first, at most 100, and none of {', '.join(sorted(_RESERVED))}"
+                f"letter or digit first, at most 100, and none of {', '.join(sorted(RESULT_NAMES))}"
             )
         path = self._free(folder / name)
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            add_to_index(folder, path.name)
         except OSError as error:
-            raise ActionFailed(f"cannot make {folder}: {error.strerror}") from error
+            raise ActionFailed(f"cannot write in {folder}: {error.strerror}") from error
         self.files.append(OutputFile(path, description))
         return path
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
+from seoro.runtime.outputs import INDEX
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
 from tests.sim_nodes.engines import needs_pictures
 
@@ -476,7 +477,7 @@ def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.Capt
     assert re.search(r"seed 9\n\n.*hello\n\npassed\n$", capsys.readouterr().out, re.DOTALL)
     assert main(["attach", run, "-o", "out"]) == 0
     assert same(capsys.readouterr().out).startswith(same(printed))
-    assert {path.name for path in Path("out").iterdir()} == {"trace.jsonl", "test.xml"}
+    assert {path.name for path in Path("out").iterdir()} == {"trace.jsonl", "test.xml", INDEX}
     assert main(["get", run]) == 0
     assert capsys.readouterr().out == f"{run[:8]}/trace.jsonl\n"
     assert Path(run[:8], "trace.jsonl").read_bytes() == Path("out/trace.jsonl").read_bytes()

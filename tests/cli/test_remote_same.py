@@ -87,7 +87,7 @@ def said_and_left(
         (LATE, ["--clock", "virtual", "-o", "out"], 1),
         (LATE, ["--clock", "virtual", "--junit", "out/junit.xml", "--trace", "-"], 1),
         (SCENARIOS / "navigation/obstacle.osc", ["--sim", "nonsense", "-o", "out"], 2),
-        (SCENARIOS / "navigation/obstacle.osc", ["-o", "out"], 2),
+        (SCENARIOS / "navigation/obstacle.osc", ["--clock", "real", "-o", "out"], 2),
     ],
 )
 def test_it_is_the_same(

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from seoro.embed.directives import _READERS, Axis, Directives, FileDirectives, read_directives
 from seoro.errors import InvalidUse
 from seoro.lang.source import SourceFile
 from seoro.pytest_plugin.marks import read_marks
-from seoro.embed.directives import _READERS, Axis, Directives, FileDirectives, read_directives
 
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 

@@ -77,7 +77,9 @@ def test_parameters_that_only_tests_vary_are_noted_unless_given(tmp_path: Path) 
 
 def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
     file = tmp_path / "two.osc"
-    file.write_text(f"# seoro: seed 1\n\nimport osc.types\n# seoro: seed 2\nscenario other:\n    do main()\n{SCENARIO}")
+    file.write_text(
+        f"# seoro: seed 1\n\nimport osc.types\n# seoro: seed 2\nscenario other:\n    do main()\n{SCENARIO}"
+    )
     both = check_file(file).without_errors().checked
     assert settings_of_file(both, "main", Given()).seed == 1
     assert settings_of_file(both, "other", Given()).seed == 2
@@ -87,7 +89,10 @@ def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
     ("options", "simulator"),
     [
         (Options(), Simulator(name="mujoco", world="hall.yaml")),
-        (Options(simulator=Simulator(name="pybullet", rate=2.0)), Simulator("pybullet", world="hall.yaml", rate=2.0)),
+        (
+            Options(simulator=Simulator(name="pybullet", rate=2.0)),
+            Simulator("pybullet", world="hall.yaml", rate=2.0),
+        ),
         (Options(simulator=Simulator(endpoint="tcp/[::1]:1")), Simulator(None, "tcp/[::1]:1", "hall.yaml")),
         (Options(simulator=Simulator(snapshot=Path("s"))), Simulator(snapshot=Path("s"))),
         (Options(lab=Lab(Path("lab.yaml"))), None),

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from seoro.lang.source import SourceFile
 from seoro.embed.directives import Directives, read_directives
+from seoro.lang.source import SourceFile
 
 PROJECT = Path(__file__).parents[2]
 FILES = sorted((PROJECT / "scenarios" / "catalogue").glob("*.osc"))
