@@ -12,6 +12,7 @@ parameters are in SI base units.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -58,20 +59,32 @@ def _expressions(values: dict[Any, Any], prefix: str, path: Path) -> Iterator[tu
         if isinstance(value, dict):
             yield from _expressions(value, f"{where}.", path)
         else:
-            yield where, _expression(value, where, path)
+            yield where, to_expression(value, f"the parameter file {path}: `{where}`")
 
 
-def _expression(value: object, where: str, path: Path) -> str:
+def to_expression(value: object, where: str) -> str:
+    """Convert a plain value into an expression of the language; text becomes a string literal.
+
+    Args:
+        value: A bool, a finite number, a text, or a list of such values.
+        where: The place of the value, for messages.
+
+    Raises:
+        InvalidUse: The language has no such value.
+    """
     match value:
         case bool():
             return "true" if value else "false"
-        case int() | float():
+        case int():
+            return repr(value)
+        case float() if math.isfinite(value):
             return repr(value)
         case str():
             return json.dumps(value, ensure_ascii=False)
-        case list():
-            return f"[{', '.join(_expression(item, where, path) for item in value)}]"
+        case list() | tuple():
+            return f"[{', '.join(to_expression(item, where) for item in value)}]"
         case _:
             raise InvalidUse(
-                f"the parameter file {path} gives `{where}` a value of no type of the language: {value!r}"
+                f"{where}: expected a bool, a finite number, a text or a list of these, found {value!r} "
+                f"({type(value).__name__})"
             )

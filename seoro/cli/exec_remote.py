@@ -51,7 +51,7 @@ def run_remote(options: argparse.Namespace) -> int:
 
 
 def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | None]:
-    """Check the scenario without its Python; returns it, and the file with the text that came from stdin, if it did.
+    """Check the scenario without its Python; returns it, and the file with its text if that came from stdin.
 
     Raises:
         InvalidScenario: It has errors.

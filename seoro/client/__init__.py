@@ -35,9 +35,10 @@ from seoro.client.abilities import check_ability
 from seoro.client.runs import RemoteRun
 from seoro.client.trying import DryRun, try_bundle
 from seoro.client.uploading import with_files
+from seoro.embed.arguments import to_path
 from seoro.embed.checking import check_options
 from seoro.embed.file_settings import with_file_settings
-from seoro.embed.options import OptionFields, Options
+from seoro.embed.options import OptionFields, Options, options_from
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidUse
 from seoro.film import Film
@@ -179,7 +180,7 @@ class Client:
             InvalidScenario, InvalidUse: It cannot be run like this; nothing was sent.
             BackendError: The executor refuses it, or is gone.
         """
-        bundle = _packed(scenario, Options(**options), timeout, film)
+        bundle = _packed(scenario, options_from(options), timeout, film)
         return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
     async def submit_bundle(
@@ -216,7 +217,7 @@ class Client:
         Raises:
             InvalidScenario, InvalidUse, BackendError: It cannot be run there.
         """
-        return await self.dry_run_bundle(executor, _packed(scenario, Options(**options)))
+        return await self.dry_run_bundle(executor, _packed(scenario, options_from(options)))
 
     async def dry_run_bundle(self, executor: str, bundle: Bundle) -> DryRun:
         """The same with a bundle that was made before."""
@@ -315,7 +316,8 @@ def _packed(
     scenario: str | Path | Scenario, options: Options, timeout: float | None = None, film: Film | None = None
 ) -> Bundle:
     check_limit("timeout", timeout)
-    found = scenario if isinstance(scenario, Scenario) else check_file(scenario, import_python=False)
-    settings, of_file = with_file_settings(found.without_errors().checked, options, timeout)
+    if not isinstance(scenario, Scenario):
+        scenario = check_file(to_path("scenario", scenario), import_python=False)
+    settings, of_file = with_file_settings(scenario.without_errors().checked, options, timeout)
     check_options(settings)
-    return pack(found, settings, of_file.timeout, film=film)
+    return pack(scenario, settings, of_file.timeout, film=film)

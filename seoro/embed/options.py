@@ -3,12 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+import os
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
+from seoro.embed.arguments import (
+    AnyPath,
+    instance_of,
+    optional,
+    to_number,
+    to_overrides,
+    to_path,
+    to_paths,
+    to_rate,
+    to_text,
+    to_whole,
+    wrong_type,
+)
 from seoro.embed.scenarios import Scenario
+from seoro.errors import InvalidUse
+from seoro.lang.diagnostics import near
 from seoro.lang.plan import Plan
 from seoro.located import Locate, as_named
 from seoro.runtime.contracts import Observer
@@ -18,7 +35,7 @@ OF_ROS = "ros"  # names the simulator of a ROS 2 system
 ClockName = Literal["real", "virtual", "sim"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Simulator:
     """The simulator of a run.
 
@@ -40,8 +57,28 @@ class Simulator:
     model_path: Sequence[Path] = ()
     snapshot: Path | None = None
 
+    def __init__(
+        self,
+        name: str | None = None,
+        endpoint: str | None = None,
+        world: AnyPath | None = None,
+        rate: float | Literal["max"] = math.inf,
+        model_path: Iterable[AnyPath] = (),
+        snapshot: AnyPath | None = None,
+    ) -> None:
+        _set(
+            self,
+            name=optional(to_text, "name", name),
+            endpoint=optional(to_text, "endpoint", endpoint),
+            # A text is kept as it is: simulators of others have worlds with URIs, which are no paths.
+            world=world if world is None or isinstance(world, str) else os.fspath(to_path("world", world)),
+            rate=to_rate("rate", rate),
+            model_path=to_paths("model_path", model_path),
+            snapshot=optional(to_path, "snapshot", snapshot),
+        )
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, init=False)
 class Ros:
     """The ROS 2 system of a run.
 
@@ -58,8 +95,19 @@ class Ros:
     dialect: str | None = None
     interfaces: Sequence[Path] = ()
 
+    def __init__(
+        self, endpoint: str, domain: int = 0, dialect: str | None = None, interfaces: Iterable[AnyPath] = ()
+    ) -> None:
+        _set(
+            self,
+            endpoint=to_text("endpoint", endpoint),
+            domain=to_whole("domain", domain),
+            dialect=optional(to_text, "dialect", dialect),
+            interfaces=to_paths("interfaces", interfaces),
+        )
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, init=False)
 class Lab:
     """A lab file: which simulator or robot serves which actor.
 
@@ -73,6 +121,16 @@ class Lab:
     file: Path
     rate: float | None = None
     model_path: Sequence[Path] = ()
+
+    def __init__(
+        self, file: AnyPath, rate: float | Literal["max"] | None = None, model_path: Iterable[AnyPath] = ()
+    ) -> None:
+        _set(
+            self,
+            file=to_path("file", file),
+            rate=optional(to_rate, "rate", rate),
+            model_path=to_paths("model_path", model_path),
+        )
 
 
 @dataclass(frozen=True)
@@ -92,6 +150,17 @@ class Leasing:
     lease: str = ""
     say: Callable[[str], object] | None = None
     turn: Callable[[], Awaitable[object]] | None = None
+
+    def __post_init__(self) -> None:
+        optional(to_number, "wait", self.wait)
+        to_whole("priority", self.priority)
+        to_text("lease", self.lease)
+
+
+def _set(instance: object, **values: object) -> None:
+    """Set the fields of a frozen instance."""
+    for name, value in values.items():
+        object.__setattr__(instance, name, value)
 
 
 @dataclass(frozen=True)
@@ -136,21 +205,60 @@ class Options:
 
 
 class OptionFields(TypedDict, total=False):
-    """The fields of `Options`, as keyword arguments."""
+    """The fields of `Options`, as keyword arguments; `options_from` checks and converts them."""
 
     name: str | None
     seed: int | None
-    overrides: Mapping[str, str]
-    parameters: Path | None
+    overrides: Mapping[str, object]
+    parameters: AnyPath | None
     clock: ClockName | None
     simulator: Simulator | None
     ros: Ros | None
     lab: Lab | None
     leasing: Leasing
     observers: Sequence[Observer]
-    output_directory: Path | None
+    output_directory: AnyPath | None
     keep_trace: bool
     grace: float
     vet: Callable[[Plan], object] | None
     load: Callable[[Path], Scenario] | None
     locate: Locate
+
+
+_CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
+    "name": partial(optional, to_text),
+    "seed": partial(optional, to_whole),
+    "overrides": to_overrides,
+    "parameters": partial(optional, to_path),
+    "clock": partial(optional, to_text),
+    "simulator": partial(optional, instance_of(Simulator, 'seoro.Simulator(name="mujoco")')),
+    "ros": partial(optional, instance_of(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")')),
+    "lab": partial(optional, instance_of(Lab, 'seoro.Lab("hall.yaml")')),
+    "leasing": instance_of(Leasing, "seoro.Leasing(wait=60.0)"),
+    "output_directory": partial(optional, to_path),
+    "grace": to_number,
+}
+
+
+def options_from(fields: OptionFields) -> Options:
+    """Make the options of a run from keyword arguments of a program.
+
+    Raises:
+        InvalidUse: An argument is unknown or of a wrong type; the error says what was expected.
+    """
+    known = OptionFields.__annotations__
+    for name in fields:
+        if name not in known:
+            raise InvalidUse(f"unknown option `{name}`", help=near(name, known) or f"options: {', '.join(known)}")
+    return Options(**{name: _CONVERSIONS.get(name, _as_given)(name, value) for name, value in fields.items()})
+
+
+def _as_given(name: str, value: object) -> Any:
+    """Functions and observers, which are called as they are."""
+    if name == "observers" and not (
+        isinstance(value, Sequence) and all(hasattr(each, "record") for each in value)
+    ):
+        raise wrong_type(name, value, "a list of objects with a method `record`")
+    if name in ("vet", "load", "locate") and value is not None and not callable(value):
+        raise wrong_type(name, value, "a function")
+    return value

@@ -41,6 +41,10 @@ class Run:
         """Names of robots by the actors that are carried out by a robot of another name, unless a lab says so."""
         return self._execution.substitutions
 
+    def __repr__(self) -> str:
+        how = "runs" if self.verdict is None else self.verdict.status.value
+        return f"<Run of {self._execution.scenario}: {how}>"
+
     @property
     def parameters(self) -> dict[str, object]:
         """The chosen value of every parameter of the scenario."""

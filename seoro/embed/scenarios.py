@@ -9,6 +9,7 @@ from types import ModuleType
 
 from seoro.bindings.implementations import BoundFunctions
 from seoro.bindings.load import bind_sources
+from seoro.embed.arguments import AnyPath, instance_of, to_path
 from seoro.errors import InvalidScenario
 from seoro.lang.frontend import Checked
 from seoro.lang.frontend import load as load_sources
@@ -28,6 +29,10 @@ class Scenario:
 
     checked: Checked
     functions: BoundFunctions
+
+    def __repr__(self) -> str:
+        names = ", ".join(sorted(self.checked.scenarios)) or "no scenario"
+        return f"<Scenario {self.checked.sources.entry.file.name}: {names}>"
 
     def without_errors(self) -> Scenario:
         """Itself.
@@ -73,7 +78,7 @@ def check_file(
     return Scenario(bound.checked, bound.functions)
 
 
-def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
+def load(path: AnyPath, *, modules: Iterable[ModuleType] = ()) -> Scenario:
     """Load a scenario file, and the Python modules of its libraries and external methods.
 
     Args:
@@ -82,5 +87,9 @@ def load(path: str | Path, *, modules: Iterable[ModuleType] = ()) -> Scenario:
 
     Raises:
         InvalidScenario: It has errors; the exception prints them with their places.
+        InvalidUse: `path` is of a wrong type.
     """
-    return check_file(path, modules=modules).without_errors()
+    return check_file(to_path("path", path), modules=modules).without_errors()
+
+
+to_scenario = instance_of(Scenario, 'seoro.load("maze.osc")')

@@ -12,9 +12,9 @@ from seoro import __version__
 from seoro.embed.checking import check_options
 from seoro.embed.file_settings import with_file_settings
 from seoro.embed.opening import actors_of, clock_of, open_backends, open_ros
-from seoro.embed.options import OptionFields, Options
+from seoro.embed.options import OptionFields, Options, options_from
 from seoro.embed.runs import Run
-from seoro.embed.scenarios import Scenario
+from seoro.embed.scenarios import Scenario, to_scenario
 from seoro.errors import InvalidUse
 from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
@@ -44,7 +44,7 @@ async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIte
         InvalidScenario, InvalidUse: It cannot be run like this; nothing has happened then.
         BackendError: The simulator did not start.
     """
-    settings, found = with_file_settings(scenario.checked, Options(**options))
+    settings, found = with_file_settings(to_scenario("scenario", scenario).checked, options_from(options))
     async with prepare(scenario, settings) as run, run.running():
         run.notes = tuple(found.notes)
         yield run

@@ -106,6 +106,7 @@ class Execution:
         self._coverage = Coverage(plan.coverage, self._trace, run_of_coverage)
         self._entry = self._instantiate()
         self.parameters = self._parameters()
+        self.scenario = plan.entry
         self.verdict: Verdict | None = None  # once the run is over
         self._has_started = False
         self._services = Services(

@@ -120,6 +120,10 @@ class Verdict(Value):
     logs: tuple[str, ...] = ()
     explanation: Explanation | None = None
 
+    def __repr__(self) -> str:
+        reason = f" {self.reason!r}" if self.reason else ""
+        return f"<Verdict of {self.scenario}: {self.status.value}{reason}>"
+
     @property
     def passed(self) -> bool:
         """Whether the scenario passed."""

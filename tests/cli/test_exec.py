@@ -169,7 +169,7 @@ def test_parameters_can_come_from_a_file(write: Write, capsys: pytest.CaptureFix
     [
         ("other:\n  name: a\n", "has no mapping under the name of the scenario, `greet`"),
         ("- a\n", "has no mapping"),
-        ("greet: {name: 2026-01-01}\n", "a value of no type of the language"),
+        ("greet: {name: 2026-01-01}\n", "expected a bool, a finite number, a text or a list"),
         ("a: [\n", "is no YAML"),
         ("greet: {volume: 3}\n", "there is no `volume`"),
     ],

@@ -9,7 +9,9 @@ from tests.executors import NAME, executor
 
 pytestmark = pytest.mark.engine("mujoco")
 
-WORLD = "name: yard\nextent: [-2, -2, 2, 2]\nrobots:\n  - {name: rover, robot: turtlebot4, pose: {x: 0.5, y: 0.5}}\n"
+WORLD = (
+    "name: yard\nextent: [-2, -2, 2, 2]\nrobots:\n  - {name: rover, robot: turtlebot4, pose: {x: 0.5, y: 0.5}}\n"
+)
 SCENARIO = """# seoro: simulators mujoco
 # seoro: world worlds/yard.yaml
 # seoro: seed 7
