@@ -68,6 +68,13 @@ class InvalidUse(SeoroError):
         self.code = code
 
 
+def cause_of(error: Exception) -> Exception:
+    """Return the first exception of nested exception groups, which task groups make; else the exception itself."""
+    while isinstance(error, ExceptionGroup):
+        error = error.exceptions[0]
+    return error
+
+
 class ActionFailed(SeoroError):
     """An action did not reach what it was asked for. Raised by actions; the scenario goes on from there."""
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import yaml
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from seoro.plain_yaml import load_yaml
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 MAX_TEXT = 1_000_000  # [bytes]
 
@@ -84,9 +88,45 @@ def read_yaml(text: str, source: str) -> Any:
         raise FileError(f"{source} is no valid YAML: {error}") from error
 
 
-def problems(error: ValidationError, lines: Lines) -> str:
-    """Everything that is wrong with what a file says, with the line and the place of each."""
+def problems(error: ValidationError, lines: Lines, model: type[BaseModel]) -> str:
+    """Describe all problems of a file, with the line and the place of each.
+
+    Args:
+        error: The problems.
+        lines: Lines of the file.
+        model: The model that the file does not fit; it tells which keys are known.
+    """
     return "; ".join(
-        f"{lines.at(item['loc'])}: {'.'.join(map(str, item['loc'])) or 'the file'}: {item['msg']}"
+        f"{lines.at(item['loc'])}: {'.'.join(map(str, item['loc'])) or 'the file'}: {_described(item, model)}"
         for item in error.errors()
     )
+
+
+def _described(item: ErrorDetails, model: type[BaseModel]) -> str:
+    if item["type"] != "extra_forbidden":
+        return item["msg"]
+    *parents, key = item["loc"]
+    known = sorted(_keys_at(model, parents))
+    close = get_close_matches(str(key), known, n=1)
+    hint = f"did you mean `{close[0]}`?" if close else f"keys: {', '.join(known)}" if known else ""
+    return f"unknown key `{key}`{f' ({hint})' if hint else ''}"
+
+
+def _keys_at(model: type[BaseModel], place: Sequence[int | str]) -> set[str]:
+    """Known keys of the mapping at a place of a file; empty if the models do not tell."""
+    models = {model}
+    for part in place:
+        types: set[Any] = set()
+        for each in models:
+            field = each.model_fields.get(str(part))
+            # A part that is no field is the key of a mapping, an index, or the tag of a union.
+            types |= _models_in(field.annotation) if field is not None else {each}
+        models = types
+    return {field.alias or name for each in models for name, field in each.model_fields.items()}
+
+
+def _models_in(annotation: Any) -> set[Any]:
+    """The models that an annotation mentions, such as `dict[str, Robot] | None`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return {annotation}
+    return {found for argument in get_args(annotation) for found in _models_in(argument)}

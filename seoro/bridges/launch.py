@@ -216,7 +216,9 @@ async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNod
     except BackendRefused as error:
         known = f"worlds of {node.name}: {', '.join(features.available_worlds) or 'not told'}"
         if options.world:
-            raise InvalidUse(f"the world '{options.world}' cannot be loaded: {error}", help=known) from error
+            message = f"the world '{options.world}' cannot be loaded: {error}"
+            is_named = not options.world.endswith((".yaml", ".yml"))  # else a file, and its error says what to do
+            raise InvalidUse(message, help=known if is_named else "") from error
         raise InvalidUse(
             f"{node.name} cannot start over: {error}", help=f"`--world` loads a world instead; {known}"
         ) from error

@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import re
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,7 +33,6 @@ EXAMPLES = """examples:
   seoro lab lease tb1 --for 30min --purpose "new wheels"
   seoro lab release tb1
   seoro lab stop tb1
-  seoro lab stop --all --reason "smoke"
   seoro lab release --all --reason "it was toast"
 
 A lab is its lab file (`--lab`, else that of SEORO_LAB), and all that is alive at endpoints (`--connect`); without
@@ -70,22 +70,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     release.add_argument("robots", nargs="*", metavar="ROBOT", help="robots, or the id of a lease")
     release.add_argument("--all", action="store_true", help="end the emergency stop of everything")
     release.add_argument("--reason", default="", metavar="TEXT", help="with --all: why that is safe")
-    stop = commands.add_parser("stop", help="stop robots")
-    stop.add_argument("robots", nargs="*", metavar="ROBOT", help="robots, which may go on afterwards")
-    add_stop_arguments(stop)
+    release.add_argument("-y", "--yes", action="store_true", help="with --all: do not ask for confirmation")
+    stop = commands.add_parser("stop", help="stop robots, which may move again afterwards (see `seoro estop`)")
+    stop.add_argument("robots", nargs="+", metavar="ROBOT", help="robots to stop")
     for each in (status, lease, release, stop):
         add_lab_arguments(each)
         add_keys_argument(each)
-
-
-def add_stop_arguments(parser: Container) -> None:
-    """Declare those of an emergency stop."""
-    parser.add_argument(
-        "--all",
-        action="store_true",
-        help="emergency stop: stop everything that moves, until `seoro lab release --all`",
-    )
-    parser.add_argument("--reason", default="", metavar="TEXT", help="with --all: why, for others")
 
 
 def add_lab_arguments(parser: Container) -> None:
@@ -173,6 +163,8 @@ async def _release(options: argparse.Namespace) -> int:
     if options.all:
         if options.robots:
             raise InvalidUse("an emergency stop is released for everything", help="leave out the robots")
+        if options.reason.strip() and not options.yes:  # a missing reason is refused below
+            _confirm()
         return _told(await _control(options).release_all(options.reason), quiet=guessed(options))
     if not options.robots:
         raise InvalidUse("it is not said what to release", help="name robots or a lease, or say `--all`")
@@ -180,21 +172,31 @@ async def _release(options: argparse.Namespace) -> int:
 
 
 async def _stop(options: argparse.Namespace) -> int:
-    if options.all == bool(options.robots):
-        raise InvalidUse("it is not said what to stop", help="name robots, or say `--all`")
-    if options.all:
-        return await stop_everything(options)
     return _told(await _control(options).stop(*options.robots))
 
 
-async def stop_everything(options: argparse.Namespace, *more: str) -> int:
-    """Emergency stop; see `seoro stop --all`, too.
+async def stop_at_once(options: argparse.Namespace, *more: str) -> int:
+    """Stop robots in an emergency; for `seoro estop`.
 
     Args:
-        options: Of the command line.
+        options: Options of the command line, with `robots` and `reason`.
         more: Endpoints beside those of the lab.
     """
-    return _told(await _control(options, *more).stop_all(options.reason), quiet=guessed(options))
+    control = _control(options, *more)
+    return _told(await control.stop_all(options.reason), quiet=guessed(options))
+
+
+def _confirm() -> None:
+    """Ask whether an emergency stop is to be released.
+
+    Raises:
+        InvalidUse: Nobody can answer, or the answer is not yes.
+    """
+    if not sys.stdin.isatty():
+        raise InvalidUse("the release of an emergency stop needs a confirmation", help="confirm it by `--yes`")
+    answer = input("Robots may move as soon as the emergency stop is released. Release it? [y/N] ")
+    if answer.strip().lower() not in ("y", "yes"):
+        raise InvalidUse("the emergency stop was not released")
 
 
 def _control(options: argparse.Namespace, *more: str) -> LabControl:

@@ -14,7 +14,8 @@ from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import use_keys
 from seoro.cli.output import print_error
-from seoro.errors import InvalidScenario, InvalidUse, SeoroError
+from seoro.errors import InvalidScenario, InvalidUse, SeoroError, cause_of
+from seoro.lang.diagnostics import near
 
 # What each command does, in the order of `--help`; its module is loaded when it is asked for.
 COMMANDS: Final[Mapping[str, str]] = {
@@ -32,7 +33,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "ps": "list the runs of executors",
     "attach": "follow a run on an executor, from its first record to its end",
     "logs": "show what has happened in a run on an executor so far",
-    "stop": "stop a run on an executor",
+    "stop": "stop runs on executors",
+    "estop": "emergency stop: stop all robots of a lab, or some, until they are released",
     "get": "bring home what a run on an executor has left",
     "rm": "have executors forget a run, with all that it has left",
     "router": "be a Zenoh router, where executors, simulators and bridges meet",
@@ -53,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
-    arguments = sys.argv[1:] if arguments is None else arguments
+    arguments = _with_aliases(sys.argv[1:] if arguments is None else arguments)
     options, unknown = _parser(arguments).parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
@@ -63,11 +65,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return Exit.INTERRUPTED
     except Exception as error:
-        while isinstance(error, ExceptionGroup):
-            error = error.exceptions[0]
+        error = cause_of(error)
         if options.debug and not isinstance(error, SeoroError | OSError):
             raise
         return _status_of(error)
+
+
+def _with_aliases(arguments: Sequence[str]) -> Sequence[str]:
+    """Replace what users of other tools type: `run` for `exec`, and `help COMMAND` for `COMMAND --help`."""
+    match arguments:
+        case ["run", *rest]:
+            return ["exec", *rest]
+        case ["help", *rest]:
+            return [*rest[:1], "--help"]
+    return arguments
 
 
 def _status_of(error: Exception) -> Exit:
@@ -96,6 +107,8 @@ def _parser(arguments: Sequence[str]) -> Parser:
     parser.add_argument("--version", action="version", version=f"seoro {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
+    if chosen is not None and chosen not in COMMANDS:
+        parser.refuse(f"unknown command `{chosen}`", near(chosen, COMMANDS) or "`seoro --help` lists the commands")
     for name, what in COMMANDS.items():
         if name != chosen:
             commands.add_parser(name, help=what)

@@ -60,10 +60,10 @@ def add_executor_argument(parser: Container) -> None:
     add_keys_argument(parser)
 
 
-def add_run_argument(parser: argparse.ArgumentParser, *, may_be_none: bool = False) -> None:
-    """Declare which run is meant, which may be left out if that is said to be so, and where it is looked for."""
+def add_run_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare which run is meant, and where it is looked for."""
     what = "id of the run, or how it begins; `seoro ps` lists runs"
-    parser.add_argument("run_id", metavar="RUN", nargs="?" if may_be_none else None, help=what)
+    parser.add_argument("run_id", metavar="RUN", help=what)
     parser.add_argument("--on", metavar="EXECUTOR", help="name of its executor (default: all are asked)")
     add_executor_argument(parser)
 

@@ -13,8 +13,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
 
+from seoro.cli.error_diagnostics import diagnostics_of
 from seoro.cli.output_folder import OutputFolder
-from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
+from seoro.errors import BackendError, InvalidUse, SeoroError
 from seoro.lang.render import to_json as diagnostic_json
 from seoro.runtime.jsonl import JsonLines, to_json
 from seoro.runtime.outputs import RESULT_NAMES
@@ -254,7 +255,7 @@ def result(
 
 def unrun(file: str, error: SeoroError) -> dict[str, Any]:
     """The result of a file that could not be run, as plain data: `invalid`, or an error of the simulator."""
-    diagnostics = error.diagnostics if isinstance(error, InvalidScenario) else ()
+    diagnostics = diagnostics_of(error)
     more = f", and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
     return {
         "status": "error" if isinstance(error, BackendError) else "invalid",

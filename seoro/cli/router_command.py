@@ -10,7 +10,7 @@ import anyio
 from seoro.background import background
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import add_keys_argument
-from seoro.errors import InvalidUse
+from seoro.errors import InvalidUse, cause_of
 
 EXAMPLES = """examples:
   seoro router
@@ -36,8 +36,11 @@ def run(options: argparse.Namespace) -> int:
 
     try:
         anyio.run(_route, options)
-    except SessionError as error:
-        raise InvalidUse(str(error), help="`--listen` names another endpoint") from error
+    except (SessionError, ExceptionGroup) as error:
+        cause = cause_of(error)
+        if not isinstance(cause, SessionError):
+            raise
+        raise InvalidUse(str(cause), help="`--listen` names another endpoint") from error
     return Exit.PASSED
 
 

@@ -1,49 +1,72 @@
-"""`seoro stop`: stop a run on an executor, or, in an emergency, everything."""
+"""`seoro stop`: stop runs on executors."""
 
 from __future__ import annotations
 
 import argparse
-import os
 
 import anyio
 
 from seoro.cli.exits import Exit
-from seoro.cli.lab_command import add_lab_arguments, add_stop_arguments, stop_everything
-from seoro.cli.remote_arguments import add_run_argument, named_run
+from seoro.cli.remote_arguments import add_executor_argument
+from seoro.client.runs import RemoteRun
 from seoro.errors import InvalidUse
+from seoro.people import whoami
+from seoro.reasons import printable
 
 EXAMPLES = """examples:
   seoro stop 3f9a
-  seoro stop --all --reason "smoke"
+  seoro stop 3f9a 81c0
+  seoro stop --mine
 
-It waits until the run has cleaned up. One that is over stays as it is. With `--all`, all of a lab is stopped at
-once, and nothing moves until `seoro lab release --all`."""
+It waits until the runs have cleaned up. A run that has ended stays as it is. `seoro estop` is the emergency stop,
+which stops robots."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_run_argument(parser, may_be_none=True)
-    add_stop_arguments(parser)
-    add_lab_arguments(parser)
+    parser.add_argument(
+        "runs", metavar="RUN", nargs="*", help="ids of runs, or how they begin; `seoro ps` lists runs"
+    )
+    parser.add_argument("--mine", action="store_true", help="stop all runs that you have submitted and that go on")
+    parser.add_argument("--all", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--on", metavar="EXECUTOR", help="name of the executor (default: all are asked)")
+    add_executor_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    if options.all == (options.run_id is not None):
-        raise InvalidUse("it is not said what to stop", help="name a run, or say `--all`")
     if options.all:
-        executor = options.executor or os.environ.get("SEORO_EXECUTOR")
-        return anyio.run(stop_everything, options, *([executor] if executor else []))
+        raise InvalidUse(
+            "`seoro stop` stops single runs",
+            help="`seoro estop` is the emergency stop of all robots, `seoro stop --mine` stops your runs",
+        )
+    if options.mine == bool(options.runs):
+        raise InvalidUse("expected runs or `--mine`", help="`seoro ps` lists runs")
     anyio.run(_stop, options)
     return Exit.PASSED
 
 
 async def _stop(options: argparse.Namespace) -> None:
-    async with named_run(options) as found:
-        if found.state.is_final:
-            print(f"run {found.id[:8]} is over: {found.state.value}")
-            return
-        await found.stop("stopped by `seoro stop`")
-        async for _ in found.parts():
-            pass
-        print(f"run {found.id[:8]}: {found.state.value}")
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for commands that need it only
+
+    async with Client(options.executor) as client:
+        if options.mine:
+            runs = [each for each in await client.runs(options.on) if each.info.by == whoami()]
+            found = [each for each in runs if not each.state.is_final]
+            if not found:
+                print("no run of yours goes on")
+        else:
+            found = [await client.run(name, options.on) for name in options.runs]
+        async with anyio.create_task_group() as stopping:
+            for each in found:
+                stopping.start_soon(_stop_one, each)
+
+
+async def _stop_one(run: RemoteRun) -> None:
+    if run.state.is_final:
+        print(f"run {run.id[:8]} has ended: {run.state.value}")
+        return
+    await run.stop("stopped by `seoro stop`")
+    async for _ in run.parts():
+        pass
+    print(f"run {run.id[:8]}: {printable(run.state.value)}")

@@ -35,8 +35,8 @@ EXTRAS: Final[Sequence[Extra]] = (
     Extra("pybullet", ("pybullet",), "the simulator pybullet"),
     Extra("ros2", ("rosbags", "mcap"), "ROS 2"),
     Extra("video", ("av",), "films of simulators"),
-    Extra("solver", ("z3-solver",), "constraints that do not decide themselves"),
-    Extra("lsp", ("pygls",), "editors"),
+    Extra("solver", ("z3-solver",), "parameters that only a solver can choose"),
+    Extra("lsp", ("pygls",), "the language server"),
 )
 
 
@@ -46,7 +46,7 @@ def look_here() -> Iterator[Finding]:
     for name in _NEEDED:
         found = _version(name)
         if found is None:
-            yield failed(name, "is not installed", f"{_pip(name)}; seoro needs it")
+            yield failed(name, "not installed", f"{_pip(name)}; seoro needs it")
         else:
             yield ok(name, found)
     for extra in EXTRAS:
@@ -58,7 +58,9 @@ def _look_for(extra: Extra) -> Finding:
     missing = [name for name, found in versions.items() if found is None]
     if missing:
         return warning(
-            extra.name, f"{', '.join(missing)} is not installed: no {extra.purpose}", _pip(f"seoro[{extra.name}]")
+            extra.name,
+            f"not installed: {', '.join(missing)} (needed for {extra.purpose})",
+            _pip(f"seoro[{extra.name}]"),
         )
     return ok(extra.name, ", ".join(f"{name} {found}" for name, found in versions.items()))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import AsyncIterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING, Any, Unpack
 
 from seoro import __version__
@@ -22,6 +22,7 @@ from seoro.lang.lower.entry import find_entry
 from seoro.lang.plan import Plan
 from seoro.parameters import read_parameters
 from seoro.people import whoami
+from seoro.runtime.needs import NoHome
 from seoro.runtime.reading import Readers
 from seoro.runtime.run import Execution, Settings
 from seoro.runtime.verdict import Verdict
@@ -112,7 +113,25 @@ async def prepare(scenario: Scenario, options: Options) -> AsyncIterator[Run]:
             grace=options.grace,
             version=__version__,
         )
-        yield Run(Execution(plan, settings), seed, opened, readers)
+        with _naming_robots(options):
+            execution = Execution(plan, settings)
+        yield Run(execution, seed, opened, readers)
+
+
+@contextmanager
+def _naming_robots(options: Options) -> Iterator[None]:
+    """Add the robots of the lab to the error of a run in which an actor has no robot."""
+    try:
+        yield
+    except NoHome as error:
+        if options.lab is None:
+            raise
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
+
+        robots = read_lab(options.lab.file).robots
+        some = next(iter(robots), "NAME")
+        hint = f"robots of the lab: {', '.join(robots) or 'none'}; choose one with `--set ACTOR=robot:{some}`"
+        raise InvalidUse(str(error), error.span, hint) from error
 
 
 def announcement(run: Run, options: Options) -> str:

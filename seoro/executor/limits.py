@@ -155,7 +155,7 @@ def read_policy(path: Path) -> Policy:
     except FileError as error:
         raise InvalidUse(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, Lines(text, str(path)))) from error
+        raise InvalidUse(problems(error, Lines(text, str(path)), Policy)) from error
     known = [role.value for role in PEOPLE]
     for role in policy.roles:
         if role not in known:

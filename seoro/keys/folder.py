@@ -93,9 +93,10 @@ def read_keys(path: Path, roles: frozenset[Role] | None = None) -> Keys:
 
     folder = KeyFolder(path)
     if not folder.certificate.exists():
+        found = "the key of the lab, but no identity" if folder.authority_key.exists() else "no keys"
         raise InvalidKeys(
-            f"there are no keys in {path}",
-            help="`seoro keys add NAME --role ROLE` makes them, where the lab's key is",
+            f"{path} contains {found}",
+            help="`seoro keys add NAME --role ROLE` makes the keys of an identity, where the lab's key is",
         )
     authority = read_certificate(folder.authority)
     key, certificate = read_pair(folder.key, folder.certificate)

@@ -135,6 +135,6 @@ def read_lab(path: Path) -> Lab:
     except FileError as error:
         raise InvalidUse(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, lines)) from error
+        raise InvalidUse(problems(error, lines, LabFile)) from error
     lab.check()
     return lab

@@ -15,6 +15,10 @@ from seoro.runtime.ros_system import Ros2System
 from seoro.runtime.values import Actor
 
 
+class NoHome(InvalidUse):
+    """No backend of the run has a robot for an actor, or for what an action needs."""
+
+
 def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction], homes: Homes) -> None:
     """Check every invocation of an action.
 
@@ -50,7 +54,7 @@ def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
     return None
 
 
-def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> InvalidUse:
+def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> NoHome:
     names = ", ".join(backend.name for backend in homes.backends)
     why = f"{names} cannot carry it out" if names else "there is neither a simulator nor a robot"
     parts = get_args(contract) or (contract,)
@@ -62,14 +66,14 @@ def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> Inval
         )
     if Ros2System in parts:
         ways.append("reach a ROS 2 system with `--ros`, such as `--ros tcp/192.168.0.7:7447`")
-    return InvalidUse(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways))
+    return NoHome(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways))
 
 
-def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes: Homes) -> InvalidUse:
+def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes: Homes) -> NoHome:
     if not homes.backends:
         return _nobody(invocation, contract, homes)
     names = ", ".join(backend.name for backend in homes.backends)
-    return InvalidUse(
+    return NoHome(
         f"`{actor.name}` ({actor.type.name}) lives nowhere: no robot of {names} is left that can stand for it",
         invocation.span,
         "choose a world with such a robot with `--world`, or say in a lab file where it lives",

@@ -276,4 +276,4 @@ def read_robot(path: Path) -> RobotDeclaration:
     try:
         return RobotDeclaration.model_validate({**content, "urdf": read_text(path.parent / content["urdf"])})
     except ValidationError as error:
-        raise FileError(problems(error, Lines(text, str(path)))) from error
+        raise FileError(problems(error, Lines(text, str(path)), RobotDeclaration)) from error

@@ -56,7 +56,7 @@ def _described(path: Path) -> FloorPlanFile:
     try:
         return FloorPlanFile.model_validate(read_yaml(text, str(path)))
     except ValidationError as error:
-        raise FileError(problems(error, Lines(text, str(path)))) from error
+        raise FileError(problems(error, Lines(text, str(path)), FloorPlanFile)) from error
 
 
 def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:

@@ -129,7 +129,7 @@ def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
     except FileError as error:
         raise WorldError(str(error)) from error
     except ValidationError as error:
-        raise WorldError(problems(error, lines)) from error
+        raise WorldError(problems(error, lines, WorldFile)) from error
 
 
 def _world(file: WorldFile, folder: Path) -> World:

@@ -63,6 +63,20 @@ def test_a_passing_scenario(write: Write, capsys: pytest.CaptureFixture[str]) ->
     assert err == ""
 
 
+def test_a_string_without_quotes_is_refused_with_them(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", write(GREETING), "--set", "name=Bob"]) == 2
+    assert 'a string has quotes: `name="Bob"`' in capsys.readouterr().err
+
+
+def test_an_error_with_a_place_is_a_diagnostic_of_the_result(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "import osc.ros\nscenario main:\n    robot: differential_drive_robot\n    do robot.init_nav2()\n"
+    assert main(["exec", write(text), "--json"]) == 2
+    (found,) = json.loads(capsys.readouterr().out)["diagnostics"]
+    assert (found["code"], found["line"], found["column"]) == ("E0500", 4, 8)
+
+
 def test_a_failing_scenario_shows_what_failed(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(FAILING)]) == 1
     out, err = capsys.readouterr()

@@ -52,7 +52,7 @@ def test_a_bridge_with_keys_moves_its_robot_for_an_operator(
         assert main(run) == 0, capsys.readouterr()
         assert main(["lab", "status", "--lab", str(file)]) == 0
         assert "tb of hall (bridge)" in capsys.readouterr().out
-        assert main(["stop", "--all", "--lab", str(file)]) == 0
+        assert main(["estop", "--lab", str(file)]) == 0
     noted = [line.split() for line in (tmp_path / "tb").read_text().splitlines()]
     assert 0.1 in [float(value) for _, kind, value in noted if kind == "velocity"]
     (log,) = (tmp_path / "state" / "seoro" / "bridges").glob("hall@*.audit.jsonl")

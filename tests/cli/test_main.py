@@ -43,6 +43,40 @@ def test_importing_seoro_is_light() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message", "hint"),
+    [
+        (["exce", "x.osc"], "unknown command `exce`", "did you mean `exec`?"),
+        (["brew"], "unknown command `brew`", "`seoro --help` lists the commands"),
+        (["stop", "--all"], "`seoro stop` stops single runs", "`seoro estop` is the emergency stop"),
+        (["stop"], "expected runs or `--mine`", "`seoro ps`"),
+        (["router", "--listen", "tcp/127.0.0.1:99999"], "invalid port value", "`--listen` names another endpoint"),
+        (["router", "--listen", "tcp/"], "cannot listen on tcp/", "`--listen` names another endpoint"),
+    ],
+)
+def test_a_wrong_command_line_is_refused_with_what_to_do(
+    arguments: list[str], message: str, hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status = main(arguments)
+    except SystemExit as ended:
+        status = int(str(ended.code))
+    err = capsys.readouterr().err
+    assert status == 2
+    assert message in err
+    assert hint in err
+
+
+def test_words_of_other_tools_are_understood(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "x.osc").write_text("import osc.helpers\nscenario main:\n    do log('hello')\n")
+    assert main(["run", str(tmp_path / "x.osc")]) == 0
+    assert "hello" in capsys.readouterr().out
+    for arguments in (["help"], ["help", "exec"]):
+        with pytest.raises(SystemExit, match="0"):
+            main(arguments)
+    assert "usage: seoro exec" in capsys.readouterr().out
+
+
 def test_a_reader_that_goes_away_is_no_fault(tmp_path: Path) -> None:
     file = tmp_path / "talk.osc"
     lines = "\n".join(f'        log("line {number}")' for number in range(3000))

@@ -449,6 +449,23 @@ def test_a_client_that_is_killed_leaves_the_run_and_another_attaches(capsys: pyt
     assert attached.returncode == 4
 
 
+def test_my_runs_are_stopped_together_and_those_of_others_go_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with executor(tmp_path, "--jobs", "2") as lab:
+        where = "--executor", lab.endpoint
+        with start("exec", write(LONG), "--on", NAME, *where) as mine:
+            wait_for_line(mine, "begun")
+            monkeypatch.setattr("seoro.cli.stop_command.whoami", lambda: "somebody@else")
+            assert main(["stop", "--mine", *where]) == 0
+            assert capsys.readouterr().out == "no run of yours goes on\n"
+            monkeypatch.undo()
+            assert main(["stop", "--mine", *where]) == 0
+            assert capsys.readouterr().out.endswith(": cancelled\n")
+            mine.communicate(timeout=30)
+    assert mine.returncode == 4
+
+
 def test_a_run_that_is_stopped_while_it_waits_never_begins(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         where = "--executor", lab.endpoint

@@ -128,6 +128,14 @@ def test_a_run_tells_which_robot_it_has(two: Rails, tmp_path: Path) -> None:
     assert {name for _, name, velocity in two.commands() if velocity} == {"second"}
 
 
+def test_an_actor_without_a_robot_is_refused_with_the_robots_of_the_lab(two: Rails, tmp_path: Path) -> None:
+    robots = "  one: {in: floor, as: second, type: cart}\n  other: {in: floor, as: line, type: cart}\n"
+    lab = lab_of(tmp_path, floor(two, robots))
+    with pytest.raises(InvalidUse) as caught:
+        run_scenario(tmp_path, ALONE, lab)
+    assert caught.value.help == "robots of the lab: one, other; choose one with `--set ACTOR=robot:one`"
+
+
 def test_wishes_are_for_runs_with_a_lab(tmp_path: Path) -> None:
     (tmp_path / "go.osc").write_text(ALONE)
     with pytest.raises(InvalidUse, match="`leader` is to be a robot of a lab, and there is none"):

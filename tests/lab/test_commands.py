@@ -64,7 +64,7 @@ def test_an_emergency_stop_is_seen_and_released_with_a_reason(
     lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--lab", str(lab))
-    status, out, _ = seoro(capsys, "lab", "stop", "--all", "--reason", "smoke", *at)
+    status, out, _ = seoro(capsys, "estop", "--reason", "smoke", *at)
     assert status == 0
     assert out.startswith("ok     the node 'rails': stopped line, second")
     status, out, _ = seoro(capsys, "lab", "status", *at)
@@ -72,7 +72,10 @@ def test_an_emergency_stop_is_seen_and_released_with_a_reason(
     status, _, err = seoro(capsys, "lab", "release", "--all", *at)
     assert status == 2
     assert "with a reason" in err
-    assert seoro(capsys, "lab", "release", "--all", "--reason", "toast", *at)[0] == 0
+    status, _, err = seoro(capsys, "lab", "release", "--all", "--reason", "toast", *at)  # nobody is at a terminal
+    assert status == 2
+    assert "confirm it by `--yes`" in err
+    assert seoro(capsys, "lab", "release", "--all", "--yes", "--reason", "toast", *at)[0] == 0
     assert "EMERGENCY" not in seoro(capsys, "lab", "status", *at)[1]
 
 
@@ -90,8 +93,6 @@ def test_what_is_not_there_is_said(lab: Path, tmp_path: Path, capsys: pytest.Cap
     ("arguments", "words"),
     [
         (("release",), "it is not said what to release"),
-        (("stop",), "it is not said what to stop"),
-        (("stop", "cart1", "--all"), "it is not said what to stop"),
         (("release", "cart1", "--all", "--reason", "x"), "is released for everything"),
     ],
 )

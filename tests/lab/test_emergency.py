@@ -205,7 +205,7 @@ async def test_the_command_says_who_has_not_stopped(
     try:
         async with released(hall.endpoint):
             at = ("--connect", hall.endpoint, "--connect", rails.endpoint)
-            found = seoro("stop", "--all", "--reason", "smoke", *at)
+            found = seoro("estop", "--reason", "smoke", *at)
             assert found.returncode == 3
             assert "ok     the node 'hall': stopped turtlebot4, second" in found.stdout
             assert "FAILED" in found.stdout
@@ -214,7 +214,7 @@ async def test_the_command_says_who_has_not_stopped(
 
 
 def test_nobody_to_stop_is_no_success(tmp_path: Path) -> None:
-    found = seoro("stop", "--all", "--connect", f"unixsock-stream/{tmp_path}/nobody")
+    found = seoro("estop", "--connect", f"unixsock-stream/{tmp_path}/nobody")
     assert found.returncode == 3
     assert "nobody was reached" in found.stdout
 

@@ -1,4 +1,4 @@
-"""`seoro lab`, `seoro stop --all` and runs with keys: at nodes that listen, and behind routers."""
+"""`seoro lab`, `seoro estop` and runs with keys: at nodes that listen, and behind routers."""
 
 from __future__ import annotations
 
@@ -120,8 +120,8 @@ def test_an_operator_sees_leases_releases_and_stops(
         ("lab", "lease", "second", "--for", "2min"),
         ("lab", "release", "second"),
         ("lab", "stop", "second"),
-        ("stop", "--all", "--reason", "smoke"),
-        ("lab", "release", "--all", "--reason", "toast"),
+        ("estop", "--reason", "smoke"),
+        ("lab", "release", "--all", "--yes", "--reason", "toast"),
     ):
         status, out = seoro(lab, "anna", capsys, *arguments, *at)
         assert status == 0, out
@@ -139,8 +139,8 @@ def test_a_viewer_sees_and_is_told_who_may_do_the_rest(
     for arguments, verb in (
         (("lab", "lease", "second"), "lease_robots"),
         (("lab", "stop", "second"), "stop_robot"),
-        (("stop", "--all", "--reason", "fun"), "emergency_stop"),
-        (("lab", "release", "--all", "--reason", "fun"), "release_stop"),
+        (("estop", "--reason", "fun"), "emergency_stop"),
+        (("lab", "release", "--all", "--yes", "--reason", "fun"), "release_stop"),
     ):
         status, out = seoro(lab, "vera", capsys, *arguments, *at)
         assert status == 3

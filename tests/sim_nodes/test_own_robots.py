@@ -99,7 +99,7 @@ def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tm
         (replaced("urdf: cart.urdf\n", ""), "has to name its `urdf`"),
         (replaced("model: cart", "model: [cart"), "no valid YAML"),
         (replaced("wheel_radius: 0.06", "wheel_radius: -1"), "mobile.drive.wheel_radius"),
-        (replaced("wheel_radius", "wheel_diameter"), "wheel_diameter: Extra inputs"),
+        (replaced("wheel_radius", "wheel_diameter"), "wheel_diameter: unknown key"),
         (replaced("left_joint: left_wheel_joint", "left_joint: wheel"), "no joint 'wheel', which the declaration"),
         (replaced("rear_caster", "caster"), "no link 'caster', which the declaration"),
         (lambda text: text + CAMERA.replace("eye", "lidar"), "the name of camera 'lidar' is taken"),

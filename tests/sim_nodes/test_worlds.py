@@ -75,7 +75,7 @@ def test_walls_are_boxes_or_lines() -> None:
     [
         ("name: [", "no valid YAML"),
         ("- 1", "the file"),
-        (world_text() + "colour: red\n", "colour: Extra inputs"),
+        (world_text() + "colour: red\n", "colour: unknown key `colour` (keys: "),
         (world_text("{points: [[0, 0], [0, 0]]}"), "the same"),
         (world_text("{points: [[0, 0], [1, 0]], center: [0, 0], size: [1, 1]}"), "walls.0: .*either"),
         (world_text("{center: [0, 0]}"), "belong together"),
@@ -110,7 +110,7 @@ props:
     [
         (7, "    robot: spot", "robots.0.robot: unknown kind 'spot'"),
         (7, "    robot: [turtlebot4", "no valid YAML"),
-        (7, "    robot: turtlebot4\n    colour: red", "robots.0.colour: Extra inputs"),
+        (7, "    robot: turtlebot4\n    colour: red", "robots.0.colour: unknown key"),
         (4, "  - points: [[-2, -2], [.nan, -2]]", "walls.0.points.1.0"),
         (8, "    pose: {x: 0.0, z: 1.0}", "robots.0.pose.z: a turtlebot4 stands on the floor"),
         (10, "  - {name: crate, cube: 0.3, pose: {x: 1, y: 1, z: 0}}", "props.0.pose.z: 'crate' would be"),

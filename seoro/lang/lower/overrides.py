@@ -16,7 +16,7 @@ from seoro.lang.diagnostics import near
 from seoro.lang.parser import parse_expression
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import FieldSymbol, TypeSymbol, all_fields
-from seoro.lang.types import Structured, Type
+from seoro.lang.types import STRING, Structured, Type
 
 ORIGIN = "<override>"
 
@@ -93,12 +93,19 @@ class Overrides:
             if field is None:
                 return None
             type_, left = field.type, plan.Member(left, field.name, span)
+        if type_ is STRING and self._is_bare_word(word := file.text[len(path) + 1 :].strip()):
+            self._refuse(path, file, f"unknown name `{word}`", f'a string has quotes: `{path}="{word}"`')
+            return None
         node = parse_expression(file, self._bag, len(path) + 1)
         if node is None:
             return None
         value = self._expressions.converted(node, type_, self._scope, f"`{path}`")
         whole = Span(file, 0, len(file.text))
         return plan.Constraint(plan.Compare("==", left, value, whole), False, whole)
+
+    def _is_bare_word(self, text: str) -> bool:
+        """Whether a text looks like a name and means nothing: a string whose quotes a shell has removed."""
+        return text.isidentifier() and text not in self._scope.fields and self._root(text) is None
 
     def _root(self, name: str) -> tuple[FieldSymbol, plan.Field | plan.Global] | None:
         """The field of the scenario that a path begins with, or the global parameter."""

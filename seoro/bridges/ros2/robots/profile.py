@@ -205,4 +205,4 @@ def read_profile(profile: str) -> Profile:
     except FileError as error:
         raise InvalidUse(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, lines)) from error
+        raise InvalidUse(problems(error, lines, Profile)) from error

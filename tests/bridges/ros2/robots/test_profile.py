@@ -34,7 +34,7 @@ def test_a_profile_of_ones_own_has_the_usual_names(tmp_path: Path) -> None:
     [
         ("model: rover\nkinds: [robot]\n", r"rover\.yaml:1: the file: .* a robot has a base, or an arm, or both"),
         ("model: rover\nkinds: []\n", r"rover\.yaml:2: kinds: "),
-        ("model: rover\nkind: robot\n", r"rover\.yaml:2: kind: Extra inputs"),
+        ("model: rover\nkind: robot\n", r"rover\.yaml:2: kind: unknown key"),
         ("model: [", r"rover\.yaml:\d: no valid YAML"),
         (BASE + "  cmd_vel: a\n  cmd_vel: b\n", r"rover\.yaml:6: .* 'cmd_vel' is given twice, .* line 5"),
         (BASE + "  cmd_vel: a//b\n", r"rover\.yaml:5: base\.cmd_vel: .* nothing between"),
