@@ -9,9 +9,10 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 PARALLEL := -n auto --maxprocesses 4 --dist worksteal
 
 SIM ?= mujoco
+ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all lint format goldens editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all chaos lint format goldens editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -42,6 +43,9 @@ test: lint  ## check the code and run the tests
 
 test-all: lint  ## the same, with the long tests
 	@$(BIN)/pytest -m ""
+
+chaos: $(VENV)/.dev  ## play rounds of faults against a real lab, and check what must hold; resumes its journal
+	@$(BIN)/python -m tests.chaos --rounds $(ROUNDS)
 
 lint: $(VENV)/.dev  ## ruff, mypy and the direction of imports
 	@$(BIN)/ruff check .

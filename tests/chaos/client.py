@@ -1,0 +1,39 @@
+"""A client of an executor, as a process: it prints what it knows as lines of JSON, each as soon as it knows it.
+
+python -m tests.chaos.client ENDPOINT EXECUTOR SCENARIO [LAB WAIT]
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+
+import seoro
+
+
+def say(**known: object) -> None:
+    """Print a line for the round."""
+    sys.stdout.write(json.dumps(known) + "\n")
+    sys.stdout.flush()
+
+
+async def main(endpoint: str, executor: str, scenario: str, lab: str = "", wait: str = "") -> None:
+    """Submit a scenario, and follow the run."""
+    options = (
+        {} if not lab else {"lab": seoro.Lab(lab), "leasing": seoro.Leasing(wait=float(wait) if wait else None)}
+    )
+    try:
+        async with seoro.Client(endpoint) as client:
+            run = await client.submit(executor, scenario, **options)  # type: ignore[arg-type]
+            say(submitted=run.id)
+            verdict = await run.result()
+            say(verdict=verdict.status.value, reason=verdict.reason)
+    except seoro.InvalidUse as error:
+        say(invalid=str(error))
+    except seoro.SeoroError as error:
+        say(error=str(error))
+
+
+if __name__ == "__main__":
+    asyncio.run(main(*sys.argv[1:]))
