@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import time
 
 from seoro.bridges.ledger import Ledger
 from seoro.bridges.revoked import Revoked
@@ -14,6 +13,7 @@ from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.sealing import Stale, Verifier, certificate_der, prove
+from seoro.steady import steady_ns
 
 
 class Lock:
@@ -34,7 +34,7 @@ class Lock:
 
     def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""
-        now, name = time.time_ns(), self._keys.identity.name
+        now, name = steady_ns(), self._keys.identity.name
         return Proof(
             certificate=certificate_der(self._keys.certificate),
             signature=prove(self._keys, name, challenge.nonce, self._boot, now),

@@ -36,6 +36,7 @@ from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.revocation import Revocations
 from seoro.keys.roles import Role
+from seoro.steady import steady_ns
 
 WINDOW: Final = 30.0  # [s] by which the time of a seal may differ from that of the executor
 LARGEST: Final = 8192  # [bytes] of a seal
@@ -44,6 +45,7 @@ _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _COMMAND: Final = "seoro command 1"
 _URGENT: Final = "seoro stop 1"
 _PROOFS: Final = {Role.EXECUTOR: "seoro executor 1", Role.NODE: "seoro node 1"}
+_WINDOW: Final = int(WINDOW * 1e9)  # [ns]
 _MOST_KNOWN: Final = 1000  # certificates that are remembered as checked
 _MOST_STOPS: Final = 10_000  # emergency stops that are remembered as said
 
@@ -151,18 +153,20 @@ class Verifier:
         keys: Of the executor or node.
         boot: Which start of it this is.
         revoked: Who is revoked, at any time.
-        clock: [ns] since 1970.
+        clock: [ns] since 1970; the clock by which clients seal, so that of `prove`. If it is set back, nothing is
+            accepted that was too old before.
     """
 
     def __init__(
-        self, keys: Keys, boot: str, revoked: Callable[[], Revocations], clock: Callable[[], int] = time.time_ns
+        self, keys: Keys, boot: str, revoked: Callable[[], Revocations], clock: Callable[[], int] = steady_ns
     ) -> None:
         self._keys = keys
         self._boot = boot
         self._revoked = revoked
         self._clock = clock
         self._known: dict[bytes, tuple[x509.Certificate, Identity]] = {}
-        self._nonces: dict[bytes, int] = {}  # with their times, in the order in which they came
+        self._nonces: dict[bytes, int] = {}  # with the times of their commands, in the order in which they came
+        self._oldest = 0  # [ns] since 1970: commands of before that are refused, and it never gets less
         self._stops: dict[bytes, None] = {}  # the nonces of emergency stops, the same
         self._lock = threading.Lock()
 
@@ -176,17 +180,18 @@ class Verifier:
         certificate, boot, stamp, nonce, signature = self._parts(seal)
         with self._lock:
             found, identity = self._certificate(certificate)
-            now = self._clock()
-            check_time(identity, datetime.fromtimestamp(now / 1e9, UTC))
+            check_time(identity, datetime.now(UTC))
             self._check_revoked(identity)
             _check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
             here = self._keys.identity.role.value
             if boot != self._boot:
                 raise Stale(f"the command is for another start of this {here}")
-            if abs(now - stamp) > WINDOW * 1e9:
+            now = self._clock()
+            self._oldest = max(self._oldest, now - _WINDOW)
+            if not self._oldest <= stamp <= now + _WINDOW:
                 away = f"{abs(now - stamp) / 1e9:.0f} s"
                 raise Stale(f"the time of the command is {away} from that of this {here}")
-            self._use(nonce, stamp, now)
+            self._use(nonce, stamp)
         return identity
 
     def verify_urgent(self, key: str, payload: bytes, seal: bytes) -> Identity:
@@ -219,14 +224,15 @@ class Verifier:
             )
         return _parts(seal)
 
-    def _use(self, nonce: bytes, stamp: int, now: int) -> None:
+    def _use(self, nonce: bytes, stamp: int) -> None:
+        """Note a number. It is forgotten only when its command would be refused as too old."""
         if nonce in self._nonces:
             raise InvalidKeys("the command was said before")
         oldest = list(islice(self._nonces.items(), 2))  # as two go for each that comes, they do not pile up
-        for old, came in oldest:
-            if now - came > 2.0 * WINDOW * 1e9:
+        for old, sealed in oldest:
+            if sealed < self._oldest:
                 del self._nonces[old]
-        self._nonces[nonce] = max(now, stamp)
+        self._nonces[nonce] = stamp
 
     def _certificate(self, data: bytes) -> tuple[x509.Certificate, Identity]:
         known = self._known.get(data)
