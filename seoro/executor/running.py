@@ -77,10 +77,12 @@ class Started:
     Attributes:
         lost: How many runs an earlier start has lost.
         name_lost: Set when it is not reached by its name any more: another has it, who has started before.
+        why_name_lost: Why that is, in words.
     """
 
     lost: int
     name_lost: anyio.Event
+    why_name_lost: str
 
 
 @asynccontextmanager
@@ -115,14 +117,14 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             emergency = Emergency(queue, options.folder)
             server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
             gate = Gate(server, policy, lock)
-            reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
+            reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked), lock)
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)
                 duties.start_soon(_forget, server, options.keep)
                 try:
-                    yield Started(lost, reached.name_lost)
+                    yield Started(lost, reached.name_lost, reached.why_name_lost)
                 finally:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):

@@ -25,7 +25,7 @@ from seoro.keys.certificates import check_issued, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.roles import Role
-from seoro.keys.sealing import certificate_der
+from seoro.keys.signing import certificate_der
 
 WRITERS: Final = frozenset({Role.EXECUTOR, Role.NODE})
 _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())

@@ -23,25 +23,22 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
 import msgpack
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
 
 from seoro.keys.certificates import Identity, check_issued, check_time, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.revocation import Revocations
 from seoro.keys.roles import Role
+from seoro.keys.signing import ALGORITHM, certificate_der, check_signature, digest
 from seoro.steady import steady_ns
 
 WINDOW: Final = 30.0  # [s] by which the time of a seal may differ from that of the executor
 LARGEST: Final = 8192  # [bytes] of a seal
 NONCE: Final = 16  # [bytes]
-_ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _COMMAND: Final = "seoro command 1"
 _URGENT: Final = "seoro stop 1"
 _PROOFS: Final = {Role.EXECUTOR: "seoro executor 1", Role.NODE: "seoro node 1"}
@@ -52,16 +49,6 @@ _MOST_STOPS: Final = 10_000  # emergency stops that are remembered as said
 
 class Stale(InvalidKeys):
     """A seal that was right before, or will be: it is for another start of the executor, or of another time."""
-
-
-def _digest(*parts: Any) -> bytes:
-    packed: bytes = msgpack.packb(parts)
-    return packed
-
-
-def certificate_der(certificate: x509.Certificate) -> bytes:
-    """A certificate as bytes."""
-    return certificate.public_bytes(serialization.Encoding.DER)
 
 
 def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
@@ -75,7 +62,7 @@ def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
         now: [ns] since 1970, by its clock.
     """
     kind = _PROOFS.get(keys.identity.role, "")
-    return keys.key.sign(_digest(kind, name, nonce, boot, now), _ALGORITHM)
+    return keys.key.sign(digest(kind, name, nonce, boot, now), ALGORITHM)
 
 
 def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
@@ -85,13 +72,13 @@ def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
 
 def _seal(keys: Keys, kind: str, key: str, payload: bytes, boot: str, now: int) -> bytes:
     nonce = secrets.token_bytes(NONCE)
-    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), _ALGORITHM)
+    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), ALGORITHM)
     seal: bytes = msgpack.packb([certificate_der(keys.certificate), boot, now, nonce, signature])
     return seal
 
 
 def _said(kind: str, key: str, payload: bytes, boot: str, stamp: int, nonce: bytes) -> bytes:
-    return _digest(kind, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
+    return digest(kind, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
 
 
 class Sealer:
@@ -138,7 +125,7 @@ class Sealer:
                 help="robots are not given to one who may be another: find out who that is",
             )
         check_time(identity, datetime.now(UTC))
-        _check_signature(found, signature, _digest(_PROOFS[self._role], self._name, nonce, boot, now))
+        check_signature(found, signature, digest(_PROOFS[self._role], self._name, nonce, boot, now))
         self._boot, self._offset = boot, now - sum(asked) // 2
 
     def seal(self, key: str, payload: bytes) -> bytes:
@@ -182,7 +169,7 @@ class Verifier:
             found, identity = self._certificate(certificate)
             check_time(identity, datetime.now(UTC))
             self._check_revoked(identity)
-            _check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
+            check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
             here = self._keys.identity.role.value
             if boot != self._boot:
                 raise Stale(f"the command is for another start of this {here}")
@@ -204,7 +191,7 @@ class Verifier:
         with self._lock:
             found, identity = self._certificate(certificate)
             self._check_revoked(identity)
-            _check_signature(found, signature, _said(_URGENT, key, payload, boot, stamp, nonce))
+            check_signature(found, signature, _said(_URGENT, key, payload, boot, stamp, nonce))
             if nonce in self._stops:
                 raise InvalidKeys("the stop was said before")
             if len(self._stops) >= _MOST_STOPS:
@@ -265,15 +252,3 @@ def _load(data: bytes, authority: x509.Certificate) -> tuple[x509.Certificate, I
         raise InvalidKeys("what the command is sealed with is no seal: its certificate is none") from error
     check_issued(certificate, authority)
     return certificate, identity_of(certificate)
-
-
-def _check_signature(certificate: x509.Certificate, signature: bytes, signed: bytes) -> None:
-    public = certificate.public_key()
-    try:
-        if not isinstance(public, ec.EllipticCurvePublicKey):
-            raise InvalidSignature
-        public.verify(signature, signed, _ALGORITHM)
-    except InvalidSignature:
-        raise InvalidKeys(
-            "the signature is wrong: it was changed on its way, or is not by whom it names"
-        ) from None

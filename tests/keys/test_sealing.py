@@ -12,7 +12,8 @@ from seoro.keys.files import read_pair
 from seoro.keys.folder import KeyFolder, Keys, read_keys
 from seoro.keys.revocation import Revocations, read_list
 from seoro.keys.roles import Role
-from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, certificate_der, prove, seal_urgently
+from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, prove, seal_urgently
+from seoro.keys.signing import certificate_der
 from tests.labs import NAME, KeyedLab, make_lab
 
 KEY = f"seoro/1/default/exec/{NAME}/cmd/submit"
