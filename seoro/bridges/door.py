@@ -17,16 +17,17 @@ import anyio
 from anyio.abc import TaskStatus
 
 from seoro.background import background
-from seoro.bridges.naming import becomes_free
+from seoro.bridges.naming import becomes_free, is_proven
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
-from seoro.bridges.wire.keys import NAMESPACE, node_tokens_of
+from seoro.bridges.wire.keys import NAMESPACE, node_command, node_tokens_of
+from seoro.bridges.wire.proving import CHALLENGE
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
-    from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
+    from seoro.keys.revocation import Revocations
 
 PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
 
@@ -68,7 +69,7 @@ class Door:
                 duties.start_soon(self.revoked.follow)
             is_open = False
             while True:
-                known: frozenset[Seat] = frozenset() if self.revoked is None else self.revoked.current().seats
+                known = None if self.revoked is None else self.revoked.current()
                 try:
                     async with self._session(known) as session:
                         if not is_open:
@@ -84,22 +85,30 @@ class Door:
                     log.error("cannot be reached: %s; trying again", error)
                     await anyio.sleep(PAUSE)
 
-    def _session(self, known: frozenset[Seat]) -> AbstractAsyncContextManager[AsyncSession]:
+    def _session(self, known: Revocations | None) -> AbstractAsyncContextManager[AsyncSession]:
         endpoint = self.listen or self.connect or ""
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
         return open_session(listen=self.listen, connect=self.connect, security=security)
 
     async def _check_name(self, session: AsyncSession) -> None:
         """Check that runs which ask for the node by its name reach no other."""
-        if self.node is not None and not await becomes_free(session, node_tokens_of(self.namespace, self.node)):
-            raise InvalidUse(
-                f"there is a node '{self.node}' at {self.listen or self.connect} already",
-                help="end it, or give one of them another name: `--name` of a bridge, `--node` of a simulator",
+        if self.node is None or await becomes_free(session, node_tokens_of(self.namespace, self.node)):
+            return
+        key = node_command(self.namespace, self.node, CHALLENGE.name)
+        if self.keys is not None and not await is_proven(session, key, self.keys):
+            log.warning(
+                "ignoring a liveliness token of the name '%s': nobody proves that it has the keys of that name",
+                self.node,
             )
+            return
+        raise InvalidUse(
+            f"there is a node '{self.node}' at {self.listen or self.connect} already",
+            help="end it, or give one of them another name: `--name` of a bridge, `--node` of a simulator",
+        )
 
-    async def _until_closed(self, known: frozenset[Seat]) -> None:
+    async def _until_closed(self, known: Revocations | None) -> None:
         """Wait until the session has to be opened anew; one that is no hub lets nobody pass by itself."""
-        if self.revoked is None or self.listen is None or not is_secured(self.listen):
+        if self.revoked is None or known is None or self.listen is None or not is_secured(self.listen):
             await anyio.sleep_forever()
         else:
             await self.revoked.wait_for_change(known)

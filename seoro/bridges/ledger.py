@@ -65,6 +65,13 @@ class Ledger:
             self._pay()
             return self._audit.write(**entry, outcome="taken")
 
+    def sync(self) -> None:
+        """Force all lines to the disk; blocks. A failure is logged: then, only a loss of power loses them."""
+        try:
+            self._audit.sync()
+        except OSError:
+            log.exception("cannot force the audit log to the disk")
+
     def conclude(self, asked: Asked, number: int | None, outcome: str, reason: str = "") -> None:
         """Write down what came of what was taken; if it cannot be written, then before the next line that can.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-import time
+from typing import Any, Final
 
 from seoro.bridges.ledger import Ledger
 from seoro.bridges.revoked import Revoked
@@ -13,7 +13,9 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
-from seoro.keys.sealing import Stale, Verifier, certificate_der, prove
+from seoro.keys.sealing import Stale, Verifier, prove
+from seoro.keys.signing import Signatures, certificate_der, sign
+from seoro.steady import steady_ns
 
 
 class Lock:
@@ -29,18 +31,32 @@ class Lock:
         self.ledger = ledger
         self.revoked = revoked
         self._keys = keys
-        self._boot = secrets.token_hex(8)  # which start of it this is
-        self._verifier = Verifier(keys, self._boot, revoked.current)
+        self.boot: Final = secrets.token_hex(8)  # which start of it this is
+        self._verifier = Verifier(keys, self.boot, revoked.current)
+        self._signatures = Signatures(keys.authority, revoked.current)
 
     def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""
-        now, name = time.time_ns(), self._keys.identity.name
+        now, name = steady_ns(), self._keys.identity.name
         return Proof(
             certificate=certificate_der(self._keys.certificate),
-            signature=prove(self._keys, name, challenge.nonce, self._boot, now),
-            boot=self._boot,
+            signature=prove(self._keys, name, challenge.nonce, self.boot, now),
+            boot=self.boot,
             now=now,
         )
+
+    def sign(self, *said: Any) -> bytes:
+        """Sign a statement."""
+        return sign(self._keys, *said)
+
+    def is_own(self, signature: bytes, *said: Any) -> bool:
+        """Whether a statement was signed with the keys of this name, here or elsewhere."""
+        identity = self._keys.identity
+        try:
+            self._signatures.check(signature, identity.role, identity.name, *said)
+        except InvalidKeys:
+            return False
+        return True
 
     def admit(self, request: Request) -> Identity:
         """Who has sent a request.

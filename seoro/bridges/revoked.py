@@ -11,7 +11,6 @@ from seoro.changes import Changes
 from seoro.keys.errors import InvalidKeys
 
 if TYPE_CHECKING:
-    from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
     from seoro.keys.revocation import Revocations
 
@@ -44,9 +43,9 @@ class Revoked:
         """The list."""
         return self._list
 
-    async def wait_for_change(self, known: frozenset[Seat]) -> None:
-        """Wait until others are revoked than these."""
-        await self._changes.wait_for(lambda: self._list.seats != known)
+    async def wait_for_change(self, known: Revocations) -> None:
+        """Wait until others are revoked than in a list, or other names are known."""
+        await self._changes.wait_for(lambda: not self._list.lets_as(known))
 
     async def follow(self) -> None:
         """Read the list when it changes; does not end. One that does not hold, or is older, changes nothing."""

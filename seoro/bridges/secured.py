@@ -7,18 +7,17 @@ are used only if somebody has asked for them.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.session import Security, is_endpoint, is_local, is_secured
 from seoro.errors import InvalidUse
 from seoro.keys.folder import chosen_folder, default_folder, read_keys
-from seoro.keys.roles import PEOPLE, Role
+from seoro.keys.roles import NAMED, PEOPLE, Role
 
 if TYPE_CHECKING:
-    from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
+    from seoro.keys.revocation import Revocations
 
 ASKING: Final = frozenset({*PEOPLE, Role.EXECUTOR})  # of nodes, how they are
 CLIENTS: Final = frozenset(PEOPLE)  # of executors
@@ -89,7 +88,7 @@ def check_reached(endpoint: str, security: Security | None) -> None:
 
 
 def security_of(
-    endpoint: str, keys: Keys | None, *, listens: bool = False, revoked: Collection[Seat] = ()
+    endpoint: str, keys: Keys | None, *, listens: bool = False, revoked: Revocations | None = None
 ) -> Security | None:
     """What a session at an endpoint needs of keys.
 
@@ -97,12 +96,16 @@ def security_of(
         endpoint: The endpoint.
         keys: Of `keys_for`.
         listens: Whether the session is the hub of others.
-        revoked: Seats of those who get nothing there.
+        revoked: Who gets nothing there, and the names that belong to some.
     """
     if keys is None or not is_secured(endpoint):
         return None
     from seoro.keys.access import access_control  # noqa: PLC0415 - only where there are keys
 
     folder = keys.folder
-    access = access_control(revoked) if listens else None
+    access = None
+    if listens:
+        own = {keys.identity.seat: keys.identity.name} if keys.identity.role in NAMED else {}
+        known = ((), {}) if revoked is None else (revoked.seats, revoked.names)
+        access = access_control(known[0], {**known[1], **own})
     return Security(folder.authority, folder.certificate, folder.key, access)

@@ -61,7 +61,7 @@ def check_manifest(manifest: wire.Manifest) -> None:
 
 
 def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -> None:
-    """Write the files of a bundle.
+    """Write the files of a bundle. Those with the same content are one file, which no other run has.
 
     Args:
         manifest: One that was checked.
@@ -73,15 +73,33 @@ def unpack(manifest: wire.Manifest, blob: Callable[[str], Path], folder: Path) -
         OSError: They cannot be written.
     """
     folder.mkdir(parents=True)
+    first: dict[str, tuple[Path, int]] = {}  # by its hash, the first file of a content, and its size
     for file in manifest.files:
         path = folder / check_place(file.path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(blob(file.hash), path)
-        with path.open("rb") as stream:
-            digest = hashlib.file_digest(stream, "sha256").hexdigest()
-        if digest != file.hash or path.stat().st_size != file.size:
-            raise InvalidBundle(f"the content of {file.path!r} is not what the manifest says")
+        if file.hash in first:
+            _link(first[file.hash][0], path)
+        else:
+            shutil.copyfile(blob(file.hash), path)
+            with path.open("rb") as stream:
+                digest = hashlib.file_digest(stream, "sha256").hexdigest()
+            if digest != file.hash:
+                raise _other_content(file)
+            first[file.hash] = path, path.stat().st_size
+        if first[file.hash][1] != file.size:
+            raise _other_content(file)
     (folder / manifest.directory).mkdir(parents=True, exist_ok=True)
+
+
+def _link(there: Path, path: Path) -> None:
+    try:
+        path.hardlink_to(there)
+    except OSError:  # a file has no more links than its file system lets it have
+        shutil.copyfile(there, path)
+
+
+def _other_content(file: wire.BundleFile) -> InvalidBundle:
+    return InvalidBundle(f"the content of {file.path!r} is not what the manifest says")
 
 
 def options_of(manifest: wire.Manifest, folder: Path, locate: Locate = as_named) -> Options:

@@ -99,7 +99,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _serve(settings: ExecutorOptions) -> int:
-    from seoro.executor.naming import name_given_up  # noqa: PLC0415 - as above
     from seoro.executor.running import executing  # noqa: PLC0415 - as above
 
     with anyio.open_signal_receiver(*_ENDS) as signals:
@@ -115,7 +114,7 @@ async def _serve(settings: ExecutorOptions) -> int:
             print("stopping what runs, and cleaning up", flush=True)
     if started.name_lost.is_set():
         raise InvalidUse(
-            name_given_up(settings.name),
+            started.why_name_lost,
             help=f"`--name` gives this one another; with `--folder {settings.folder}` it goes on with its runs",
         )
     return Exit.PASSED

@@ -6,13 +6,16 @@ import hashlib
 import os
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.durable import sync_file
 from seoro.executor.shares import Shares
 
 PART: Final = ".part"  # ends the name of one that is not whole
@@ -28,13 +31,15 @@ class Blobs:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder: Final = folder
         self._shares = Shares()
+        self._in_use = Counter[str]()  # by how many bundles that are being laid out
+        self._doomed: set[str] = set()  # those of them that go then
         self._lock = threading.Lock()  # parts are put by threads
 
     def path(self, digest: str) -> Path:
         """The file of a blob, whether it is there or not."""
-        return self._folder / digest
+        return self.folder / digest
 
     def missing(self, digests: Iterable[str]) -> tuple[str, ...]:
         """Those that are not there."""
@@ -115,17 +120,38 @@ class Blobs:
                 os.utime(self.path(digest))
                 self._shares.use(digest)
 
+    @contextmanager
+    def in_use(self, digests: Collection[str]) -> Iterator[None]:
+        """Keep blobs while the block lasts; those that were to be dropped meanwhile go at its end."""
+        with self._lock:
+            self._in_use.update(digests)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._in_use.subtract(digests)
+                for digest in digests:
+                    if self._in_use[digest] == 0:
+                        del self._in_use[digest]
+                        if digest in self._doomed:
+                            self._doomed.discard(digest)
+                            self._remove(digest)
+
     def drop(self, digests: Iterable[str], owner: str) -> None:
         """Remove those of some blobs that somebody has sent; whoever was to use them sends them again."""
         with self._lock:
             for digest in digests:
-                if self._shares.is_of(owner, digest):
+                if not self._shares.is_of(owner, digest):
+                    continue
+                if digest in self._in_use:
+                    self._doomed.add(digest)
+                else:
                     self._remove(digest)
 
     def forget(self, before: float) -> None:
         """Remove those that were used last before a time."""
         with self._lock:
-            for path in self._folder.iterdir():
+            for path in self.folder.iterdir():
                 if path.stat().st_mtime < before:
                     self._remove(path.stem)
 
@@ -138,10 +164,14 @@ class Blobs:
         """
         with self._lock:
             arriving = time.time() - ARRIVING
-            for path in sorted(self._folder.iterdir(), key=_used):
+            for path in sorted(self.folder.iterdir(), key=_used):
                 if is_enough():
                     return
-                if path.stem not in spared and (path.suffix != PART or _used(path) < arriving):
+                if (
+                    path.stem not in spared
+                    and path.stem not in self._in_use
+                    and (path.suffix != PART or _used(path) < arriving)
+                ):
                     self._remove(path.stem)
 
     def _remove(self, digest: str) -> None:
@@ -156,6 +186,7 @@ class Blobs:
             self._remove(digest)
             # Another may have sent parts of it, which are not those of the last sender.
             raise RequestRefused(Result.INCORRECT_STATE, "the content of the blob is not what its name says")
+        sync_file(partial)  # else, the name may outlast a loss of power without the content
         os.replace(partial, final)  # noqa: PTH105 - atomic, which is the point
 
 

@@ -7,6 +7,8 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Final
 
+import anyio.to_thread
+
 from seoro.bridges import wire
 from seoro.bridges.leasing.latch import Latch
 from seoro.executor.queue import Queue
@@ -38,6 +40,7 @@ class Emergency:
         self._latch.stop(asked)
         self._queue.hold_back(self._latch.reason)
         stopped = self._queue.halt_running(self._latch.reason)
+        await anyio.to_thread.run_sync(self._latch.sync)
         return wire.EmergencyStopped(stopped=tuple(run[:8] for run in stopped), took=time.monotonic() - began)
 
     async def release(self, asked: wire.ReleaseStop) -> wire.Empty:

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+import anyio.to_thread
+
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.sight import LOOK
 from seoro.bridges.ledger import Asked, take
@@ -66,6 +68,8 @@ class Gate:
             asked = replace(asked, who=who)
             self._check(who, verb)
             number = None if verb in _UNSAID else take(ledger, asked, "executor")
+            if verb not in _UNSAID and verb not in STOPPING:  # nothing holds up what stops something
+                await anyio.to_thread.run_sync(ledger.sync)
         except RequestRefused as refused:
             if refused.code not in (wire.UNAVAILABLE, STALE):
                 ledger.refuse(asked, refused.message)
@@ -84,6 +88,8 @@ class Gate:
             raise
         if verb not in _UNSAID:
             ledger.conclude(asked, number, "done")
+            if verb in STOPPING:
+                await anyio.to_thread.run_sync(ledger.sync)
         return answer
 
     async def _carry_out_for(self, who: Identity, request: Request, asked: Asked, lock: Lock) -> Message:

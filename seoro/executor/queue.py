@@ -6,13 +6,14 @@ import asyncio
 import logging
 import sqlite3
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 from typing import Final, TypeAlias
 
 import anyio
+import anyio.to_thread
 from anyio.abc import TaskGroup
 
 from seoro.background import background
@@ -35,7 +36,7 @@ KEEP_PAUSE: Final = 5.0  # [s] until it is tried again to keep the end of a run
 HAS_ROBOTS: Final = "the robots are held for it until it has its turn"
 _KILLED: Final = f"it did not end within {STOP_TIMEOUT:g} s of being stopped, and was killed"
 
-NoteEnd: TypeAlias = Callable[[RunInfo, str], object]
+NoteEnd: TypeAlias = Callable[[RunInfo, str], Awaitable[object]]
 """Is told what has become of a run, and the role of its submitter."""
 
 log = logging.getLogger(__name__)
@@ -233,7 +234,9 @@ class Queue:
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
-        _drop_empty(self._store.folder(live.info.run).log)
+        folder = self._store.folder(live.info.run)
+        _drop_empty(folder.log)
+        await anyio.to_thread.run_sync(folder.sync)
         if live.is_left and code == frames.NOT_BEGUN:
             return
         state, reason = _outcome(end, code, live.stop_reason)
@@ -308,7 +311,7 @@ class Queue:
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
         finished = Finished(state, reason, end, time.time())
-        self._note_end(live.info.model_copy(update={"state": state, "reason": reason}), live.submission.role)
+        await self._note_end(live.info.model_copy(update={"state": state, "reason": reason}), live.submission.role)
         if not await self._keep(live.info.run, finished):
             log.warning("cannot keep the end of the run %s yet", live.info.run)
             self._ends[live.info.run] = finished

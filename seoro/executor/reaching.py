@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import anyio
 from anyio.abc import TaskGroup, TaskStatus
@@ -14,13 +14,19 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.door import Door
 from seoro.bridges.executor.messages import UNAVAILABLE
-from seoro.bridges.serving.answering import answer
+from seoro.bridges.serving.answering import answer, decoded
 from seoro.bridges.serving.emergency import emergencies
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire.keys import executor_command
+from seoro.bridges.wire.message import Message
+from seoro.bridges.wire.proving import CLAIM
+from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.emergency import Emergency
 from seoro.executor.gate import Gate
-from seoro.executor.naming import await_name, check_first, draw_token, name_given_up, wait_for_elder
+from seoro.executor.naming import Name
+
+if TYPE_CHECKING:
+    from seoro.bridges.lock import Lock
 
 WAITING: Final = Bound(1024, lose="newest")  # requests
 
@@ -31,22 +37,28 @@ class Reached:
     Args:
         name: Of the executor.
         door: Where.
+        lock: The keys of the executor; None if it has none.
 
     Attributes:
         name_lost: Set when it is not reached by its name any more: another has it, who has started before.
     """
 
-    def __init__(self, name: str, door: Door) -> None:
-        self._name = name
+    def __init__(self, name: str, door: Door, lock: Lock | None) -> None:
+        self._key = executor_command(wire.NAMESPACE, name, "*")
+        self._name = Name(name, lock)
         self._door = door
-        self._token = draw_token(name)
         self._had_name = False
         self.name_lost = anyio.Event()
 
     @property
     def why_it_ends(self) -> str:
         """Why the executor ends, when it does."""
-        return name_given_up(self._name) if self.name_lost.is_set() else "the executor ends"
+        return self.why_name_lost if self.name_lost.is_set() else "the executor ends"
+
+    @property
+    def why_name_lost(self) -> str:
+        """Why the name is lost, when it is."""
+        return self._name.lost
 
     @asynccontextmanager
     async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
@@ -80,21 +92,27 @@ class Reached:
         """Take requests under the name, for as long as nobody has it who had it before."""
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
         if not self._had_name:
-            await await_name(session, self._name)
+            await self._name.wait_until_free(session)
         async with (
-            session.answering(executor_command(wire.NAMESPACE, self._name, "*"), WAITING, busy) as requests,
-            session.token(self._token),
+            session.answering(self._key, WAITING, busy) as requests,
+            session.token(self._name.token),
             background() as duties,
         ):
+            duties.start_soon(self._answer, gate, requests, tasks)
             if not self._had_name:
-                await check_first(session, self._token)
+                await self._name.check_first(session)
             self._had_name = True
-            duties.start_soon(_answer, gate, requests, tasks)
             task_status.started()
-            await wait_for_elder(session, self._token)
+            await self._name.wait_for_elder(session)
         self.name_lost.set()
 
+    async def _answer(self, gate: Gate, requests: Mailbox[Request], tasks: TaskGroup) -> None:
+        async for request in requests:
+            tasks.start_soon(answer, request, partial(self._carry_out, gate, request), "executor", UNAVAILABLE)
 
-async def _answer(gate: Gate, requests: Mailbox[Request], tasks: TaskGroup) -> None:
-    async for request in requests:
-        tasks.start_soon(answer, request, partial(gate.carry_out, request), "executor", UNAVAILABLE)
+    async def _carry_out(self, gate: Gate, request: Request, verb: str, payload: bytes) -> Message:
+        if verb == CLAIM.name:
+            return self._name.claim(decoded(CLAIM, payload))
+        if not self._had_name:
+            raise RequestRefused(UNAVAILABLE, "the executor starts: ask again later")
+        return await gate.carry_out(request, verb, payload)

@@ -8,10 +8,12 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import anyio
+import anyio.to_thread
 
 from seoro.background import background
 from seoro.bridges.door import Door
@@ -32,6 +34,7 @@ from seoro.executor.trying import DryRuns
 from seoro.executor.workers import open_pool
 
 if TYPE_CHECKING:
+    from seoro.bridges.ledger import Ledger
     from seoro.bridges.lock import Lock
     from seoro.keys.folder import Keys
 
@@ -77,10 +80,12 @@ class Started:
     Attributes:
         lost: How many runs an earlier start has lost.
         name_lost: Set when it is not reached by its name any more: another has it, who has started before.
+        why_name_lost: Why that is, in words.
     """
 
     lost: int
     name_lost: anyio.Event
+    why_name_lost: str
 
 
 @asynccontextmanager
@@ -107,7 +112,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             AsyncExitStack() as stack,
         ):
             revoked, lock = _locked(options, keys, stack)
-            note_end = _note_nothing if lock is None else lock.ledger.end
+            note_end = _note_nothing if lock is None else partial(_note, lock.ledger)
             lost = await _lose(store, note_end)
             await store.sweep()
             queue = Queue(store, pool, tasks, options.jobs, policy, note_end)
@@ -115,14 +120,14 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             emergency = Emergency(queue, options.folder)
             server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
             gate = Gate(server, policy, lock)
-            reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
+            reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked), lock)
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)
                 duties.start_soon(_forget, server, options.keep)
                 try:
-                    yield Started(lost, reached.name_lost)
+                    yield Started(lost, reached.name_lost, reached.why_name_lost)
                 finally:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):
@@ -151,7 +156,7 @@ async def _lose(store: Store, note_end: NoteEnd) -> int:
             role = (await store.submission(info.run)).role
         except WireError:  # by another version of seoro
             role = ""
-        note_end(info.model_copy(update={"state": State.LOST, "reason": LOST}), role)
+        await note_end(info.model_copy(update={"state": State.LOST, "reason": LOST}), role)
     return await store.give_up_running()
 
 
@@ -163,14 +168,20 @@ async def _queue_again(store: Store, queue: Queue, note_end: NoteEnd) -> None:
             submission = await store.submission(run)
         except WireError as error:
             log.warning("cannot read what the run %s was submitted with: %s", run, error)
-            note_end(info.model_copy(update={"state": State.ERROR, "reason": UNREADABLE}), "")
+            await note_end(info.model_copy(update={"state": State.ERROR, "reason": UNREADABLE}), "")
             await store.finish(run, Finished(State.ERROR, UNREADABLE, b"", time.time()))
         else:
             queue.add(info, submission)
 
 
-def _note_nothing(_info: RunInfo, _role: str) -> None:
+async def _note_nothing(_info: RunInfo, _role: str) -> None:
     """Without keys, there is no log."""
+
+
+async def _note(ledger: Ledger, info: RunInfo, role: str) -> None:
+    """Write down what has become of a run."""
+    ledger.end(info, role)
+    await anyio.to_thread.run_sync(ledger.sync)
 
 
 async def _forget(server: Server, keep: float) -> None:

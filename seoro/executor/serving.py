@@ -8,7 +8,7 @@ import secrets
 import shutil
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
@@ -27,16 +27,16 @@ from seoro.bridges.serving.answering import decoded
 from seoro.bridges.wire import EMERGENCY_STOP, RELEASE_STOP, Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
-from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
 from seoro.executor.emergency import Emergency
+from seoro.executor.intake import Intake, not_taken
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
 from seoro.executor.policy import vet_endpoint
 from seoro.executor.queue import Queue
 from seoro.executor.room import make_room
-from seoro.executor.store import RunFolder, Store
+from seoro.executor.store import Store
 from seoro.executor.trying import DryRuns
 from seoro.executor.watching import Watch, size_of, until_printed
 from seoro.lab.examining import examine
@@ -79,7 +79,8 @@ class Server:
         )
         self._policy = policy
         self._emergency = emergency
-        self._submitting = anyio.Lock()
+        self._intake = Intake(self._blobs)
+        self._submitting = anyio.Lock()  # parts of blobs
         handlers: Mapping[Verb[Any, Any], Handler] = {  # beside `_records`, which has more to say than one answer
             wire.DESCRIBE: self._describe,
             wire.MISSING_BLOBS: self._missing_blobs,
@@ -169,7 +170,7 @@ class Server:
             try:
                 await anyio.to_thread.run_sync(self._put, request)
             except OSError as error:  # a full disk
-                raise _not_taken(error.strerror or str(error)) from error
+                raise not_taken(error.strerror or str(error)) from error
         return Empty()
 
     def _put(self, request: wire.PutBlob) -> None:
@@ -178,17 +179,19 @@ class Server:
         self._blobs.put(request, limits.kept_of_one)
 
     async def _submit(self, request: wire.Submission) -> RunInfo:
-        async with self._submitting:
+        limits = self._policy.of(request.role)
+        async with self._intake.one(request.run, request.by):
             with suppress(KeyError):
                 return await self._store.info(request.run)
-            check_submission(request, self._policy.of(request.role), self._queue.waiting_of(request.by))
-            await anyio.to_thread.run_sync(self._unpack, request, self._store.folder(request.run))
+            others = self._queue.waiting_of(request.by) + self._intake.arriving_of(request.by) - 1
+            check_submission(request, limits, others)
+            await self._intake.lay_out(request.manifest, self._store.folder(request.run), limits)
             try:
                 info = await self._store.add(request)
             except sqlite3.Error as error:  # a full disk
                 shutil.rmtree(self._store.folder(request.run).path, ignore_errors=True)
-                raise _not_taken(str(error)) from error
-        self._queue.add(info, request)
+                raise not_taken(str(error)) from error
+            self._queue.add(info, request)
         return self._queue.placed(info)
 
     async def _dry_run(self, request: wire.DryRun) -> wire.Tried:
@@ -197,33 +200,13 @@ class Server:
         folder = self._store.folder(secrets.token_hex(16))  # not that of a run, whatever the client says
         with self._dry_runs.one():
             try:
-                async with self._submitting:
-                    await anyio.to_thread.run_sync(self._unpack, request, folder)
+                await self._intake.lay_out(request.manifest, folder, limits)
                 return await self._dry_runs.carry_out(request.manifest, folder, limits)
             finally:
                 shutil.rmtree(folder.path, ignore_errors=True)
                 with anyio.CancelScope(shield=True):
                     async with self._submitting:  # nobody else is about to use them
                         self._blobs.drop(request.sent, request.by if request.role else NOBODY)
-
-    def _unpack(self, request: wire.Submission, folder: RunFolder) -> None:
-        """Lay the bundle of a run out, before the run is known: half of one is removed with the next start."""
-        hashes = {file.hash for file in request.manifest.files}
-        self._check_there(hashes)
-        try:
-            self._blobs.use(hashes)
-            size = sum(file.size for file in request.manifest.files)
-            make_room(self._blobs, self._store.blobs, size, self._policy.of(request.role), hashes)
-            check_manifest(request.manifest)
-            unpack(request.manifest, self._blobs.path, folder.files)
-        except (InvalidBundle, OSError) as error:
-            shutil.rmtree(folder.path, ignore_errors=True)
-            self._check_there(hashes)  # old ones may be forgotten at any time
-            raise _not_taken(str(error)) from error
-
-    def _check_there(self, hashes: Collection[str]) -> None:
-        if missing := self._blobs.missing(hashes):
-            raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
 
     # -------------------------------------------------------- telling of runs
 
@@ -325,10 +308,6 @@ async def _watch(live: LiveRun, request: wire.AskRecords, log: Path, send: Calla
 async def _end_when_printed(watch: Watch, log: Path, at: int) -> None:
     await until_printed(log, at)
     watch.over.set()
-
-
-def _not_taken(reason: str) -> RequestRefused:
-    return RequestRefused(Result.OPERATION_FAILED, f"the bundle cannot be taken: {reason}")
 
 
 def _lines(trace: Path, at: int) -> tuple[bytes, bool]:

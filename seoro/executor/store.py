@@ -5,7 +5,8 @@
     blobs/<hash>       contents of bundles
     runs/<run>/        files/ (the bundle), output/ (what the run left), trace.jsonl
 
-All of SQLite is done by one thread, in the order in which it is asked for.
+All of SQLite is done by one thread, in the order in which it is asked for. What is acknowledged is on the disk
+before: a run with its bundle when it is taken in; its beginning; its end with its trace and what it has left.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from typing import Any, Final, TypeVar
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.wire import decode, encode
+from seoro.durable import sync_file, sync_folder, sync_tree
 from seoro.errors import InvalidUse
 
 T = TypeVar("T")
@@ -80,6 +82,18 @@ class RunFolder:
     def log(self) -> Path:
         """What its process has printed, which it leaves, too."""
         return self.output / "log.txt"
+
+    def sync(self) -> None:
+        """Force its trace, and what the run has left, to the disk; blocks.
+
+        Raises:
+            OSError: That cannot be done.
+        """
+        if self.output.exists():
+            sync_tree(self.output)
+        if self.trace.exists():
+            sync_file(self.trace)
+        sync_folder(self.path)
 
 
 @dataclass(frozen=True)
@@ -257,6 +271,8 @@ def open_store(folder: Path) -> Iterator[Store]:
         for each in (folder, folder / "blobs", folder / "runs"):
             each.mkdir(parents=True, exist_ok=True, mode=0o700)
         lock = (folder / "executor.lock").open("w")
+        sync_folder(folder)
+        sync_folder(folder.absolute().parent)
     except OSError as error:
         raise InvalidUse(
             f"cannot keep runs in {folder}: {error.strerror}", help="`--folder` names another"
@@ -279,7 +295,7 @@ def _open(path: Path) -> sqlite3.Connection:
     try:
         database = sqlite3.connect(path)
         database.execute("PRAGMA journal_mode = WAL")
-        database.execute("PRAGMA synchronous = NORMAL")
+        database.execute("PRAGMA synchronous = FULL")  # what was acknowledged outlasts a loss of power
         database.execute(f"PRAGMA cache_size = -{CACHE}")
         version = database.execute("PRAGMA user_version").fetchone()[0]
         while version in _RENEWALS:

@@ -21,11 +21,12 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from seoro.durable import sync_folder
 from seoro.keys.certificates import check_issued, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.roles import Role
-from seoro.keys.sealing import certificate_der
+from seoro.keys.signing import certificate_der
 
 WRITERS: Final = frozenset({Role.EXECUTOR, Role.NODE})
 _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
@@ -54,6 +55,8 @@ class Audit:
         self._previous = _NOTHING if last is None else hashlib.sha256(last).hexdigest()
         certificate = b64encode(certificate_der(keys.certificate)).decode()
         self.write(what=_started(keys.identity.role), by=keys.identity.name, certificate=certificate)
+        self.sync()
+        sync_folder(path.absolute().parent)
 
     def write(self, **entry: Any) -> int:
         """Write a line.
@@ -81,6 +84,14 @@ class Audit:
         self._number += 1
         self._previous = hashlib.sha256(line).hexdigest()
         return self._number - 1
+
+    def sync(self) -> None:
+        """Force all lines to the disk; blocks.
+
+        Raises:
+            OSError: That cannot be done.
+        """
+        os.fdatasync(self._file.fileno())
 
     def close(self) -> None:
         """Write nothing any more."""

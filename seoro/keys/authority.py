@@ -33,7 +33,7 @@ from seoro.keys.errors import InvalidKeys
 from seoro.keys.files import make_folder, read_certificate, read_file, read_pair, write_private, write_public
 from seoro.keys.folder import KeyFolder
 from seoro.keys.revocation import Revocations, make_list, read_list
-from seoro.keys.roles import Role
+from seoro.keys.roles import NAMED, Role
 
 AUTHORITY_DAYS: Final = 3650.0
 IDENTITY_DAYS: Final = 365.0
@@ -151,6 +151,9 @@ class Authority:
         make_folder(to)
         # First what is remembered: a certificate that is nowhere known could never be revoked.
         write_public(self._issued / f"{name}.{certificate.serial_number:x}.crt", certificate_pem(certificate))
+        revocations = self._revocations()
+        if seat.role in NAMED and revocations.names.get(seat) != name:
+            self._write_list(revocations.named(seat, name))
         if to != self._folder.path:
             write_public(folder.authority, certificate_pem(self._certificate))
             write_public(folder.revoked, read_file(self._folder.revoked))

@@ -30,6 +30,7 @@ class Role(StrEnum):
 
 
 LISTENING: Final = frozenset({Role.EXECUTOR, Role.NODE, Role.ROUTER})
+NAMED: Final = frozenset({Role.EXECUTOR, Role.NODE})  # asked by their names
 PEOPLE: Final = (Role.VIEWER, Role.OPERATOR, Role.ADMIN)  # each may what those before it may
 
 # What may be asked of executors, by the least role that may ask for it.

@@ -23,43 +23,32 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
 import msgpack
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
 
 from seoro.keys.certificates import Identity, check_issued, check_time, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.revocation import Revocations
 from seoro.keys.roles import Role
+from seoro.keys.signing import ALGORITHM, certificate_der, check_signature, digest
+from seoro.steady import steady_ns
 
 WINDOW: Final = 30.0  # [s] by which the time of a seal may differ from that of the executor
 LARGEST: Final = 8192  # [bytes] of a seal
 NONCE: Final = 16  # [bytes]
-_ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _COMMAND: Final = "seoro command 1"
 _URGENT: Final = "seoro stop 1"
 _PROOFS: Final = {Role.EXECUTOR: "seoro executor 1", Role.NODE: "seoro node 1"}
+_WINDOW: Final = int(WINDOW * 1e9)  # [ns]
 _MOST_KNOWN: Final = 1000  # certificates that are remembered as checked
 _MOST_STOPS: Final = 10_000  # emergency stops that are remembered as said
 
 
 class Stale(InvalidKeys):
     """A seal that was right before, or will be: it is for another start of the executor, or of another time."""
-
-
-def _digest(*parts: Any) -> bytes:
-    packed: bytes = msgpack.packb(parts)
-    return packed
-
-
-def certificate_der(certificate: x509.Certificate) -> bytes:
-    """A certificate as bytes."""
-    return certificate.public_bytes(serialization.Encoding.DER)
 
 
 def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
@@ -73,7 +62,7 @@ def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
         now: [ns] since 1970, by its clock.
     """
     kind = _PROOFS.get(keys.identity.role, "")
-    return keys.key.sign(_digest(kind, name, nonce, boot, now), _ALGORITHM)
+    return keys.key.sign(digest(kind, name, nonce, boot, now), ALGORITHM)
 
 
 def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
@@ -83,13 +72,13 @@ def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
 
 def _seal(keys: Keys, kind: str, key: str, payload: bytes, boot: str, now: int) -> bytes:
     nonce = secrets.token_bytes(NONCE)
-    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), _ALGORITHM)
+    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), ALGORITHM)
     seal: bytes = msgpack.packb([certificate_der(keys.certificate), boot, now, nonce, signature])
     return seal
 
 
 def _said(kind: str, key: str, payload: bytes, boot: str, stamp: int, nonce: bytes) -> bytes:
-    return _digest(kind, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
+    return digest(kind, key, boot, stamp, nonce, hashlib.sha256(payload).digest())
 
 
 class Sealer:
@@ -136,7 +125,7 @@ class Sealer:
                 help="robots are not given to one who may be another: find out who that is",
             )
         check_time(identity, datetime.now(UTC))
-        _check_signature(found, signature, _digest(_PROOFS[self._role], self._name, nonce, boot, now))
+        check_signature(found, signature, digest(_PROOFS[self._role], self._name, nonce, boot, now))
         self._boot, self._offset = boot, now - sum(asked) // 2
 
     def seal(self, key: str, payload: bytes) -> bytes:
@@ -151,18 +140,20 @@ class Verifier:
         keys: Of the executor or node.
         boot: Which start of it this is.
         revoked: Who is revoked, at any time.
-        clock: [ns] since 1970.
+        clock: [ns] since 1970; the clock by which clients seal, so that of `prove`. If it is set back, nothing is
+            accepted that was too old before.
     """
 
     def __init__(
-        self, keys: Keys, boot: str, revoked: Callable[[], Revocations], clock: Callable[[], int] = time.time_ns
+        self, keys: Keys, boot: str, revoked: Callable[[], Revocations], clock: Callable[[], int] = steady_ns
     ) -> None:
         self._keys = keys
         self._boot = boot
         self._revoked = revoked
         self._clock = clock
         self._known: dict[bytes, tuple[x509.Certificate, Identity]] = {}
-        self._nonces: dict[bytes, int] = {}  # with their times, in the order in which they came
+        self._nonces: dict[bytes, int] = {}  # with the times of their commands, in the order in which they came
+        self._oldest = 0  # [ns] since 1970: commands of before that are refused, and it never gets less
         self._stops: dict[bytes, None] = {}  # the nonces of emergency stops, the same
         self._lock = threading.Lock()
 
@@ -176,17 +167,18 @@ class Verifier:
         certificate, boot, stamp, nonce, signature = self._parts(seal)
         with self._lock:
             found, identity = self._certificate(certificate)
-            now = self._clock()
-            check_time(identity, datetime.fromtimestamp(now / 1e9, UTC))
+            check_time(identity, datetime.now(UTC))
             self._check_revoked(identity)
-            _check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
+            check_signature(found, signature, _said(_COMMAND, key, payload, boot, stamp, nonce))
             here = self._keys.identity.role.value
             if boot != self._boot:
                 raise Stale(f"the command is for another start of this {here}")
-            if abs(now - stamp) > WINDOW * 1e9:
+            now = self._clock()
+            self._oldest = max(self._oldest, now - _WINDOW)
+            if not self._oldest <= stamp <= now + _WINDOW:
                 away = f"{abs(now - stamp) / 1e9:.0f} s"
                 raise Stale(f"the time of the command is {away} from that of this {here}")
-            self._use(nonce, stamp, now)
+            self._use(nonce, stamp)
         return identity
 
     def verify_urgent(self, key: str, payload: bytes, seal: bytes) -> Identity:
@@ -199,7 +191,7 @@ class Verifier:
         with self._lock:
             found, identity = self._certificate(certificate)
             self._check_revoked(identity)
-            _check_signature(found, signature, _said(_URGENT, key, payload, boot, stamp, nonce))
+            check_signature(found, signature, _said(_URGENT, key, payload, boot, stamp, nonce))
             if nonce in self._stops:
                 raise InvalidKeys("the stop was said before")
             if len(self._stops) >= _MOST_STOPS:
@@ -219,14 +211,15 @@ class Verifier:
             )
         return _parts(seal)
 
-    def _use(self, nonce: bytes, stamp: int, now: int) -> None:
+    def _use(self, nonce: bytes, stamp: int) -> None:
+        """Note a number. It is forgotten only when its command would be refused as too old."""
         if nonce in self._nonces:
             raise InvalidKeys("the command was said before")
         oldest = list(islice(self._nonces.items(), 2))  # as two go for each that comes, they do not pile up
-        for old, came in oldest:
-            if now - came > 2.0 * WINDOW * 1e9:
+        for old, sealed in oldest:
+            if sealed < self._oldest:
                 del self._nonces[old]
-        self._nonces[nonce] = max(now, stamp)
+        self._nonces[nonce] = stamp
 
     def _certificate(self, data: bytes) -> tuple[x509.Certificate, Identity]:
         known = self._known.get(data)
@@ -259,15 +252,3 @@ def _load(data: bytes, authority: x509.Certificate) -> tuple[x509.Certificate, I
         raise InvalidKeys("what the command is sealed with is no seal: its certificate is none") from error
     check_issued(certificate, authority)
     return certificate, identity_of(certificate)
-
-
-def _check_signature(certificate: x509.Certificate, signature: bytes, signed: bytes) -> None:
-    public = certificate.public_key()
-    try:
-        if not isinstance(public, ec.EllipticCurvePublicKey):
-            raise InvalidSignature
-        public.verify(signature, signed, _ALGORITHM)
-    except InvalidSignature:
-        raise InvalidKeys(
-            "the signature is wrong: it was changed on its way, or is not by whom it names"
-        ) from None

@@ -1,6 +1,6 @@
 """Routers with keys: what passes over them by role, and that those who are revoked are out."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import anyio
@@ -12,7 +12,14 @@ from seoro.bridges.executor.asking import ExecutorLost
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import NoServer, Request, Session, open_session
 from seoro.bridges.wire import encode
-from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command, node_stream, node_token
+from seoro.bridges.wire.keys import (
+    NAMESPACE,
+    executor_command,
+    executor_token,
+    node_command,
+    node_stream,
+    node_token,
+)
 from seoro.errors import BackendError, InvalidUse
 from seoro.keys.folder import read_keys
 from seoro.keys.roles import MOVING, Role
@@ -20,6 +27,7 @@ from tests.executors import HELLO
 from tests.labs import NAME, KeyedLab, RunningCommand, command, free_port, keyed_executor, make_lab
 
 DEADLINE = 30.0  # [s]
+Naming = Callable[[str, str, str], str]
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +86,39 @@ async def test_only_nodes_are_nodes(router: RunningCommand, lab: KeyedLab, name:
     finally:
         pretender.close()
         watcher.close()
+
+
+@pytest.mark.parametrize(
+    ("role", "name", "command_of", "token_of"),
+    [(Role.EXECUTOR, NAME, executor_command, executor_token), (Role.NODE, "maze", node_command, node_token)],
+)
+async def test_a_name_is_had_by_its_owner_only(
+    router: RunningCommand,
+    lab: KeyedLab,
+    tmp_path: Path,
+    role: Role,
+    name: str,
+    command_of: Naming,
+    token_of: Naming,
+) -> None:
+    """Another one of the same role has a name that the router has not heard of, but none that it knows."""
+    lab.authority.add(f"other-{role.value}", role, tmp_path / "other")
+    owner, watcher = session(router, lab, name), session(router, lab, "ada")
+    other = Session(connect=router.endpoint, security=security_of(router.endpoint, read_keys(tmp_path / "other")))
+    try:
+        for pretended in (name, "unheard-of"):
+            other.answer(command_of(NAMESPACE, pretended, "*"), lambda request: request.reply(b"forged"))
+            other.declare_token(token_of(NAMESPACE, pretended, "0"))
+        owner.answer(command_of(NAMESPACE, name, "*"), answer)
+        owner.declare_token(token_of(NAMESPACE, name, "1"))
+        for pretended, tokens in ((name, {"1"}), ("unheard-of", {"0"})):
+            seen = watcher.list_tokens(token_of(NAMESPACE, pretended, "x").replace("/x", "/*"), 1.0)
+            assert {token.rpartition("/")[2] for token in seen} == tokens
+        for pretended, said in ((name, b"moved"), ("unheard-of", b"forged")):
+            assert await asked(router, lab, "ada", command_of(NAMESPACE, pretended, "challenge")) == said
+    finally:
+        for each in (owner, watcher, other):
+            each.close()
 
 
 async def test_streams_of_nodes_are_seen_and_not_forged(router: RunningCommand, lab: KeyedLab) -> None:

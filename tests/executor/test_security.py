@@ -22,7 +22,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.secured import CLIENTS, keys_for, security_of
 from seoro.bridges.session import NoAnswer, NoServer, Refused, Security, Session, SessionError, open_session
 from seoro.bridges.wire import encode
-from seoro.bridges.wire.keys import executor_command
+from seoro.bridges.wire.keys import executor_command, executor_token
 from seoro.bridges.wire.message import decode
 from seoro.bridges.wire.proving import DENIED, Challenge, Proof
 from seoro.bridges.wire.refusal import said_in
@@ -31,6 +31,7 @@ from seoro.embed.options import Options
 from seoro.errors import BackendRefused, InvalidUse
 from seoro.keys.audit import check_log
 from seoro.keys.folder import read_keys
+from seoro.keys.roles import Role
 from seoro.keys.sealing import Sealer
 from tests.executors import HELLO, LONG
 from tests.labs import NAME, KeyedLab, RunningCommand, keyed_executor, make_lab
@@ -115,6 +116,21 @@ async def test_without_a_certificate_there_is_no_connection(there: RunningComman
 async def test_plain_text_is_not_spoken(there: RunningCommand) -> None:
     with pytest.raises(SessionError):
         Session(connect=there.endpoint.replace("tls/", "tcp/"))
+
+
+async def test_another_executor_of_the_lab_ends_none(
+    there: RunningCommand, lab: KeyedLab, tmp_path: Path, file: Path
+) -> None:
+    """By a token of its name, of a start before its own."""
+    lab.authority.add("lab-b", Role.EXECUTOR, tmp_path / "lab-b")
+    keys = read_keys(tmp_path / "lab-b")
+    async with (
+        open_session(connect=there.endpoint, security=security_of(there.endpoint, keys)) as session,
+        session.token(executor_token("default", NAME, "3-000000000000deadbeef")),
+        seoro.Client(there.endpoint, lab.keys("anna")) as client,
+    ):
+        assert (await (await client.submit(NAME, file)).result()).passed
+    assert there.process.poll() is None
 
 
 async def test_keys_of_another_lab_are_refused(there: RunningCommand, tmp_path: Path) -> None:

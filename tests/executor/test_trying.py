@@ -12,7 +12,7 @@ import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bundle.unpacking import check_manifest
-from seoro.executor import serving
+from seoro.executor import intake
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.executor.trying import DryRuns
 from tests.executors import HELLO, NAME
@@ -63,7 +63,7 @@ async def test_the_end_of_one_takes_no_files_from_a_submission(
             anyio.from_thread.run(end)
 
     monkeypatch.setattr(DryRuns, "carry_out", wait)
-    monkeypatch.setattr(serving, "check_manifest", check_while_one_ends)
+    monkeypatch.setattr(intake, "check_manifest", check_while_one_ends)
     blobs = options.folder / "blobs"
     async with executing(options), seoro.Client(options.listen) as client:
         with anyio.fail_after(DEADLINE):
@@ -86,7 +86,7 @@ async def test_files_that_go_while_they_are_unpacked_are_sent_again(
             gone.append(manifest.files[0].hash)
             (options.folder / "blobs" / gone[0]).unlink()
 
-    monkeypatch.setattr(serving, "check_manifest", lose_one)
+    monkeypatch.setattr(intake, "check_manifest", lose_one)
     async with executing(options), seoro.Client(options.listen) as client:
         await client.submit(NAME, hello)
     assert len(gone) == 1

@@ -11,12 +11,10 @@ import anyio.to_thread
 import pytest
 
 import seoro
-from seoro.bridges.session import open_session
-from seoro.executor.naming import draw_token, wait_for_elder
 from tests.executors import HELLO, LONG, NAME, executor
 from tests.faults.checks import DEADLINE
 from tests.faults.conftest import linking
-from tests.routers import free_endpoint, router_process, routing
+from tests.routers import free_endpoint, router_process
 
 
 @pytest.mark.slow
@@ -50,27 +48,6 @@ async def test_the_second_one_gives_the_name_up_as_soon_as_both_are_reached(tmp_
         [[state, reason]] = database.execute("SELECT state, reason FROM runs").fetchall()
     assert state == "cancelled"
     assert "another executor 'lab-a', which has started before this one, is reached again" in reason
-
-
-async def test_the_one_that_has_started_first_keeps_the_name() -> None:
-    first, second, third = (f"{draw_token(NAME)[:-16]}{number:016x}" for number in range(3))
-    with routing() as endpoint:
-        async with open_session(connect=endpoint) as here, open_session(connect=endpoint) as there:
-            async with there.token(third):
-                with anyio.move_on_after(0.5) as waited:
-                    await wait_for_elder(here, second)
-                assert waited.cancelled_caught
-            with anyio.fail_after(DEADLINE):
-                async with there.token(first):
-                    await wait_for_elder(here, second)
-
-
-def test_tokens_are_in_the_order_of_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = []
-    for moment in (1.7e9, 1.7e9 + 0.01, 1.8e9):
-        monkeypatch.setattr("seoro.executor.naming.time.time_ns", lambda moment=moment: int(moment * 1e9))
-        drawn.append(draw_token(NAME))
-    assert drawn == sorted(drawn)
 
 
 def port(endpoint: str) -> str:

@@ -187,3 +187,15 @@ def test_without_keys_nothing_is_loaded_for_them() -> None:
         "import sys, seoro.client, seoro.executor.running, seoro.cli.main; print('cryptography' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout == b"False\n"
+
+
+def test_the_list_has_the_names_of_executors_and_nodes(lab: KeyedLab) -> None:
+    path, authority = lab.path / "ca" / "revoked.crl", read_keys(lab.keys("anna")).authority
+    for number in range(2, 40):  # more than fit into a length of one byte
+        lab.authority.add(f"hall-{number}", Role.NODE, lab.path / f"hall-{number}")
+    lab.authority.renew("maze", lab.path / "renewed")
+    names = read_list(path, authority).names
+    assert names[Seat(Role.EXECUTOR, 1)] == "lab-a"
+    assert (names[Seat(Role.NODE, 1)], names[Seat(Role.NODE, 39)], len(names)) == ("maze", "hall-39", 40)
+    lab.authority.revoke("maze")
+    assert Seat(Role.NODE, 1) not in read_list(path, authority).names

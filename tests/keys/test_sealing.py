@@ -12,7 +12,8 @@ from seoro.keys.files import read_pair
 from seoro.keys.folder import KeyFolder, Keys, read_keys
 from seoro.keys.revocation import Revocations, read_list
 from seoro.keys.roles import Role
-from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, certificate_der, prove, seal_urgently
+from seoro.keys.sealing import WINDOW, Sealer, Stale, Verifier, prove, seal_urgently
+from seoro.keys.signing import certificate_der
 from tests.labs import NAME, KeyedLab, make_lab
 
 KEY = f"seoro/1/default/exec/{NAME}/cmd/submit"
@@ -120,6 +121,31 @@ def test_an_old_proof_is_refused(lab: KeyedLab, executor: Keys) -> None:
     proof = prove(executor, NAME, NONCE, BOOT, now)
     with pytest.raises(InvalidUse, match="signature is wrong"):
         made.accept(certificate_der(executor.certificate), proof, b"1" * 16, BOOT, now, (now, now))
+
+
+def test_a_clock_that_is_set_back_lets_no_command_be_said_again(lab: KeyedLab, executor: Keys) -> None:
+    """Also when its number was forgotten meanwhile."""
+    clock, made = [time.time_ns()], sealer(lab, executor)
+    there, old = verifier(executor, clock=lambda: clock[0]), made.seal(KEY, b"x")
+    there.verify(KEY, b"x", old)
+    began, later = clock[0], clock[0] + int((2.0 * WINDOW + 1.0) * 1e9)
+    clock[0] = later
+    for _ in range(3):
+        there.verify(KEY, b"x", sealer(lab, executor, now=later).seal(KEY, b"x"))
+    clock[0] = began
+    with pytest.raises(InvalidUse, match=r"said before|the time of the command"):
+        there.verify(KEY, b"x", old)
+
+
+def test_the_time_of_day_does_not_count_for_commands(
+    lab: KeyedLab, executor: Keys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    there, seal = Verifier(executor, BOOT, lambda: Revocations(0)), sealer(lab, executor).seal(KEY, b"x")
+    there.verify(KEY, b"x", seal)
+    now = time.time_ns()
+    monkeypatch.setattr("time.time_ns", lambda: now - 3600 * 10**9)
+    with pytest.raises(InvalidUse, match="said before"):
+        there.verify(KEY, b"x", seal)
 
 
 def test_what_was_said_is_not_remembered_for_ever(lab: KeyedLab, executor: Keys) -> None:

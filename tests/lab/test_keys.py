@@ -23,7 +23,8 @@ from seoro.errors import InvalidUse
 from seoro.keys.audit import check_log
 from seoro.keys.folder import VARIABLE, read_keys
 from seoro.keys.roles import Role
-from seoro.keys.sealing import certificate_der, prove, seal_urgently
+from seoro.keys.sealing import prove, seal_urgently
+from seoro.keys.signing import certificate_der
 from seoro.lab.commanding import release_all, stop_all
 from seoro.lab.seeing import look
 from tests.bridges.robot.conftest import rails_at

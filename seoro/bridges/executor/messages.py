@@ -17,7 +17,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 
 from seoro.bridges.wire.message import Empty, Message, Verb
-from seoro.bridges.wire.proving import CHALLENGE
+from seoro.bridges.wire.proving import CHALLENGE, CLAIM
 
 MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
@@ -346,6 +346,6 @@ READ_FILE = Verb("read_file", ReadFile, FilePart)
 REMOVE_RUN = Verb("remove_run", OneRun, Empty)
 REVOKE = Verb("revoke", Revoke, Empty)
 EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
-    CHALLENGE, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, DRY_RUN, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS,
+    CHALLENGE, CLAIM, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, DRY_RUN, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS,
     LIST_FILES, READ_FILE, REMOVE_RUN, REVOKE,
 )  # fmt: skip

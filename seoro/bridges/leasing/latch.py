@@ -11,6 +11,7 @@ from pathlib import Path
 from seoro.bridges.wire.lab import MAX_TEXT, EmergencyStop, ReleaseStop, Stopped
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import LabResult, Result
+from seoro.durable import sync_file, sync_folder
 
 log = logging.getLogger(__name__)
 
@@ -67,6 +68,16 @@ class Latch:
                 LabResult.STOPPED,
                 f"nothing moves since the {self.reason}; `seoro lab release --all --reason ...` ends that",
             )
+
+    def sync(self) -> None:
+        """Force the stop to the disk, so that it outlasts a loss of power; blocks."""
+        if self._file is None or self._stopped is None:
+            return
+        try:
+            sync_file(self._file)
+            sync_folder(self._file.parent)
+        except OSError as error:
+            log.error("the emergency stop would not outlast a loss of power: %s", error)
 
     def _write(self) -> None:
         """Keep it; that a disk is full must not keep robots from being stopped."""

@@ -77,6 +77,22 @@ class AsyncSession:
         Raises:
             NoServer, NoAnswer, Refused: There is no answer, or an error.
         """
+        return (await self._asked(key, payload, timeout, attachment)).value(key)
+
+    async def query_others(self, key: str, payload: bytes, timeout: float) -> tuple[bytes, ...]:
+        """Ask all other sessions that serve a key; returns the answers that came in time.
+
+        Args:
+            key: The key.
+            payload: The request.
+            timeout: [s] of the machine's clock.
+        """
+        reply = await self._asked(key, payload, timeout, None, to_others=True)
+        return tuple(answer for is_ok, answer in reply.answers if is_ok)
+
+    async def _asked(
+        self, key: str, payload: bytes, timeout: float, attachment: bytes | None, *, to_others: bool = False
+    ) -> Reply:
         loop = asyncio.get_running_loop()
         future: asyncio.Future[Reply] = loop.create_future()
         answers: list[tuple[bool, bytes]] = []
@@ -96,7 +112,10 @@ class AsyncSession:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
 
-        cancel = self._session.get(key, payload, timeout, Callback(take, drop=over, indirect=False), attachment)
+        cancel = self._session.get(
+            key, payload, timeout, Callback(take, drop=over, indirect=False), attachment,
+            zenoh.ConsolidationMode.NONE if to_others else zenoh.ConsolidationMode.AUTO, to_others=to_others,
+        )  # fmt: skip
         self._pending.add(cancel)
         try:
             reply = await future
@@ -105,7 +124,7 @@ class AsyncSession:
             raise
         finally:
             self._pending.discard(cancel)
-        return reply.value(key)
+        return reply
 
     @asynccontextmanager
     async def tokens(self, key: str) -> AsyncIterator[AsyncIterator[tuple[str, bool]]]:

@@ -185,8 +185,20 @@ class Session:
         answers: Callback[zenoh.Reply],
         attachment: bytes | None = None,
         consolidation: zenoh.ConsolidationMode = zenoh.ConsolidationMode.AUTO,
+        *,
+        to_others: bool = False,
     ) -> Callable[[], None]:
-        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request."""
+        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request.
+
+        Args:
+            key: Key that is served.
+            payload: The request.
+            timeout: [s]
+            answers: Gets the answers.
+            attachment: What travels beside the payload.
+            consolidation: Which answers of several are taken.
+            to_others: Whether all other sessions that serve the key are asked, instead of one.
+        """
         token = zenoh.CancellationToken()
         try:
             self._zenoh.get(
@@ -194,7 +206,8 @@ class Session:
                 answers,
                 payload=payload,
                 timeout=timeout,
-                target=zenoh.QueryTarget.BEST_MATCHING,
+                target=zenoh.QueryTarget.ALL if to_others else zenoh.QueryTarget.BEST_MATCHING,
+                allowed_destination=zenoh.Locality.REMOTE if to_others else zenoh.Locality.ANY,
                 consolidation=consolidation,
                 congestion_control=zenoh.CongestionControl.DROP,
                 cancellation_token=token,

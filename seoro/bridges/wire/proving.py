@@ -36,7 +36,20 @@ class Proof(Message):
     now: int  # [ns] since 1970, by its clock
 
 
+class Claim(Message):
+    """Says how long an executor has had its name; to another one of that name, which may have to give it up."""
+
+    model_config = ConfigDict(defer_build=True)
+
+    boot: str  # which start of it this is
+    age: Annotated[int, Field(ge=0)]  # [ns] since then, by a clock that nobody sets
+    signature: bytes = (
+        b""  # by its key, with what the challenger has drawn (`seoro.keys.signing`); empty without keys
+    )
+
+
 CHALLENGE = Verb("challenge", Challenge, Proof)
+CLAIM = Verb("claim", Challenge, Claim)
 
 _ALWAYS: Final = frozenset({"take_robots", "lease_robots", "release_lease", "emergency_stop", "release_stop"})
 _READING: Final = "get_"  # begins what changes nothing

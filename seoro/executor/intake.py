@@ -1,0 +1,101 @@
+"""Bundles are laid out in the folders of their runs, and are on the disk before their runs are acknowledged.
+
+Laying out a large bundle takes seconds: others submit meanwhile.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import AsyncIterator, Collection
+from contextlib import asynccontextmanager
+from typing import Final
+
+import anyio
+import anyio.to_thread
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
+from seoro.durable import sync_folder, sync_tree
+from seoro.executor.blobs import Blobs
+from seoro.executor.limits import Limits
+from seoro.executor.room import make_room
+from seoro.executor.store import RunFolder
+
+AT_ONCE: Final = 2  # bundles that are laid out at a time
+
+
+class Intake:
+    """Bundles that arrive.
+
+    Args:
+        blobs: Their contents.
+    """
+
+    def __init__(self, blobs: Blobs) -> None:
+        self._blobs = blobs
+        self._threads: anyio.CapacityLimiter | None = None  # belongs to an event loop
+        self._locks: dict[str, tuple[anyio.Lock, list[str]]] = {}  # of runs, with who submits them
+        self._sizes: dict[RunFolder, int] = {}  # [bytes] of bundles that are being laid out
+
+    @asynccontextmanager
+    async def one(self, run: str, by: str) -> AsyncIterator[None]:
+        """Take a run in while the block lasts; if the same one is submitted meanwhile, that waits."""
+        lock, submitters = self._locks.setdefault(run, (anyio.Lock(), []))
+        submitters.append(by)
+        try:
+            async with lock:
+                yield
+        finally:
+            submitters.remove(by)
+            if not submitters:
+                del self._locks[run]
+
+    def arriving_of(self, by: str) -> int:
+        """How many runs of a submitter are being taken in."""
+        return sum(by in submitters for _, submitters in self._locks.values())
+
+    async def lay_out(self, manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> None:
+        """Lay out a bundle before its run is known: half of one is removed with the next start.
+
+        Raises:
+            RequestRefused: It is invalid, blobs are missing, or the disk is full.
+        """
+        if self._threads is None:
+            self._threads = anyio.CapacityLimiter(AT_ONCE)
+        self._sizes[folder] = sum(file.size for file in manifest.files)
+        try:
+            await anyio.to_thread.run_sync(self._lay_out, manifest, folder, limits, limiter=self._threads)
+        finally:
+            del self._sizes[folder]
+
+    def _lay_out(self, manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> None:
+        hashes = {file.hash for file in manifest.files}
+        with self._blobs.in_use(hashes):
+            self._lay_out_blobs(manifest, folder, limits, hashes)
+
+    def _lay_out_blobs(
+        self, manifest: wire.Manifest, folder: RunFolder, limits: Limits, hashes: Collection[str]
+    ) -> None:
+        self._check_there(hashes)
+        try:
+            self._blobs.use(hashes)
+            check_manifest(manifest)
+            make_room(self._blobs, self._blobs.folder, sum(tuple(self._sizes.values())), limits, hashes)
+            unpack(manifest, self._blobs.path, folder.files)
+            sync_tree(folder.path)
+            sync_folder(folder.path.parent)
+        except (InvalidBundle, OSError) as error:
+            shutil.rmtree(folder.path, ignore_errors=True)
+            self._check_there(hashes)  # old ones may be forgotten at any time
+            raise not_taken(str(error)) from error
+
+    def _check_there(self, hashes: Collection[str]) -> None:
+        if missing := self._blobs.missing(hashes):
+            raise RequestRefused(wire.LACKING, f"{len(missing)} blobs of the bundle are missing")
+
+
+def not_taken(reason: str) -> RequestRefused:
+    """The refusal of a bundle."""
+    return RequestRefused(Result.OPERATION_FAILED, f"the bundle cannot be taken: {reason}")
