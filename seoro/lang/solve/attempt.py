@@ -13,7 +13,7 @@ from seoro.lang.solve.problem import NeedsSolver, Problem, Unbounded, Undecided
 from seoro.lang.solve.propagate import Clash, Store
 from seoro.lang.solve.search import Exhausted, GivenUp, choose, groups, involved
 from seoro.lang.solve.sets import natural, without_bounds
-from seoro.lang.solve.terms import Arithmetic, Negate, Number, subterms
+from seoro.lang.solve.terms import Arithmetic, Negate, Number, ToWhole, subterms
 
 Engine: TypeAlias = Literal["auto", "search", "z3"]
 
@@ -71,7 +71,7 @@ def attempt(
 def has_whole_arithmetic(problem: Problem) -> bool:
     """Whether a problem computes with whole numbers, so that results may leave their 64 bits."""
     return any(
-        isinstance(term, Arithmetic | Negate) and term.number is not Number.FLOAT
+        isinstance(term, Arithmetic | Negate | ToWhole) and term.number is not Number.FLOAT
         for constraint in problem.constraints
         for term in subterms(constraint.term)
     )

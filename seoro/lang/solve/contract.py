@@ -11,8 +11,8 @@ import math
 from collections.abc import Sequence
 from typing import assert_never
 
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve import intervals
-from seoro.lang.solve.cells import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve.sets import (
     ANYTHING,
     EITHER,
@@ -54,6 +54,8 @@ from seoro.lang.solve.terms import (
     Relation,
     Term,
     ToReal,
+    ToWhole,
+    other_whole,
 )
 
 Sets = Sequence[ValueSet]
@@ -71,6 +73,8 @@ def forward(term: Term, args: Sets, wrapping: bool) -> ValueSet:
         case ToReal():
             low, high = hull(args[0])
             return Range(float(low), float(high))
+        case ToWhole(_, number):
+            return intervals.converted(_typed(args[0], other_whole(number)), number, wrapping)
         case InRange():
             return _and((_compared("<=", args[1], args[0]), _compared("<=", args[0], args[2])))
         case InSet(_, values):
@@ -112,6 +116,8 @@ def backward(term: Term, out: ValueSet, args: Sets, wrapping: bool) -> Sets:
             return (intervals.negate(_typed(out, number), number, wrapping),)
         case ToReal():
             return (_whole(hull(out)),)
+        case ToWhole(_, number):
+            return (intervals.converted(_typed(out, number), other_whole(number), wrapping),)
         case InRange():
             return _inside(args, out)
         case InSet(_, values):

@@ -7,6 +7,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final, assert_never, cast
 
+from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.terms import (
     And,
@@ -26,6 +27,7 @@ from seoro.lang.solve.terms import (
     Or,
     Term,
     ToReal,
+    ToWhole,
     Unevaluable,
     subterms,
 )
@@ -77,6 +79,8 @@ def evaluate(term: Term, values: Mapping[Cell, Value], tolerance: float = 0.0) -
             return wrap(-_number(operand, values), number)
         case ToReal(operand):
             return float(_number(operand, values))
+        case ToWhole(operand, number):
+            return wrap(_number(operand, values), number)
         case Not(operand):
             return not evaluate(operand, values, tolerance)
         case And(parts):
@@ -124,9 +128,9 @@ def wrap(value: float, number: Number) -> int | float:
     """A result as its type holds it: in 64 bits, signed or not, or as a float."""
     match number:
         case Number.INT:
-            return (int(value) + 2**63) % 2**64 - 2**63
+            return wrap_int(int(value))
         case Number.UINT:
-            return int(value) % 2**64
+            return wrap_uint(int(value))
         case Number.FLOAT:
             return float(value)
         case _:

@@ -11,7 +11,18 @@ from typing import Final, NamedTuple
 from seoro.lang.solve.cells import Cell, Integer, Real
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.propagate import Store
-from seoro.lang.solve.terms import Arithmetic, CellRef, Compare, Const, Negate, Number, Relation, Term, ToReal
+from seoro.lang.solve.terms import (
+    Arithmetic,
+    CellRef,
+    Compare,
+    Const,
+    Negate,
+    Number,
+    Relation,
+    Term,
+    ToReal,
+    ToWhole,
+)
 
 # How far below zero the length of a circle of reals has to be, relative to its edges, to be more than rounding.
 CERTAIN: Final = 1e-9
@@ -118,6 +129,8 @@ class _Sum:
                 self.factors[cell] = self.factors.get(cell, 0) + sign
                 return isinstance(cell.domain, Integer | Real)
             case ToReal(operand):
+                return self.add(operand, sign, wrapping)
+            case ToWhole(operand) if not wrapping:
                 return self.add(operand, sign, wrapping)
             case Negate(operand, number) if number is Number.FLOAT or not wrapping:
                 return self.add(operand, -sign, wrapping)

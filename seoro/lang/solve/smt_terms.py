@@ -9,7 +9,8 @@ from typing import Any, Final, assert_never, cast
 
 import z3
 
-from seoro.lang.solve.cells import INT_LIMITS, UINT_LIMITS, Boolean, Cell, Choice, Free, Integer, Real, Value
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
 from seoro.lang.solve.sets import Anything, Finite, Range, ValueSet
 from seoro.lang.solve.terms import (
     And,
@@ -29,6 +30,7 @@ from seoro.lang.solve.terms import (
     Relation,
     Term,
     ToReal,
+    ToWhole,
     operands,
 )
 
@@ -135,6 +137,8 @@ class Translation:
                 return self._held(-self.term(operand), number)
             case ToReal(operand):
                 return z3.ToReal(self.term(operand))
+            case ToWhole(operand, number):
+                return self._held(self.term(operand), number)
             case InRange(item, low, high):
                 inside = self.term(item)
                 return z3.And(self.term(low) <= inside, inside <= self.term(high))

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TypeAlias, cast
 
 from seoro.lang import solve
+from seoro.lang.integers import UINT_LIMITS
 from seoro.lang.plan import (
     EnumType,
     EnumValue,
@@ -27,7 +28,6 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import UINT_LIMITS
 from seoro.lang.source import Span
 from seoro.runtime.choose.fields import Compute, Fields
 from seoro.runtime.choose.forms import NotYet

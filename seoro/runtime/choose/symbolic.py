@@ -60,12 +60,12 @@ from seoro.runtime.choose.forms import (
     as_term,
     compare,
     contains,
+    converted,
     count_of,
     items_of,
     listed,
     ordered_range,
     same,
-    to_real,
     with_operands,
 )
 from seoro.runtime.choose.opaque import Opaques
@@ -197,8 +197,8 @@ class Translation:
             case Arithmetic(operator, number=number), [left, right]:
                 operation = cast(terms.Operation, operator)
                 return terms.Arithmetic(operation, as_term(left), as_term(right), NUMBERS[number])
-            case Convert(), [operand]:
-                return to_real(operand)
+            case Convert(number=number), [operand]:
+                return converted(operand, number)
             case RangeOf(), [low, high]:
                 return ordered_range(as_term(low), as_term(high))
             case Bound(side), [SymbolicRange(low, high)]:
