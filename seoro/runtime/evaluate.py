@@ -79,8 +79,6 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return _bound(environment.bindings[name])
         case Member(base, name, span):
             return _field(cast(HasFields, evaluate(base, environment)), name, span, environment)
-        case Conditional(condition, then, otherwise):
-            return evaluate(then if evaluate(condition, environment) else otherwise, environment)
         case ListOf(items):
             return tuple(evaluate(item, environment) for item in items)
         case RangeOf(low, high):
@@ -92,6 +90,8 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return _index(expression, environment)
         case Convert(operand, number):
             return to_number(evaluate(operand, environment), number)
+        case Conditional():
+            return _choose(expression, environment)
         case Construct():
             return construct(expression, environment, evaluate)
         case Call():
@@ -132,6 +132,14 @@ def _operate(expression: Expression, environment: Environment) -> Value:
             raise AssertionError("evaluated above")
         case _:
             assert_never(expression)
+
+
+def _choose(expression: Expression, environment: Environment) -> Value:
+    """The value of `? :`; a table is long on its last branch, so it is no recursion."""
+    while isinstance(expression, Conditional):
+        is_true = evaluate(expression.condition, environment)
+        expression = expression.then if is_true else expression.otherwise
+    return evaluate(expression, environment)
 
 
 def _labelled(path: tuple[str, ...], environment: Environment, span: Span) -> Invoker:

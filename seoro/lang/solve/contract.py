@@ -55,6 +55,7 @@ from seoro.lang.solve.terms import (
     Term,
     ToReal,
     ToWhole,
+    alike,
     other_whole,
 )
 
@@ -111,7 +112,7 @@ def backward(term: Term, out: ValueSet, args: Sets, wrapping: bool) -> Sets:
         case Compare(relation):
             return _relate(relation, args, out)
         case Arithmetic(operation, left, right, number):
-            return _split(term, out, args, wrapping, squared=operation == "*" and left == right)
+            return _split(term, out, args, wrapping, squared=operation == "*" and alike(left, right))
         case Negate(_, number):
             return (intervals.negate(_typed(out, number), number, wrapping),)
         case ToReal():

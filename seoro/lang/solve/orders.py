@@ -119,24 +119,26 @@ class _Sum:
 
     def add(self, term: Term, sign: int, wrapping: bool) -> bool:
         """Add a term times a sign; False if it is not such a sum, or may leave its 64 bits."""
-        match term:
-            case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
-                self.constant += sign * value
-                self.whole = self.whole and isinstance(value, int)
-                return True
-            case CellRef(cell):
-                self.whole = self.whole and not isinstance(cell.domain, Real)
-                self.factors[cell] = self.factors.get(cell, 0) + sign
-                return isinstance(cell.domain, Integer | Real)
-            case ToReal(operand):
-                return self.add(operand, sign, wrapping)
-            case ToWhole(operand) if not wrapping:
-                return self.add(operand, sign, wrapping)
-            case Negate(operand, number) if number is Number.FLOAT or not wrapping:
-                return self.add(operand, -sign, wrapping)
-            case Arithmetic("+" | "-" as operator, left, right, number) if number is Number.FLOAT or not wrapping:
-                return self.add(left, sign, wrapping) and self.add(
-                    right, sign if operator == "+" else -sign, wrapping
-                )
-            case _:
-                return False
+        pending = [(term, sign)]
+        while pending:
+            current, sign = pending.pop()
+            match current:
+                case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
+                    self.constant += sign * value
+                    self.whole = self.whole and isinstance(value, int)
+                case CellRef(cell) if isinstance(cell.domain, Integer | Real):
+                    self.whole = self.whole and not isinstance(cell.domain, Real)
+                    self.factors[cell] = self.factors.get(cell, 0) + sign
+                case ToReal(operand):
+                    pending.append((operand, sign))
+                case ToWhole(operand) if not wrapping:
+                    pending.append((operand, sign))
+                case Negate(operand, number) if number is Number.FLOAT or not wrapping:
+                    pending.append((operand, -sign))
+                case Arithmetic("+" | "-" as operator, left, right, number) if (
+                    number is Number.FLOAT or not wrapping
+                ):
+                    pending += [(right, sign if operator == "+" else -sign), (left, sign)]
+                case _:
+                    return False
+        return True

@@ -197,6 +197,35 @@ def operands(term: Term) -> tuple[Term, ...]:
             assert_never(term)
 
 
+def alike(one: Term, other: Term) -> bool:
+    """Whether two terms are equal; they may be long, so it is no recursion."""
+    pairs = [(one, other)]
+    while pairs:
+        first, second = pairs.pop()
+        inner, outer = operands(first), operands(second)
+        if type(first) is not type(second) or len(inner) != len(outer):
+            return False
+        if (first != second) if not inner else (_own(first) != _own(second)):
+            return False
+        pairs += zip(inner, outer, strict=True)
+    return True
+
+
+def _own(term: Term) -> object:
+    """What a term says beside its operands."""
+    match term:
+        case Arithmetic(operator, number=number):
+            return operator, number
+        case Compare(operator):
+            return operator
+        case Negate(_, number) | ToWhole(_, number):
+            return number
+        case InSet(_, values):
+            return values
+        case _:
+            return None
+
+
 def subterms(term: Term) -> Iterator[Term]:
     """A term and all that it is made of, operands before what is made of them."""
     todo: list[tuple[Term, bool]] = [(term, False)]

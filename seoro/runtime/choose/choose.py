@@ -29,7 +29,7 @@ from seoro.lang.plan import (
 )
 from seoro.lang.solve import terms
 from seoro.lang.source import Span
-from seoro.runtime.choose.fields import Compute, Fields
+from seoro.runtime.choose.fields import Compute, Fields, make_room
 from seoro.runtime.choose.forms import NotYet
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.request import Request
@@ -72,6 +72,7 @@ def choose(request: Request) -> dict[str, Window]:
         gathering.add_constraints(other.constraints, other.around, INVOCATION)
     gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
     gathering.expand()
+    make_room(len(gathering.slots.all))
     return _Choice(gathering, request).run()
 
 
