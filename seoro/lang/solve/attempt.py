@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.draw import Streams
+from seoro.lang.solve.linear import solve_equations
 from seoro.lang.solve.orders import impossible_order
 from seoro.lang.solve.parts import parts_of
 from seoro.lang.solve.problem import NeedsSolver, Problem, Unbounded, Undecided
@@ -51,9 +52,11 @@ def attempt(
         Unbounded, NeedsSolver, Undecided: As `solve` has them.
     """
     store = store_of(problem, wrapping, relaxed)
+    together: frozenset[int] = frozenset()  # parts that were solved as equations
     try:
         store.propagate(range(len(store.parts)))
         store.settle()
+        together = solve_equations(store)
         streams = Streams(seed)
         for group in groups(store):
             _decide(store, group, streams, engine)
@@ -62,9 +65,9 @@ def attempt(
             raise _contradiction(store, cycle) from None
         raise
     except Clash as clash:
-        raise _contradiction(store, frozenset(involved(store, clash.part))) from None
+        raise _contradiction(store, frozenset(involved(store, clash.part)) | together) from None
     except Exhausted as exhausted:
-        raise _contradiction(store, exhausted.parts, exhausted.by_z3) from None
+        raise _contradiction(store, exhausted.parts | together, exhausted.by_z3) from None
     return store.values(range(len(problem.cells)))
 
 

@@ -370,7 +370,11 @@ class Translation:
         """On what it depends whether a value turns out to be of a type; empty if that is known."""
         if not isinstance(value, Struct | Actor) or not isinstance(type_, StructType | ActorType):
             return ()
-        slot, name = self._slots.holding(value), type_.name
+        return self.deciding(value, type_.name)
+
+    def deciding(self, value: Struct | Actor, name: str) -> tuple[terms.Term, ...]:
+        """On what it depends whether a value turns out to be of the type of that name; empty if that is known."""
+        slot = self._slots.holding(value)
         if slot is None or slot.structure is None:
             return ()
         latents = {latent.type: latent for latent in slot.structure.latents}
