@@ -10,13 +10,14 @@ from typing import Any
 
 from seoro.actions.processes import RUNNING_PROGRAMS, Ending, Processes, run_program, split_command
 from seoro.errors import ActionFailed, InvalidUse
+from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.plan import PrimitiveType, ValueType
 from seoro.runtime.actions import action
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.method_context import MethodContext
 from seoro.runtime.modifiers import modifier
-from seoro.runtime.values import Variable, wrap_int, wrap_uint
+from seoro.runtime.values import Variable
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 
 _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {

@@ -20,10 +20,13 @@ MAX_COMPOSITIONS = 512  # within each other; for more than Python's limit has ro
 _SPARE_FRAMES = 300  # for what calls those who walk over trees
 LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT"})
 
-_CHAINS = frozenset({"implication", "disjunction", "conjunction", "relation", "sum", "term"})
+_CHAINS = {  # operators that stand in rows, each with the symbol of its rule by which a row goes on
+    **dict.fromkeys(("implication", "disjunction", "conjunction", "relation", "sum", "term"), 0),
+    "ternary_op_exp": -1,
+}
 _FRAMES = {
     **dict.fromkeys(_CHAINS, 4),
-    **dict.fromkeys(("ternary_op_exp", "inversion", "negation", "cast_exp", "type_test_exp"), 4),
+    **dict.fromkeys(("inversion", "negation", "cast_exp", "type_test_exp"), 4),
     **dict.fromkeys(("element_access", "field_access", "list_constructor", "range_constructor"), 4),
     **dict.fromkeys(("list_type_declarator", "range_type_declarator"), 4),
     "function_application": 10,
@@ -57,7 +60,7 @@ class _Rule(NamedTuple):
     is_spliced: bool  # or reuses a list: what is picked is more than single children
     callback: Callable[..., Any] | None  # None if the only child stands for the node
     frames: int  # that walking over what it makes takes
-    is_chain: bool
+    chain: int | None  # the symbol by which a row of such operators goes on; None if they stand in no rows
 
 
 class Automaton:
@@ -103,7 +106,7 @@ class Automaton:
         self._spans.append((token.start, token.end, 0))
 
     def _reduce(self, number: int) -> None:
-        origin, length, pick, is_list, is_spliced, callback, frames, is_chain = self._rules[number]
+        origin, length, pick, is_list, is_spliced, callback, frames, chain = self._rules[number]
         states, values, spans = self._states, self._values, self._spans
         base = len(values) - length
         if is_spliced:
@@ -128,8 +131,10 @@ class Automaton:
             span = Span(self._file, start, end)
             value = callback(span, *children)
             if frames:
-                if is_chain and type(children[0]) is type(value):
-                    depth = max(below[0][2], below[-1][2] + frames)
+                if chain is not None and type(children[chain]) is type(value):
+                    row = below[chain][2]
+                    below[chain] = below[chain][0], below[chain][1], 0
+                    depth = max(row, max([each[2] for each in below]) + frames)
                 else:
                     depth += frames
                 if depth > MAX_FRAMES:
@@ -169,7 +174,7 @@ def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], ki
         is_spliced,
         getattr(builder, callback) if makes_node else None,
         _FRAMES.get(callback, 0) if makes_node else 0,
-        makes_node and callback in _CHAINS,
+        _CHAINS.get(callback) if makes_node else None,
     )
 
 

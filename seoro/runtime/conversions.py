@@ -1,15 +1,17 @@
-"""`.is()` and `.as()` on values (7.4.2.5, 7.4.2.6)."""
+"""Numeric types of values: implicit conversion (7.4.2.3.1), `.is()` and `.as()` (7.4.2.5, 7.4.2.6)."""
 
 from __future__ import annotations
 
 import math
 from typing import assert_never
 
+from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.plan import (
     ActorType,
     EnumType,
     EnumValue,
     ListType,
+    Number,
     PhysicalType,
     PrimitiveType,
     RangeType,
@@ -21,16 +23,34 @@ from seoro.runtime.environment import EvaluationError
 from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value
 
 
-def to_float(value: Value) -> Value:
-    """A number as a float; of a list or a range, each element."""
+def to_number(value: Value, number: Number) -> Value:
+    """A number as a type of numbers holds it, integers in 64 bits; of a list or a range, each element."""
     match value:
         case tuple():
-            return tuple(map(to_float, value))
+            return tuple(to_number(item, number) for item in value)
         case Range(low, high):
-            return Range(float(low), float(high))
+            return range_between(held(low, number), held(high, number))
         case _:
             assert isinstance(value, int | float)
+            return held(value, number)
+
+
+def held(value: int | float, number: Number) -> int | float:
+    """A number as a type holds it: `int` and `uint` wrap (7.4.2.3.1)."""
+    match number:
+        case Number.INT:
+            return wrap_int(int(value))
+        case Number.UINT:
+            return wrap_uint(int(value))
+        case Number.FLOAT:
             return float(value)
+        case _:
+            assert_never(number)
+
+
+def range_between(first: float, second: float) -> Range:
+    """The range between two bounds, which may come in any order (7.4.2.8.1)."""
+    return Range(second, first) if second < first else Range(first, second)
 
 
 def is_of(value: Value, type_: ValueType) -> bool:
@@ -54,7 +74,7 @@ def cast(value: Value, type_: ValueType, span: Span) -> Value:
     """
     match type_:
         case PrimitiveType("float") | PhysicalType():
-            return to_float(value)
+            return to_number(value, Number.FLOAT)
         case PrimitiveType(name):
             return _to_integer(value, name, span)
         case EnumType(name, members):

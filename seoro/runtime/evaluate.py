@@ -48,11 +48,11 @@ from seoro.lang.plan import (
 from seoro.lang.source import Span
 from seoro.runtime.choose import construct
 from seoro.runtime.conversions import cast as convert
-from seoro.runtime.conversions import is_of, to_float
+from seoro.runtime.conversions import held, is_of, range_between, to_number
 from seoro.runtime.environment import Deferred, Environment, EvaluationError, NotInvoked
 from seoro.runtime.lists import call_string, for_each
 from seoro.runtime.methods import call
-from seoro.runtime.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable, wrap_int, wrap_uint
+from seoro.runtime.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable
 
 __all__ = ["Environment", "EvaluationError", "HasFields", "evaluate"]
 
@@ -79,19 +79,19 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
             return _bound(environment.bindings[name])
         case Member(base, name, span):
             return _field(cast(HasFields, evaluate(base, environment)), name, span, environment)
-        case Conditional(condition, then, otherwise):
-            return evaluate(then if evaluate(condition, environment) else otherwise, environment)
         case ListOf(items):
             return tuple(evaluate(item, environment) for item in items)
         case RangeOf(low, high):
-            return _range(_number(low, environment), _number(high, environment))
+            return range_between(_number(low, environment), _number(high, environment))
         case Join(lists):
             parts = [cast(tuple[Value, ...], evaluate(part, environment)) for part in lists]
             return tuple(item for part in parts for item in part)
         case Index():
             return _index(expression, environment)
-        case Convert(operand):
-            return to_float(evaluate(operand, environment))
+        case Convert(operand, number):
+            return to_number(evaluate(operand, environment), number)
+        case Conditional():
+            return _choose(expression, environment)
         case Construct():
             return construct(expression, environment, evaluate)
         case Call():
@@ -105,7 +105,7 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
 def _operate(expression: Expression, environment: Environment) -> Value:
     match expression:
         case Negate(operand, number, span):
-            return _finish(-_number(operand, environment), number)
+            return held(-_number(operand, environment), number)
         case Arithmetic() | Concatenate() | Compare() | Logic():
             return _chain(expression, environment)
         case Contains(item, container):
@@ -132,6 +132,14 @@ def _operate(expression: Expression, environment: Environment) -> Value:
             raise AssertionError("evaluated above")
         case _:
             assert_never(expression)
+
+
+def _choose(expression: Expression, environment: Environment) -> Value:
+    """The value of `? :`; a table is long on its last branch, so it is no recursion."""
+    while isinstance(expression, Conditional):
+        is_true = evaluate(expression.condition, environment)
+        expression = expression.then if is_true else expression.otherwise
+    return evaluate(expression, environment)
 
 
 def _labelled(path: tuple[str, ...], environment: Environment, span: Span) -> Invoker:
@@ -203,27 +211,10 @@ def _variable(path: Expression, type_: ValueType, environment: Environment) -> V
     return Variable(holder, path.name, type_, path.span.text)
 
 
-def _range(first: float, second: float) -> Range:
-    """The range between two bounds, which may come in any order (7.4.2.8.1)."""
-    return Range(second, first) if second < first else Range(first, second)
-
-
-def _finish(value: int | float, number: Number) -> int | float:
-    match number:
-        case Number.INT:
-            return wrap_int(int(value))
-        case Number.UINT:
-            return wrap_uint(int(value))
-        case Number.FLOAT:
-            return float(value)
-        case _:
-            assert_never(number)
-
-
 def _calculate(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
     if operator in "/%":
         return _divide(operator, left, right, number, span)
-    return _finish(_ARITHMETIC[operator](left, right), number)
+    return held(_ARITHMETIC[operator](left, right), number)
 
 
 def _divide(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
@@ -234,7 +225,7 @@ def _divide(operator: str, left: int | float, right: int | float, number: Number
     quotient = abs(int(left)) // abs(int(right))
     if (left < 0) != (right < 0):
         quotient = -quotient
-    return _finish(quotient if operator == "/" else left - quotient * right, number)
+    return held(quotient if operator == "/" else left - quotient * right, number)
 
 
 def _divide_floats(operator: str, left: float, right: float) -> float:

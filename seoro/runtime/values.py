@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 from seoro.lang import frozen
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
 from seoro.lang.plan import ActorType, EnumValue, StructType, ValueType
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ Value: TypeAlias = (
 )
 Held = TypeVar("Held")
 
-INTEGER_LIMITS = {"int": (-(1 << 63), (1 << 63) - 1), "uint": (0, (1 << 64) - 1)}
+INTEGER_LIMITS = {"int": INT_LIMITS, "uint": UINT_LIMITS}
 
 
 @dataclass(eq=False)
@@ -113,16 +114,6 @@ class Range(frozen.Value):
 
     def __contains__(self, value: object) -> bool:
         return isinstance(value, int | float) and self.low <= value <= self.high
-
-
-def wrap_int(value: int) -> int:
-    """The value in two's complement of 64 bits."""
-    return (value + (1 << 63)) % (1 << 64) - (1 << 63)
-
-
-def wrap_uint(value: int) -> int:
-    """The value modulo 2 to the 64."""
-    return value % (1 << 64)
 
 
 def plain(value: Value) -> object:

@@ -76,3 +76,8 @@ def test_blocks_without_end_are_an_error_and_no_crash(tmp_path: Path) -> None:
 @pytest.mark.parametrize("default", ["s()", "s(b: 1)", "t()"])
 def test_a_default_that_constructs_its_own_type_is_no_crash(default: str, tmp_path: Path) -> None:
     check(tmp_path, f"struct s:\n  a: s = {default}\n  b: int = 2\nstruct t:\n  c: s = s()\n")
+
+
+def test_the_field_that_decides_about_a_type_is_no_variable(tmp_path: Path) -> None:
+    text = "struct s:\n  var n: bool = true\nstruct t inherits s(n == true)\n"
+    assert messages(tmp_path, text) == [(3, "E0298")]

@@ -39,7 +39,6 @@ def nested(levels: int) -> dict[str, str]:
         "lists": of_type("bool", f"{'[' * levels}1{']' * levels} == 1"),
         "minus": of_type("int", f"{'- ' * levels}1"),
         "not": of_type("bool", f"{'not ' * levels}true"),
-        "ternary to the right": of_type("int", f"{'true ? 1 : ' * levels}1"),
         "ternary in the middle": of_type("int", f"{'true ? ' * levels}1{' : 1' * levels}"),
         "fields": of_type("int", f"a{'.b' * levels}"),
         "calls": of_type("int", f"{'f(' * levels}1{')' * levels}"),
@@ -66,8 +65,9 @@ def test_nesting_without_end_is_one_error(kind: str, tmp_path: Path) -> None:
     [
         (500, lambda n: blocks(n, "serial", "wait elapsed(1s)")),
         (110, lambda n: of_type("int", f"{'- ' * n}1")),
-        (110, lambda n: of_type("int", f"{'true ? 1 : ' * n}1")),
-        (110, lambda n: blocks(500, "parallel", f"wait elapsed({'true ? 1s : ' * n}1s)")),
+        (110, lambda n: of_type("int", f"{'true ? ' * n}1{' : 1' * n}")),
+        (5_000, lambda n: of_type("int", f"{'true ? 1 : ' * n}1")),
+        (110, lambda n: blocks(500, "parallel", f"wait elapsed({'true ? ' * n}1s{' : 1s' * n})")),
         (
             80,
             lambda n: of_type("int", f"{'a.f(' * n}1{')' * n}").replace(
@@ -75,7 +75,7 @@ def test_nesting_without_end_is_one_error(kind: str, tmp_path: Path) -> None:
             ),
         ),
     ],
-    ids=["blocks", "minus", "ternary", "ternary in blocks", "calls"],
+    ids=["blocks", "minus", "ternary", "table", "ternary in blocks", "calls"],
 )
 def test_nesting_within_the_limit_is_lowered(levels: int, text: Callable[[int], str], tmp_path: Path) -> None:
     assert lower(tmp_path, text(levels)).entry == "main"

@@ -502,3 +502,91 @@ scenario main:
     with pytest.raises(NoChoice):
         chosen(tmp_path, text)
     assert len(choices) == 1 + 4  # of `main`, and of `part(n: a)` for the values of `a`
+
+
+# ---------------------------------------------------------------- numbers that are determined together
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        (("a, b: int", "keep(a + b == 10)", "keep(a - b == 4)"), 7),
+        (("a, b: uint", "keep(a + b == 10)", "keep(a - b == 4)"), 7),
+        (("a, b: float", "keep(a + b == 10.1)", "keep(a - b == 4.3)"), 7.2),
+        (("a, b, c: float", "keep(2 * a + b == 10.1 + c)", "keep(a - b / 3 == 4.3)", "keep(c - a == 0.7)"), 5.925),
+        (("a, b: length", "keep(a + b == 10m)", "keep(a - 2 * b == 4m)"), 8.0),
+        (("a: int", "b: float", "keep(a + b == 10.5)", "keep(a - b == 3.5)"), 7),
+        (("a, b, c: int", "keep(a + b == 10 + c)", "keep(a - b == c)", "keep(c in [2..2])"), 7),
+        (("a, b: int", "keep(-a - b + 3 == -7)", "keep(3 * (a - b) == 12)"), 7),
+    ],
+)  # fmt: skip
+def test_numbers_that_constraints_determine_together_are_found(
+    members: tuple[str, ...], expected: float, tmp_path: Path
+) -> None:
+    assert in_main(tmp_path, *members)["a"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_system_with_a_free_number_is_drawn(tmp_path: Path) -> None:
+    found = in_main(tmp_path, "a, b, c: int", "keep(a + b == 10 + c)", "keep(a - b == c)", "keep(c in [1..4])")
+    assert found["b"] == 5 and found["a"] == 5 + int(str(found["c"]))
+
+
+@pytest.mark.parametrize(
+    "members",
+    [
+        ("a, b: int", "keep(a + b == 10)", "keep(a - b == 5)"),
+        ("a, b: float", "keep(a + b == 10)", "keep(a + b == 5)"),
+        ("a, b: int", "keep(a + b == 10)", "keep(a - b == 4)", "keep(a > 8)"),
+        ("a, b: uint", "keep(a + b == 10)", "keep(a - b == 14)"),
+    ],
+    ids=["fraction", "unlike", "third", "negative"],
+)
+def test_systems_without_a_solution_are_conflicts(members: tuple[str, ...], tmp_path: Path) -> None:
+    assert conflict(tmp_path, *members)[: len(members) - 1] == list(members[1:])
+
+
+def test_what_does_not_bound_a_number_is_shown(tmp_path: Path) -> None:
+    assert conflict(tmp_path, "a, b: int", "keep(a + b == 10)") == ["a", "keep(a + b == 10)"]
+
+
+# ---------------------------------------------------------------- conditional subtypes (7.3.8.2)
+
+VEHICLES = """
+enum kind: [car, truck]
+struct vehicle:
+    vk: kind
+    wheels: int
+struct truck_v inherits vehicle(vk == truck):
+    keep(wheels == 6)
+struct box:
+    k: kind
+    n: int with:
+        keep(it in [1..4])
+    m: int
+    keep(m in [0..9])
+struct big inherits box(k == truck):
+    keep(n == 6)
+struct small inherits box(k == car):
+    keep(default m == 3)
+scenario main:
+"""
+
+
+@pytest.mark.parametrize("decided", ["", " = truck"], ids=["constraint", "default"])
+def test_constraints_of_subtypes_bound_numbers(decided: str, tmp_path: Path) -> None:
+    text = VEHICLES.replace("    vk: kind\n", f"    vk: kind{decided}\n")
+    member = "    v: vehicle\n" if decided else "    v: vehicle with:\n        keep(it.vk == truck)\n"
+    found = chosen(tmp_path, text + member)["v"]
+    assert isinstance(found, Struct) and found.fields["wheels"] == 6
+
+
+def test_a_default_of_a_subtype_gives_a_value(tmp_path: Path) -> None:
+    text = VEHICLES.replace("    keep(m in [0..9])\n", "")
+    found = chosen(tmp_path, text + "    b: box with:\n        keep(it.k == car)\n")["b"]
+    assert isinstance(found, Struct) and found.fields["m"] == 3
+
+
+def test_a_subtype_that_cannot_be_is_not_chosen(tmp_path: Path) -> None:
+    for seed in range(6):
+        found = chosen(tmp_path, VEHICLES + "    b: box\n", seed=seed)["b"]
+        assert isinstance(found, Struct) and found.latent == ["small"]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed, common_type, nothing
+from seoro.lang.diagnostics import syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.source import Span
 from seoro.lang.types import (
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from seoro.lang.check.expressions import Expressions
     from seoro.lang.check.scopes import Scope
 
+MAX_CHAIN = 20_000  # of operands in a row
+
 
 class Aggregates:
     """Elaborates aggregates.
@@ -36,17 +39,30 @@ class Aggregates:
         self._expressions = expressions
 
     def ternary(self, node: ast.TernaryOpExp, scope: Scope, expected: Type | None) -> Typed:
-        """`c ? a : b`."""
-        expressions, convert = self._expressions, self._expressions.converter.convert
-        found = expressions.value(node.condition, scope, BOOL)
-        condition = expressions.operators.truth(found, "?", node.condition.span)
-        then = expressions.value(node.then, scope, expected)
-        otherwise = expressions.value(node.otherwise, scope, expected)
+        """`c ? a : b`; a table, with many more on its last branch, is no recursion."""
+        expressions, rows = self._expressions, [node]
+        while isinstance(last := rows[-1].otherwise, ast.TernaryOpExp):
+            rows.append(last)
+        if len(rows) > MAX_CHAIN:
+            expressions.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+            return nothing(node.span)
+        parts: list[tuple[Span, plan.Expression, Typed]] = []
+        for row in rows:
+            found = expressions.value(row.condition, scope, BOOL)
+            condition = expressions.operators.truth(found, "?", row.condition.span)
+            parts.append((row.span, condition, expressions.value(row.then, scope, expected)))
+        result = expressions.value(last, scope, expected)
+        for span, condition, then in reversed(parts):
+            result = self._conditional(span, condition, then, result)
+        return result
+
+    def _conditional(self, span: Span, condition: plan.Expression, then: Typed, otherwise: Typed) -> Typed:
+        convert = self._expressions.converter.convert
         shared = common_type(then.type, otherwise.type)
         if shared is None:
             self._no_common("the results of `? :`", then, otherwise)
-            return nothing(node.span)
-        result = plan.Conditional(condition, convert(then, shared), convert(otherwise, shared), node.span)
+            return nothing(span)
+        result = plan.Conditional(condition, convert(then, shared), convert(otherwise, shared), span)
         return Typed(result, shared if is_known(shared) else UNKNOWN)
 
     def list_of(self, node: ast.ListConstructor, scope: Scope, expected: Type | None) -> Typed:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from seoro.lang import plan
 from seoro.lang.check.plan_types import type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.integers import INT_LIMITS, wrap_int, wrap_uint
 from seoro.lang.source import Span
 from seoro.lang.symbols import Program, TypeSymbol, lineage
 from seoro.lang.types import (
@@ -28,6 +30,12 @@ from seoro.lang.types import (
     is_plain_number,
 )
 from seoro.lang.units import unit_text
+
+NUMBERS: Final[Mapping[Type, plan.Number]] = {
+    INT: plan.Number.INT,
+    UINT: plan.Number.UINT,
+    FLOAT: plan.Number.FLOAT,
+}
 
 
 class Typed(NamedTuple):
@@ -130,14 +138,14 @@ class Converter:
         """The converted value; None if the types do not fit."""
         source, expression = value.type, value.expression
         if is_integer(source) and is_integer(target):
-            return self._integer(expression, target)
+            self._check_literal(expression, target)
         if source == target:
             return expression
         match source, target:
             case _, Quantity() if is_plain_number(source):
                 return self._bare_number(expression, target)
-            case _, _ if is_integer(source) and target == FLOAT:
-                return to_float(expression)
+            case _, _ if is_integer(source) and target in NUMBERS:
+                return as_number(expression, NUMBERS[target])
             case Structured(symbol), Structured(base) if base in lineage(symbol):
                 return expression
             case ListOf(a), ListOf(b):
@@ -150,13 +158,12 @@ class Converter:
             case _:
                 return None
 
-    def _integer(self, expression: plan.Expression, target: Type) -> plan.Expression:
+    def _check_literal(self, expression: plan.Expression, target: Type) -> None:
         if isinstance(expression, plan.Literal) and isinstance(expression.value, int):
             if target == UINT and expression.value < 0:
                 self._bag.add(messages.NegativeUint(expression.span))
-            elif target == INT and expression.value >= 2**63:
+            elif target == INT and expression.value > INT_LIMITS[1]:
                 self._bag.add(messages.IntTooLarge(expression.span))
-        return expression
 
     def _bare_number(self, expression: plan.Expression, target: Quantity) -> plan.Expression | None:
         """A number without a unit is read in the SI base unit: an extension, for numbers that are written out."""
@@ -164,7 +171,7 @@ class Converter:
             return None
         if self._strict:
             self._bag.add(messages.BareNumber(expression.span, unit_text(target.dimension)))
-        return to_float(expression)
+        return as_number(expression, plan.Number.FLOAT)
 
     def _list(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
         if isinstance(expression, plan.ListOf):
@@ -182,10 +189,10 @@ class Converter:
 
     def _elementwise(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
         """A list or a range that is not written out here."""
-        if source == target or (is_integer(source) and is_integer(target)):
+        if source == target:
             return expression
-        if is_integer(source) and target == FLOAT:
-            return plan.Convert(expression, expression.span)
+        if is_integer(source) and target in NUMBERS:
+            return plan.Convert(expression, NUMBERS[target], expression.span)
         match source, target:
             case Structured(symbol), Structured(base) if base in lineage(symbol):
                 return expression
@@ -195,8 +202,39 @@ class Converter:
                 return None
 
 
-def to_float(expression: plan.Expression) -> plan.Expression:
-    """An integer as float."""
-    if isinstance(expression, plan.Literal) and isinstance(expression.value, int | float):
-        return replace(expression, value=float(expression.value))
-    return plan.Convert(expression, expression.span)
+def adapted(value: Typed, target: Type) -> plan.Expression:
+    """Integers, or lists or ranges of them, as another numeric type; anything else as it is.
+
+    Args:
+        value: The value.
+        target: The same type but for the numeric type.
+    """
+    source, expression = value.type, value.expression
+    while isinstance(source, ListOf | RangeOf) and isinstance(target, ListOf | RangeOf):
+        source, target = source.element, target.element
+    if source == target or not is_integer(source) or target not in NUMBERS:
+        return expression
+    return as_number(expression, NUMBERS[target])
+
+
+def as_number(expression: plan.Expression, number: plan.Number) -> plan.Expression:
+    """An integer, or a list or a range of integers, as another numeric type (7.4.2.3.1).
+
+    What is written out is converted at once.
+    """
+    match expression:
+        case plan.Literal(int(value)):
+            return replace(expression, value=_LITERALS[number](value))
+        case plan.ListOf(items):
+            return replace(expression, items=tuple(as_number(item, number) for item in items))
+        case plan.RangeOf(low, high):
+            return replace(expression, low=as_number(low, number), high=as_number(high, number))
+        case _:
+            return plan.Convert(expression, number, expression.span)
+
+
+_LITERALS: Final[Mapping[plan.Number, Callable[[int], int | float]]] = {
+    plan.Number.INT: wrap_int,
+    plan.Number.UINT: wrap_uint,
+    plan.Number.FLOAT: float,
+}

@@ -11,6 +11,7 @@ from seoro.lang.check.coverage_arguments import BUCKET_ARGUMENTS, Argument, Lite
 from seoro.lang.check.plan_types import enum_value, type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.integers import INT_LIMITS
 from seoro.lang.symbols import Program
 from seoro.lang.types import BOOL, INT, UINT, Enumeration, Type, is_integer, is_number
 
@@ -81,7 +82,7 @@ def _of_type(type_: Type) -> plan.Buckets:
         case _ if type_ == BOOL:
             return plan.EachValue((False, True))
         case _ if type_ == INT:
-            return plan.Levels(-(2**63), 2**63 - 1)
+            return plan.Levels(*INT_LIMITS)
         case _ if type_ == UINT:
             return plan.Levels(0, 2**64 - 1)
         case _ if is_number(type_):

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TypeVar, assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.aggregates import Aggregates
+from seoro.lang.check.aggregates import MAX_CHAIN, Aggregates
 from seoro.lang.check.applications import Applications
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.calls import Calls
@@ -59,7 +59,6 @@ from seoro.lang.types import (
 Operation = TypeVar("Operation", ast.Arithmetic, ast.Relation, ast.Logic)
 
 MAX_DEPTH = 120  # of nested expressions
-MAX_CHAIN = 20_000  # of operands in a row
 
 
 class Expressions:

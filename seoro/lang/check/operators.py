@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from seoro.lang import ast, plan
-from seoro.lang.check.convert import Converter, Typed, common_type, nothing, to_float
+from seoro.lang.check.convert import Converter, Typed, adapted, as_number, common_type, nothing
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import Program
 from seoro.lang.types import (
     BOOL,
-    FLOAT,
     INT,
     STRING,
     UINT,
@@ -19,13 +18,12 @@ from seoro.lang.types import (
     RangeOf,
     Type,
     dimension_of,
+    is_integer,
     is_known,
     is_number,
     quantity,
 )
 from seoro.lang.units import product, quotient
-
-_NUMBERS = {INT: plan.Number.INT, UINT: plan.Number.UINT}
 
 
 class Operators:
@@ -137,8 +135,7 @@ class Operators:
         elif node.operator not in {"==", "!="} and not is_number(shared):
             self._bag.add(messages.NoOrder(span, node.operator, self._converter.describe(shared)))
         else:
-            a, b = (_as_float(left), _as_float(right)) if shared == FLOAT else (left.expression, right.expression)
-            return Typed(plan.Compare(node.operator, a, b, span), BOOL)
+            return Typed(plan.Compare(node.operator, *_alike(node.operator, left, right, shared), span), BOOL)
         return Typed(plan.Literal(False, span), BOOL)
 
     def _with_range(self, node: ast.Relation, left: Typed, right: Typed) -> tuple[Typed, Typed]:
@@ -162,16 +159,17 @@ class Operators:
         return _bound(left, of_left), _bound(right, of_right)
 
     def _membership(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
-        result = Typed(plan.Contains(left.expression, right.expression, node.span), BOOL)
         if not isinstance(right.type, ListOf | RangeOf):
             self._bag.add(messages.NoContainer(node.right.span, self._converter.describe(right.type)))
-            return result
-        item = left.type
-        if type(item) is type(right.type) and isinstance(item, ListOf | RangeOf):
-            item = item.element
-        if common_type(item, right.type.element) is None:
+            return Typed(plan.Literal(False, node.span), BOOL)
+        item, kind = left.type, type(right.type)
+        is_part = isinstance(item, kind)
+        shared = common_type(item.element if isinstance(item, kind) else item, right.type.element)
+        if shared is None:
             self._uncomparable(node, left, right)
-        return result
+            return Typed(plan.Literal(False, node.span), BOOL)
+        a, b = adapted(left, kind(shared) if is_part else shared), adapted(right, kind(shared))
+        return Typed(plan.Contains(a, b, node.span), BOOL)
 
     def _uncomparable(self, node: ast.Relation, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
@@ -196,7 +194,20 @@ def _arithmetic(type_: Type) -> plan.Number:
 
 def _as_float(side: Typed) -> plan.Expression:
     """The operand, as float if it is an integer."""
-    return to_float(side.expression) if side.type in _NUMBERS else side.expression
+    return as_number(side.expression, plan.Number.FLOAT) if is_integer(side.type) else side.expression
+
+
+def _alike(operator: str, left: Typed, right: Typed, shared: Type) -> tuple[plan.Expression, plan.Expression]:
+    """The operands of a comparison as one type (7.4.2.4.1).
+
+    Whether an `int` and a `uint` are equal is the same in either type, as each value of one is one value of the
+    other: the right one is converted, so that the left one may be a parameter that a constraint is about.
+    """
+    if operator in {"==", "!="} and not isinstance(left.expression, plan.Literal):
+        whole = adapted(right, left.type)
+        if whole is not right.expression and shared != left.type:
+            return left.expression, whole
+    return adapted(left, shared), adapted(right, shared)
 
 
 def _as_range(side: Typed) -> Typed:

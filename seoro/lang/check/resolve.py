@@ -240,6 +240,8 @@ class Resolver:
         if field is None:
             known = tuple(found.text for found in fields.values())
             self._bag.add(names.UnknownField(name.span, f"`{symbol.base.name}`", name.text, known))
+        elif field.is_variable:
+            self._bag.add(names.VariableDeterminant(name.span, name.text, field.span))
         elif self._decides(field.type, value, symbol.home.space):
             symbol.condition = Condition(field, value)
             self._program.conditionals.append(symbol)

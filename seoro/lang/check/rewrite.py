@@ -101,8 +101,8 @@ def rewrite(expression: plan.Expression, visit: Callable[[plan.Expression], plan
             return _rewrite_chain(expression, visit)
         case plan.Contains(item, container):
             return visit(replace(expression, item=go(item), container=go(container)))
-        case plan.Conditional(condition, then, otherwise):
-            return visit(replace(expression, condition=go(condition), then=go(then), otherwise=go(otherwise)))
+        case plan.Conditional():
+            return _rewrite_table(expression, visit)
         case plan.ListOf(items):
             return visit(replace(expression, items=go_all(items)))
         case plan.Join(lists):
@@ -138,4 +138,18 @@ def _rewrite_chain(expression: _Operation, visit: Callable[[plan.Expression], pl
     done = rewrite(chain[-1].left, visit)
     for step in reversed(chain):
         done = visit(replace(step, left=done, right=rewrite(step.right, visit)))
+    return done
+
+
+def _rewrite_table(
+    expression: plan.Conditional, visit: Callable[[plan.Expression], plan.Expression]
+) -> plan.Expression:
+    """`? :` with more on its last branch, from there: there may be many, so they are no recursion."""
+    rows = [expression]
+    while isinstance(last := rows[-1].otherwise, plan.Conditional):
+        rows.append(last)
+    done = rewrite(last, visit)
+    for row in reversed(rows):
+        condition, then = rewrite(row.condition, visit), rewrite(row.then, visit)
+        done = visit(replace(row, condition=condition, then=then, otherwise=done))
     return done

@@ -116,7 +116,7 @@ class Values:
 
     def lacking_of(self, symbol: TypeSymbol, given: Mapping[str, object]) -> tuple[str, ...]:
         """Paths of the fields of a type that nothing gives a value, as far as the text tells."""
-        if may_lack_values(symbol):
+        if may_lack_values(symbol) or any(map(may_lack_values, self._subtypes(symbol))):
             return ()
         decided = {*given, *dict(self.conditions(symbol))}
         fields = [field for field in all_fields(symbol).values() if field.name not in decided]

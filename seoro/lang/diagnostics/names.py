@@ -229,6 +229,24 @@ class UnconditionalBase(Frozen):
         return error("E0224", self.span, text, help=hint)
 
 
+class VariableDeterminant(Frozen):
+    """A conditional subtype that depends on a variable (7.3.8.2)."""
+
+    span: Span
+    name: str
+    declared: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error(
+            "E0298",
+            self.span,
+            f"the type of a value cannot depend on the variable `{self.name}`, which may change",
+            Label(self.declared, "declared as a variable here"),
+            help="declare it without `var`, as a parameter",
+        )
+
+
 _LIBRARIES = {
     **dict.fromkeys(("length", "time", "speed", "angle", "acceleration", "pose_3d", "position_3d"), "osc.types"),
     **dict.fromkeys(("differential_drive_robot",), "osc.ros"),

@@ -254,9 +254,13 @@ class Index(Value):
 
 
 class Convert(Value):
-    """A number as `float`, where the language converts implicitly (7.4.2.6); of a list or range, each element."""
+    """A number as one of another numeric type, where the language converts implicitly (7.4.2.3.1, 7.4.2.6).
+
+    Integers wrap. Of a list or a range, each element is converted.
+    """
 
     operand: Expression
+    number: Number
     span: Span
 
 

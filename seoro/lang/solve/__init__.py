@@ -38,7 +38,7 @@ from seoro.lang.solve.problem import (
     Undecided,
     Unsolved,
 )
-from seoro.lang.solve.solver import lowest, solve
+from seoro.lang.solve.solver import follows, lowest, solve
 
 __all__ = [
     "Boolean",
@@ -58,6 +58,7 @@ __all__ = [
     "Undecided",
     "Unsolved",
     "Value",
+    "follows",
     "lowest",
     "solve",
 ]

@@ -7,13 +7,14 @@ from typing import Literal, TypeAlias
 
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.draw import Streams
+from seoro.lang.solve.linear import solve_equations
 from seoro.lang.solve.orders import impossible_order
 from seoro.lang.solve.parts import parts_of
 from seoro.lang.solve.problem import NeedsSolver, Problem, Unbounded, Undecided
 from seoro.lang.solve.propagate import Clash, Store
 from seoro.lang.solve.search import Exhausted, GivenUp, choose, groups, involved
 from seoro.lang.solve.sets import natural, without_bounds
-from seoro.lang.solve.terms import Arithmetic, Negate, Number, subterms
+from seoro.lang.solve.terms import Arithmetic, Negate, Number, ToWhole, subterms
 
 Engine: TypeAlias = Literal["auto", "search", "z3"]
 
@@ -51,9 +52,11 @@ def attempt(
         Unbounded, NeedsSolver, Undecided: As `solve` has them.
     """
     store = store_of(problem, wrapping, relaxed)
+    together: frozenset[int] = frozenset()  # parts that were solved as equations
     try:
         store.propagate(range(len(store.parts)))
         store.settle()
+        together = solve_equations(store)
         streams = Streams(seed)
         for group in groups(store):
             _decide(store, group, streams, engine)
@@ -62,16 +65,16 @@ def attempt(
             raise _contradiction(store, cycle) from None
         raise
     except Clash as clash:
-        raise _contradiction(store, frozenset(involved(store, clash.part))) from None
+        raise _contradiction(store, frozenset(involved(store, clash.part)) | together) from None
     except Exhausted as exhausted:
-        raise _contradiction(store, exhausted.parts, exhausted.by_z3) from None
+        raise _contradiction(store, exhausted.parts | together, exhausted.by_z3) from None
     return store.values(range(len(problem.cells)))
 
 
 def has_whole_arithmetic(problem: Problem) -> bool:
     """Whether a problem computes with whole numbers, so that results may leave their 64 bits."""
     return any(
-        isinstance(term, Arithmetic | Negate) and term.number is not Number.FLOAT
+        isinstance(term, Arithmetic | Negate | ToWhole) and term.number is not Number.FLOAT
         for constraint in problem.constraints
         for term in subterms(constraint.term)
     )

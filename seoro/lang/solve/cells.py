@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from seoro.lang import frozen
+from seoro.lang.integers import INT_LIMITS
 
 if TYPE_CHECKING:
     from seoro.lang.source import Span
@@ -13,9 +14,6 @@ if TYPE_CHECKING:
 # A bool, an int, a float, a string, or a token: any other object, of which only equality matters, such as a
 # member of an enumeration or a reference to an actor.
 Value: TypeAlias = Hashable
-
-INT_LIMITS: Final = (-(2**63), 2**63 - 1)
-UINT_LIMITS: Final = (0, 2**64 - 1)
 
 
 class Boolean(frozen.Value):

@@ -11,8 +11,8 @@ import math
 from collections.abc import Sequence
 from typing import assert_never
 
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve import intervals
-from seoro.lang.solve.cells import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve.sets import (
     ANYTHING,
     EITHER,
@@ -54,6 +54,9 @@ from seoro.lang.solve.terms import (
     Relation,
     Term,
     ToReal,
+    ToWhole,
+    alike,
+    other_whole,
 )
 
 Sets = Sequence[ValueSet]
@@ -71,6 +74,8 @@ def forward(term: Term, args: Sets, wrapping: bool) -> ValueSet:
         case ToReal():
             low, high = hull(args[0])
             return Range(float(low), float(high))
+        case ToWhole(_, number):
+            return intervals.converted(_typed(args[0], other_whole(number)), number, wrapping)
         case InRange():
             return _and((_compared("<=", args[1], args[0]), _compared("<=", args[0], args[2])))
         case InSet(_, values):
@@ -107,11 +112,13 @@ def backward(term: Term, out: ValueSet, args: Sets, wrapping: bool) -> Sets:
         case Compare(relation):
             return _relate(relation, args, out)
         case Arithmetic(operation, left, right, number):
-            return _split(term, out, args, wrapping, squared=operation == "*" and left == right)
+            return _split(term, out, args, wrapping, squared=operation == "*" and alike(left, right))
         case Negate(_, number):
             return (intervals.negate(_typed(out, number), number, wrapping),)
         case ToReal():
             return (_whole(hull(out)),)
+        case ToWhole(_, number):
+            return (intervals.converted(_typed(out, number), other_whole(number), wrapping),)
         case InRange():
             return _inside(args, out)
         case InSet(_, values):

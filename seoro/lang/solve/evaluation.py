@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping
-from typing import Any, Final, assert_never, cast
+from typing import Any, Final, TypeAlias, assert_never, cast
 
+from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.terms import (
     And,
@@ -26,9 +27,13 @@ from seoro.lang.solve.terms import (
     Or,
     Term,
     ToReal,
+    ToWhole,
     Unevaluable,
     subterms,
 )
+
+_Step: TypeAlias = Arithmetic | Compare | Implies
+_STEPS: Final = (Arithmetic, Compare, Implies)
 
 # How far apart, relative to the largest number in it, the sides of an equality of reals may be when a cell had to
 # be solved for. Floats of 53 bits lose about 1e-16 in each operation: this leaves room for long formulas.
@@ -56,18 +61,15 @@ def evaluate(term: Term, values: Mapping[Cell, Value], tolerance: float = 0.0) -
         Unevaluable: It has none.
         KeyError: A cell has no value yet.
     """
+    while isinstance(term, IfThenElse):  # a table is long on its last branch, so it is no recursion
+        term = term.then if evaluate(term.condition, values, tolerance) else term.otherwise
     match term:
         case Const(value):
             return value
         case CellRef(cell):
             return values[cell]
-        case Compare(relation, left, right):
-            one, other = evaluate(left, values, tolerance), evaluate(right, values, tolerance)
-            if _RELATIONS[relation](one, other):
-                return True
-            return relation == "==" and tolerance > 0 and _close(term, one, other, values, tolerance)
-        case Arithmetic(operation, left, right, number):
-            return calculate(operation, _number(left, values), _number(right, values), number)
+        case Compare() | Arithmetic() | Implies():
+            return _chain(term, values, tolerance)
         case InRange(item, low, high):
             inside = _number(item, values)
             return _number(low, values) <= inside <= _number(high, values)
@@ -77,20 +79,49 @@ def evaluate(term: Term, values: Mapping[Cell, Value], tolerance: float = 0.0) -
             return wrap(-_number(operand, values), number)
         case ToReal(operand):
             return float(_number(operand, values))
+        case ToWhole(operand, number):
+            return wrap(_number(operand, values), number)
         case Not(operand):
             return not evaluate(operand, values, tolerance)
         case And(parts):
             return all(evaluate(part, values, tolerance) for part in parts)
         case Or(parts):
             return any(evaluate(part, values, tolerance) for part in parts)
-        case Implies(premise, conclusion):
-            return not evaluate(premise, values, tolerance) or evaluate(conclusion, values, tolerance)
-        case IfThenElse(condition, then, otherwise):
-            return evaluate(then if evaluate(condition, values, tolerance) else otherwise, values, tolerance)
         case Opaque():
             return term.evaluate(values)
         case _:
             assert_never(term)
+
+
+def _chain(term: _Step, values: Mapping[Cell, Value], tolerance: float) -> Value:
+    """The value of a chain of operations, from its left end: chains may be long, so they are no recursion."""
+    steps = [term]
+    while isinstance(first := _first(steps[-1]), _STEPS):
+        steps.append(first)
+    value = evaluate(first, values, tolerance)
+    for step in reversed(steps):
+        match step:
+            case Arithmetic(operation, _, right, number):
+                value = calculate(operation, cast(float, value), _number(right, values), number)
+            case Compare():
+                value = _compared(step, value, values, tolerance)
+            case Implies(_, conclusion):
+                value = not value or evaluate(conclusion, values, tolerance)
+            case _:
+                assert_never(step)
+    return value
+
+
+def _first(step: _Step) -> Term:
+    return step.premise if isinstance(step, Implies) else step.left
+
+
+def _compared(term: Compare, left: Value, values: Mapping[Cell, Value], tolerance: float) -> bool:
+    """Whether a comparison holds whose left side is known."""
+    right = evaluate(term.right, values, tolerance)
+    if _RELATIONS[term.operator](left, right):
+        return True
+    return term.operator == "==" and tolerance > 0 and _close(term, left, right, values, tolerance)
 
 
 def holds(term: Term, values: Mapping[Cell, Value], tolerance: float = 0.0) -> bool:
@@ -124,9 +155,9 @@ def wrap(value: float, number: Number) -> int | float:
     """A result as its type holds it: in 64 bits, signed or not, or as a float."""
     match number:
         case Number.INT:
-            return (int(value) + 2**63) % 2**64 - 2**63
+            return wrap_int(int(value))
         case Number.UINT:
-            return int(value) % 2**64
+            return wrap_uint(int(value))
         case Number.FLOAT:
             return float(value)
         case _:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Final, cast
 
-from seoro.lang.solve.cells import INT_LIMITS, UINT_LIMITS
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve.evaluation import calculate, wrap
 from seoro.lang.solve.sets import REALS, Empty, Range, between
 from seoro.lang.solve.terms import Number, Operation, Unevaluable
@@ -36,6 +36,14 @@ def negate(operand: Range, number: Number, wrapping: bool) -> Range:
         exact = wrap(-operand.low, number)
         return Range(exact, exact)
     return _fitted(-operand.high, -operand.low, number, wrapping)
+
+
+def converted(operand: Range, number: Number, wrapping: bool) -> Range:
+    """What whole numbers of the other kind are as `number`; it is its own inverse."""
+    if operand.low == operand.high:
+        exact = wrap(operand.low, number)
+        return Range(exact, exact)
+    return _fitted(*operand, number, wrapping)
 
 
 def split(

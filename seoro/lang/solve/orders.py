@@ -11,7 +11,18 @@ from typing import Final, NamedTuple
 from seoro.lang.solve.cells import Cell, Integer, Real
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.propagate import Store
-from seoro.lang.solve.terms import Arithmetic, CellRef, Compare, Const, Negate, Number, Relation, Term, ToReal
+from seoro.lang.solve.terms import (
+    Arithmetic,
+    CellRef,
+    Compare,
+    Const,
+    Negate,
+    Number,
+    Relation,
+    Term,
+    ToReal,
+    ToWhole,
+)
 
 # How far below zero the length of a circle of reals has to be, relative to its edges, to be more than rounding.
 CERTAIN: Final = 1e-9
@@ -108,22 +119,26 @@ class _Sum:
 
     def add(self, term: Term, sign: int, wrapping: bool) -> bool:
         """Add a term times a sign; False if it is not such a sum, or may leave its 64 bits."""
-        match term:
-            case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
-                self.constant += sign * value
-                self.whole = self.whole and isinstance(value, int)
-                return True
-            case CellRef(cell):
-                self.whole = self.whole and not isinstance(cell.domain, Real)
-                self.factors[cell] = self.factors.get(cell, 0) + sign
-                return isinstance(cell.domain, Integer | Real)
-            case ToReal(operand):
-                return self.add(operand, sign, wrapping)
-            case Negate(operand, number) if number is Number.FLOAT or not wrapping:
-                return self.add(operand, -sign, wrapping)
-            case Arithmetic("+" | "-" as operator, left, right, number) if number is Number.FLOAT or not wrapping:
-                return self.add(left, sign, wrapping) and self.add(
-                    right, sign if operator == "+" else -sign, wrapping
-                )
-            case _:
-                return False
+        pending = [(term, sign)]
+        while pending:
+            current, sign = pending.pop()
+            match current:
+                case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
+                    self.constant += sign * value
+                    self.whole = self.whole and isinstance(value, int)
+                case CellRef(cell) if isinstance(cell.domain, Integer | Real):
+                    self.whole = self.whole and not isinstance(cell.domain, Real)
+                    self.factors[cell] = self.factors.get(cell, 0) + sign
+                case ToReal(operand):
+                    pending.append((operand, sign))
+                case ToWhole(operand) if not wrapping:
+                    pending.append((operand, sign))
+                case Negate(operand, number) if number is Number.FLOAT or not wrapping:
+                    pending.append((operand, -sign))
+                case Arithmetic("+" | "-" as operator, left, right, number) if (
+                    number is Number.FLOAT or not wrapping
+                ):
+                    pending += [(right, sign if operator == "+" else -sign), (left, sign)]
+                case _:
+                    return False
+        return True

@@ -21,6 +21,7 @@ from seoro.lang.solve.terms import (
     Opaque,
     Or,
     Term,
+    ToWhole,
     cells_of,
     operands,
 )
@@ -164,7 +165,7 @@ def _solvable(term: Term, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
         match todo.pop():
             case CellRef(cell):
                 found.append(numbers[cell])
-            case Negate(operand):
+            case Negate(operand) | ToWhole(operand):
                 todo.append(operand)
             case Arithmetic("+" | "-", left, right):
                 todo += [left, right]

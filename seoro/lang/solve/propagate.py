@@ -221,43 +221,57 @@ class Store:
         whole = part.nodes[-1]
         match whole.term:
             case Or():
-                cases = [(arg, TRUE) for arg in whole.args if found[arg] != FALSE]
+                cases = [(arg, TRUE) for arg in whole.args]
             case Implies():
                 cases = [(whole.args[0], FALSE), (whole.args[1], TRUE)]
             case _:
                 cases = [(len(found) - 1, TRUE)]
         united: dict[int, ValueSet] | None = None
+        start = 0
         for place, wanted in cases:
+            first, start = start, place + 1  # the terms of a case stand in a row, and the case at its end
+            if wanted == TRUE and found[place] == FALSE:
+                continue
             try:
-                case = self._backward(part, found, place, wanted)
+                case = self._backward(part, found, first, place, wanted)
             except Empty:
                 continue
             if united is None:
                 united = case
             else:
-                united = {cell: union(values, case[cell]) for cell, values in united.items()}
+                united = {cell: union(values, case[cell]) for cell, values in united.items() if cell in case}
+            if not united:
+                return {}  # the cases have no cell in common
         if united is None:
             raise Empty
         return {cell: meet(self.sets[cell], values) for cell, values in united.items()}
 
-    def _backward(self, part: Part, found: list[ValueSet], place: int, values: ValueSet) -> dict[int, ValueSet]:
-        """What the cells of a part can be if one of its terms has to be in a set.
+    def _backward(
+        self, part: Part, found: list[ValueSet], first: int, place: int, values: ValueSet
+    ) -> dict[int, ValueSet]:
+        """What the cells of a term can be if it has to be in a set.
+
+        Args:
+            part: The part that the term belongs to.
+            found: What the terms of the part can be.
+            first: The place of the first term that the term is made of.
+            place: Its own place.
+            values: The set.
 
         Raises:
             Empty: It cannot be.
         """
-        wanted = list(found)
-        wanted[place] = meet(found[place], values)
-        sets = {node.cell: self.sets[node.cell] for node in part.nodes if node.cell >= 0}
-        for current in range(place, -1, -1):
+        wanted = {place: meet(found[place], values)}
+        sets: dict[int, ValueSet] = {}
+        for current in range(place, first - 1, -1):
             node = part.nodes[current]
+            here = wanted.get(current, found[current])
             if node.cell >= 0:
-                sets[node.cell] = meet(sets[node.cell], wanted[current])
-            elif node.args and wanted[current] != found[current]:
-                args = [wanted[arg] for arg in node.args]
-                narrower = backward(node.term, wanted[current], args, self.wrapping)
-                for arg, narrowed in zip(node.args, narrower, strict=True):
-                    wanted[arg] = meet(wanted[arg], narrowed)
+                sets[node.cell] = meet(sets.get(node.cell, self.sets[node.cell]), here)
+            elif node.args and current in wanted and here != found[current]:
+                args = [found[arg] for arg in node.args]
+                for arg, narrowed in zip(node.args, backward(node.term, here, args, self.wrapping), strict=True):
+                    wanted[arg] = meet(found[arg], narrowed)
         return sets
 
     def _compute(self, number: int, cell: int, definition: Term) -> list[tuple[int, ValueSet]]:

@@ -9,7 +9,8 @@ from typing import Any, Final, assert_never, cast
 
 import z3
 
-from seoro.lang.solve.cells import INT_LIMITS, UINT_LIMITS, Boolean, Cell, Choice, Free, Integer, Real, Value
+from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
 from seoro.lang.solve.sets import Anything, Finite, Range, ValueSet
 from seoro.lang.solve.terms import (
     And,
@@ -24,12 +25,13 @@ from seoro.lang.solve.terms import (
     Negate,
     Not,
     Number,
-    Opaque,
     Or,
     Relation,
     Term,
     ToReal,
+    ToWhole,
     operands,
+    subterms,
 )
 
 Expression = Any  # z3 has no types
@@ -122,39 +124,45 @@ class Translation:
 
     def term(self, term: Term) -> Expression:
         """A term; opaque ones have no translation."""
-        match term:
-            case Const(value):
+        done: list[Expression] = []  # of terms whose owner is still to come
+        for part in subterms(term):
+            first = len(done) - len(operands(part))
+            done[first:] = [self._made_of(part, done[first:])]
+        return done[0]
+
+    def _made_of(self, term: Term, parts: list[Expression]) -> Expression:
+        """A term, given what it is made of."""
+        match term, parts:
+            case Const(value), []:
                 return self.constant(value)
-            case CellRef(cell):
+            case CellRef(cell), []:
                 return self.constant(self._known[cell]) if cell in self._known else self.variable(cell)
-            case Compare(relation, left, right):
-                return _RELATIONS[relation](self.term(left), self.term(right))
-            case Arithmetic(operation, left, right, number):
-                return self._held(self._calculate(operation, self.term(left), self.term(right), number), number)
-            case Negate(operand, number):
-                return self._held(-self.term(operand), number)
-            case ToReal(operand):
-                return z3.ToReal(self.term(operand))
-            case InRange(item, low, high):
-                inside = self.term(item)
-                return z3.And(self.term(low) <= inside, inside <= self.term(high))
-            case InSet(item, members):
-                inside = self.term(item)
-                return z3.Or(*(inside == self.constant(member) for member in members), self.constant(False))
-            case Not(operand):
-                return z3.Not(self.term(operand))
-            case And(parts):
-                return z3.And(*(self.term(part) for part in parts), self.constant(True))
-            case Or(parts):
-                return z3.Or(*(self.term(part) for part in parts), self.constant(False))
-            case Implies(premise, conclusion):
-                return z3.Implies(self.term(premise), self.term(conclusion))
-            case IfThenElse(condition, then, otherwise):
-                return z3.If(self.term(condition), self.term(then), self.term(otherwise))
-            case Opaque():
-                raise AssertionError("constraints with opaque terms are not translated")
+            case Compare(relation), [left, right]:
+                return _RELATIONS[relation](left, right)
+            case Arithmetic(operation, number=number), [left, right]:
+                return self._held(self._calculate(operation, left, right, number), number)
+            case Negate(number=number), [operand]:
+                return self._held(-operand, number)
+            case ToReal(), [operand]:
+                return z3.ToReal(operand)
+            case ToWhole(number=number), [operand]:
+                return self._held(operand, number)
+            case InRange(), [item, low, high]:
+                return z3.And(low <= item, item <= high)
+            case InSet(values=members), [item]:
+                return z3.Or(*(item == self.constant(member) for member in members), self.constant(False))
+            case Not(), [operand]:
+                return z3.Not(operand)
+            case And(), _:
+                return z3.And(*parts, self.constant(True))
+            case Or(), _:
+                return z3.Or(*parts, self.constant(False))
+            case Implies(), [premise, conclusion]:
+                return z3.Implies(premise, conclusion)
+            case IfThenElse(), [condition, then, otherwise]:
+                return z3.If(condition, then, otherwise)
             case _:
-                assert_never(term)
+                raise AssertionError("constraints with opaque terms are not translated")
 
     def holds(self, term: Term) -> Expression:
         """That a constraint holds, which includes that what it always evaluates can be evaluated."""

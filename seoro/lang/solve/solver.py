@@ -9,10 +9,10 @@ from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.conflict import smallest_conflict
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.parts import conjuncts
-from seoro.lang.solve.problem import Conflict, Problem, Solution, Unsolved
+from seoro.lang.solve.problem import Conflict, Constraint, Problem, Solution, Unsolved
 from seoro.lang.solve.propagate import Clash
 from seoro.lang.solve.sets import contains, hull, natural
-from seoro.lang.solve.terms import CellRef, Compare, Term, Unevaluable
+from seoro.lang.solve.terms import CellRef, Compare, Not, Term, Unevaluable
 
 
 def solve(problem: Problem, seed: int, *, engine: Engine = "auto", explain: bool = True) -> Solution:
@@ -58,6 +58,20 @@ def lowest(problem: Problem, cell: Cell) -> float:
     with suppress(Clash):
         store.propagate(range(len(store.parts)))
     return hull(store.sets[number]).low
+
+
+def follows(problem: Problem, term: Term) -> bool:
+    """Whether the constraints of a problem are found to leave a condition no choice but to hold."""
+    refuted = Constraint(Not(term), problem.cells[0].span, "") if problem.cells else None
+    if refuted is None:
+        return False
+    opposite = Problem(problem.cells, (*problem.constraints, refuted))
+    store = store_of(opposite, wrapping=has_whole_arithmetic(problem))
+    try:
+        store.propagate(range(len(store.parts)))
+    except Clash:
+        return True
+    return False
 
 
 def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:

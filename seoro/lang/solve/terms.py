@@ -1,8 +1,8 @@
 """Terms: what constraints say about cells, as a closed union of frozen nodes.
 
-The operands of a comparison or an operation have one type; whole numbers become reals by `ToReal` only. Integers
-are 64 bit and wrap, `/` truncates toward zero and `%` has the sign of the dividend; reals follow IEEE 754
-(7.4.2.3).
+The operands of a comparison or an operation have one type; whole numbers become reals by `ToReal` only, and whole
+numbers of the other kind by `ToWhole`. Integers are 64 bit and wrap, `/` truncates toward zero and `%` has the
+sign of the dividend; reals follow IEEE 754 (7.4.2.3).
 """
 
 from __future__ import annotations
@@ -65,6 +65,18 @@ class ToReal(frozen.Value):
     operand: Term
 
 
+class ToWhole(frozen.Value):
+    """A whole number as one of the other kind, which may wrap.
+
+    Args:
+        operand: The number.
+        number: The kind that it becomes, `INT` or `UINT`.
+    """
+
+    operand: Term
+    number: Number
+
+
 class Compare(frozen.Value):
     """A comparison; `==` and `!=` of any two values, the others of numbers."""
 
@@ -121,6 +133,11 @@ class IfThenElse(frozen.Value):
     otherwise: Term
 
 
+def other_whole(number: Number) -> Number:
+    """The kind of whole numbers that is not `number`."""
+    return Number.UINT if number is Number.INT else Number.INT
+
+
 OPAQUE_COST: Final = 30
 
 
@@ -146,6 +163,7 @@ Term: TypeAlias = (
     | Negate
     | Arithmetic
     | ToReal
+    | ToWhole
     | Compare
     | InRange
     | InSet
@@ -163,7 +181,7 @@ def operands(term: Term) -> tuple[Term, ...]:
     match term:
         case Const() | CellRef() | Opaque():
             return ()
-        case Negate(operand) | ToReal(operand) | Not(operand):
+        case Negate(operand) | ToReal(operand) | ToWhole(operand) | Not(operand):
             return (operand,)
         case Arithmetic(_, left, right) | Compare(_, left, right) | Implies(left, right):
             return (left, right)
@@ -177,6 +195,35 @@ def operands(term: Term) -> tuple[Term, ...]:
             return (condition, then, otherwise)
         case _:
             assert_never(term)
+
+
+def alike(one: Term, other: Term) -> bool:
+    """Whether two terms are equal; they may be long, so it is no recursion."""
+    pairs = [(one, other)]
+    while pairs:
+        first, second = pairs.pop()
+        inner, outer = operands(first), operands(second)
+        if type(first) is not type(second) or len(inner) != len(outer):
+            return False
+        if (first != second) if not inner else (_own(first) != _own(second)):
+            return False
+        pairs += zip(inner, outer, strict=True)
+    return True
+
+
+def _own(term: Term) -> object:
+    """What a term says beside its operands."""
+    match term:
+        case Arithmetic(operator, number=number):
+            return operator, number
+        case Compare(operator):
+            return operator
+        case Negate(_, number) | ToWhole(_, number):
+            return number
+        case InSet(_, values):
+            return values
+        case _:
+            return None
 
 
 def subterms(term: Term) -> Iterator[Term]:

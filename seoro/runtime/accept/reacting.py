@@ -17,7 +17,7 @@ from seoro.runtime.accept.held import Held
 from seoro.runtime.accept.history import Happening, History, Node
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
-from seoro.runtime.accept.world import Instance, World
+from seoro.runtime.accept.world import EventObject, Instance, World
 from seoro.runtime.environment import Environment
 from seoro.runtime.values import HasFields
 
@@ -142,12 +142,28 @@ class Reacting:
         times = Counter(change.mark.t for change in changes)
         records = {change.mark.t: change.mark.seq for change in changes}
         self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
-        if not (isinstance(sample.event, OnEvent) and sample.event.name is not None):
-            for change in changes:
-                self._check_value(sample, environment, change)
+        for change in changes:
+            self._check_value(sample, self._scopes(sample, environment, found, change.mark.t), change)
 
-    def _check_value(self, sample: Sample, environment: Environment, change: Happening) -> None:
+    def _scopes(
+        self, sample: Sample, environment: Environment, found: list[Moment], t: float
+    ) -> list[Environment]:
+        """The scopes in which a value may have been sampled: one for each occurrence that `as` may stand for."""
+        if not isinstance(sample.event, OnEvent) or sample.event.name is None:
+            return [environment]
+        scopes: list[Environment] = []
+        for moment in found:
+            if moment.first <= t <= moment.last:
+                happening = moment.happening
+                arguments = self.world.arguments.get(happening.mark.seq, {}) if happening is not None else {}
+                bindings = {**environment.bindings, sample.event.name: EventObject(arguments)}
+                scopes.append(replace(environment, bindings=bindings))
+        return scopes
+
+    def _check_value(self, sample: Sample, scopes: list[Environment], change: Happening) -> None:
         """The value is what the expression had in one of the rounds of that instant."""
+        if not scopes:
+            return  # it reacted to nothing, which is reported
         records, seq, t = self.history.records, change.mark.seq, change.mark.t
         places = [seq]
         while seq > 0 and records[seq - 1]["t"] == t and len(places) < 50:
@@ -156,7 +172,7 @@ class Reacting:
                 places.append(seq)
         try:
             told = self.world.decode(change.told["exact"])
-            values = [self.world.value(sample.value, environment, place) for place in [*places, seq]]
+            values = [self.world.value(sample.value, scope, place) for scope in scopes for place in [*places, seq]]
         except Undecided as why:
             self.findings.skip(Rule.SAMPLE, why, sample.span)
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from math import inf
+from math import inf, nextafter
 
 from seoro.lang.plan import Expression, OneOf, Serial, Wait
 from seoro.lang.source import Span
@@ -50,7 +50,9 @@ class Waiting:
 
     def _wait(self, plan: Wait, node: Node, instance: Instance) -> None:
         past = partial(self.pasts.before, node, node.start)
-        listening = Listening(node.start, node.end.t, instance.environment, past, node.end.t)
+        # What ends by its event has heard it; what is cancelled in that instant may not have.
+        heard_until = nextafter(node.end.t, inf) if node.status == SUCCEEDED else node.end.t
+        listening = Listening(node.start, node.end.t, instance.environment, past, heard_until)
         try:
             found = self.moments.of(plan.event, listening)
         except Undecided as why:
@@ -66,6 +68,8 @@ class Waiting:
     def _until(self, layer: Untils, frame: Frame, environment: Environment) -> None:
         past = partial(self.pasts.before, frame.node, frame.start)
         heard_until = frame.start.t if frame.held else frame.end.t  # what is held may have ended
+        if not frame.held and frame.status == SUCCEEDED and len(layer.directives) == 1:
+            heard_until = nextafter(frame.end.t, inf)
         listening = Listening(frame.start, frame.end.t, environment, past, heard_until)
         span = layer.directives[0].span
         found: list[Moment] = []

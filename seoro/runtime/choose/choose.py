@@ -8,30 +8,27 @@ out to be of a conditional subtype gets what that adds, and the rest is chosen a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
-from typing import TypeAlias, cast
+from typing import cast
 
 from seoro.lang import solve
 from seoro.lang.plan import (
-    EnumType,
-    EnumValue,
     Expression,
     Index,
     Latent,
     ListType,
     Literal,
-    PhysicalType,
-    PrimitiveType,
     Size,
-    ValueType,
     parts,
 )
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import UINT_LIMITS
-from seoro.lang.source import Span
-from seoro.runtime.choose.fields import Compute, Fields
-from seoro.runtime.choose.forms import NotYet
+from seoro.lang.solve.evaluation import holds
+from seoro.runtime.choose.domains import domain_of
+from seoro.runtime.choose.fields import Compute, Fields, make_room
+from seoro.runtime.choose.forms import NotYet, all_of
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
+from seoro.runtime.choose.refusals import Rules, no_bounds, no_solution
 from seoro.runtime.choose.request import Request
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import Translation
@@ -41,7 +38,6 @@ from seoro.runtime.environment import EvaluationError, NoChoice
 from seoro.runtime.values import Range, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
-Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # what has to hold, with what it comes from
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
 
 
@@ -72,6 +68,7 @@ def choose(request: Request) -> dict[str, Window]:
         gathering.add_constraints(other.constraints, other.around, INVOCATION)
     gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
     gathering.expand()
+    make_room(len(gathering.slots.all))
     return _Choice(gathering, request).run()
 
 
@@ -96,21 +93,57 @@ class _Choice:
             self._size_lists()
             self._prepare()
             rules = dict(self._constraints())
-            values = self._solve(rules, self._pins).values
-            self._put(values)
-            found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
-            if not found:
-                break
-            for slot, latent in found:
-                decider = self._slots.of(slot.made)[latent.field]
-                if decider.cell is not None:
-                    term = terms.Compare("==", terms.CellRef(decider.cell), terms.Const(latent.value))
-                    self._pins.append(solve.Constraint(term, latent.span, latent.span.text))
-                self._gathering.add_latent(slot, latent)
-            self._gathering.expand()
+            try:
+                values = self._solve(rules, self._pins).values
+            except NoChoice as reason:
+                found = self._certain(rules) if isinstance(reason.__cause__, solve.Unbounded) else []
+                if not found:
+                    raise
+            else:
+                self._put(values)
+                found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
+                if not found:
+                    break
+            self._add_latents(found)
         windows = self._widen(rules, values) if self._times is not None else {}
         self._finish()
         return windows | self._defined_windows()
+
+    def _add_latents(self, found: list[tuple[Slot, Latent]]) -> None:
+        """Add what values get that are of conditional subtypes, and keep them what they are."""
+        for slot, latent in found:
+            decider = self._slots.of(slot.made)[latent.field]
+            if decider.cell is not None:
+                term = terms.Compare("==", terms.CellRef(decider.cell), terms.Const(latent.value))
+                self._pins.append(solve.Constraint(term, latent.span, latent.span.text))
+            self._gathering.add_latent(slot, latent)
+        self._gathering.expand()
+
+    def _certain(self, rules: Rules) -> list[tuple[Slot, Latent]]:
+        """The subtypes that values are of whatever is chosen, nearest to the base first."""
+        problem = self._problem(rules, self._pins)
+        found: list[tuple[Slot, Latent]] = []
+        for slot, latent in self._gathering.latents:
+            made = slot.made
+            assert made is not None
+            if latent.type not in made.types and latent.base in made.types:
+                deciding = self._translation.deciding(made, latent.type)
+                if all(_is_certain(problem, condition) for condition in deciding):
+                    found.append((slot, latent))
+        return found
+
+    def _conditional(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
+        """What holds for values if they turn out to be of subtypes, as far as they have the fields for it."""
+        for slot, latent in self._gathering.latents:
+            made = slot.made
+            assert made is not None
+            if latent.type in made.types:
+                continue
+            deciding = self._translation.deciding(made, latent.type)
+            for rule in self._gathering.rules_of(slot, latent):
+                with suppress(NotYet, EvaluationError):
+                    term = terms.Implies(all_of(list(deciding)), self._translated(rule))
+                    yield solve.Constraint(term, rule.span, rule.span.text), rule
 
     def _widen(self, rules: Rules, values: Mapping[solve.Cell, solve.Value]) -> dict[str, Window]:
         """Make times as wide as they can be."""
@@ -147,7 +180,7 @@ class _Choice:
         for slot in self._slots.all:
             if isinstance(slot.holder.fields, Fields):
                 slot.holder.fields.compute = self._computing(slot.holder)
-            domain = _domain(slot.type)
+            domain = domain_of(slot.type)
             if domain is not None and slot.limits is not None:
                 domain = solve.Real(*slot.limits)
             if slot.cell is None and not slot.is_given and slot.definition is None and domain is not None:
@@ -167,11 +200,9 @@ class _Choice:
         try:
             return solve.solve(problem, self._seed, explain=explain)
         except solve.Conflict as conflict:
-            raise _conflict(conflict, rules) from conflict
+            raise no_solution(conflict, rules) from conflict
         except solve.Unbounded as unbounded:
-            reason = f"`{unbounded.cell.name}` has no value: give it a default, a constraint or an override"
-            where = (unbounded.cell.span, "nothing gives it a value, or bounds it")
-            raise NoChoice(reason, "E0443", (where,)) from unbounded
+            raise no_bounds(unbounded, rules) from unbounded
         except (solve.NeedsSolver, solve.Undecided) as undecided:
             places = tuple((cell.span, "") for cell in undecided.cells)
             raise NoChoice(str(undecided), "E0443", places) from undecided
@@ -183,6 +214,7 @@ class _Choice:
             if term is not None and term != terms.Const(True):
                 strength = solve.Strength.DEFAULT if rule.is_default else solve.Strength.HARD
                 yield solve.Constraint(term, rule.span, rule.span.text, strength), rule
+        yield from self._conditional()
         for slot in self._slots.all:
             if "lower" in slot.parts:
                 low, high = (slot.parts[key].cell for key in ("lower", "upper"))
@@ -346,47 +378,12 @@ class _Choice:
                 fields.update(in_order)
 
 
+def _is_certain(problem: solve.Problem, condition: terms.Term) -> bool:
+    """Whether a condition holds whatever is chosen."""
+    if not terms.cells_of(condition):
+        return holds(condition, {})
+    return solve.follows(problem, condition)
+
+
 def _assign(slot: Slot, value: Value) -> None:
     slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict
-
-
-def _domain(type_: ValueType) -> solve.Domain | None:
-    """What a scalar can be; None if it is none."""
-    match type_:
-        case PrimitiveType("bool"):
-            return solve.Boolean()
-        case PrimitiveType("int"):
-            return solve.Integer()
-        case PrimitiveType("uint"):
-            return solve.Integer(*UINT_LIMITS)
-        case PrimitiveType("float") | PhysicalType():
-            return solve.Real()
-        case PrimitiveType():
-            return solve.Free()
-        case EnumType(name, members):
-            by_number = {number: EnumValue(name, member, number) for member, number in reversed(members)}
-            return solve.Choice(tuple(reversed(by_number.values())))
-        case _:
-            return None
-
-
-def _conflict(conflict: solve.Conflict, rules: Rules) -> NoChoice:
-    """What to say of constraints that clash."""
-    places: list[tuple[Span, str]] = []
-    written = [each for each in conflict.constraints if rules.get(each) is not None]
-    for constraint in written or conflict.constraints:
-        rule = rules.get(constraint)
-        if rule is not None and rule.order[0] == OVERRIDE:
-            text = "this was set from outside"
-        elif constraint.strength is solve.Strength.DEFAULT:
-            text = "this default is not overridden"
-        else:
-            text = "this has to hold"
-        places.append((constraint.span, text))
-    places += [(cell.span, f"`{cell.name}` can be no such value") for cell in conflict.limits]
-    what = "these constraints cannot hold together" if len(places) > 1 else "this constraint cannot hold"
-    hint = "a default gives way to a later `keep` with the parameter alone on its left side, `keep(x == 3)` or "
-    hint += "`keep(x in [1..3])`, and to `remove_default(x)`"
-    has_default = any(constraint.strength is solve.Strength.DEFAULT for constraint in conflict.constraints)
-    message = f"{what}: {conflict.reason}" if conflict.reason else what
-    return NoChoice(message, "E0442", tuple(places), hint if has_default else "")

@@ -9,6 +9,7 @@ from typing import TypeAlias, cast, get_args
 from seoro.lang import frozen, solve
 from seoro.lang.plan import Expression, Literal, Number
 from seoro.lang.solve import terms
+from seoro.runtime.conversions import to_number
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
 
 
@@ -79,19 +80,20 @@ def ordered_range(first: terms.Term, second: terms.Term) -> SymbolicRange:
     return SymbolicRange(low, terms.IfThenElse(is_ascending, second, first))
 
 
-def to_real(value: Symbolic) -> Symbolic:
-    """A whole number as a real; of a list or a range, each part."""
+def converted(value: Symbolic, number: Number) -> Symbolic:
+    """A number as one of another type; of a list or a range, each part. Bounds that wrap may change places."""
     match value:
         case SymbolicList(items):
-            return SymbolicList(tuple(to_real(item) for item in items))
+            return SymbolicList(tuple(converted(item, number) for item in items))
         case SymbolicRange(low, high):
-            return SymbolicRange(to_real(low), to_real(high))
-        case int():
-            return float(value)
+            first, second = converted(low, number), converted(high, number)
+            if number is Number.FLOAT:
+                return SymbolicRange(first, second)
+            return ordered_range(as_term(first), as_term(second))
         case _ if isinstance(value, TERMS):
-            return terms.ToReal(value)
+            return terms.ToReal(value) if number is Number.FLOAT else terms.ToWhole(value, NUMBERS[number])
         case _:
-            return value
+            return to_number(cast(Value, value), number)
 
 
 def any_of(conditions: list[terms.Term]) -> Symbolic:

@@ -9,7 +9,7 @@ which those of inner instances come before those around them. Arguments come aft
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from seoro.lang.plan import (
@@ -266,6 +266,15 @@ class Gathering:
         self._add_modifiers(slot, inside)
         self._subjects.fill(slot)
         self._subjects.add_fields()
+
+    def rules_of(self, slot: Slot, latent: Latent) -> Iterator[Rule]:
+        """The hard constraints of a conditional subtype on a value that may turn out to be of it."""
+        made = slot.made
+        assert made is not None
+        inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
+        for member in latent.members:
+            if isinstance(member, Constraint) and not member.is_default:
+                yield Rule(self._order(slot.depth), inside, member.condition, False, member.span)
 
     # ------------------------------------------------------------ what overrides what
 

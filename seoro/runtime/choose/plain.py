@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
-from seoro.runtime.choose.fields import Fields
+from seoro.runtime.choose.fields import Fields, make_room
 from seoro.runtime.environment import Environment, Evaluate, EvaluationError
 from seoro.runtime.values import Actor, HasFields, Struct, Value
 
@@ -47,6 +47,7 @@ def fill(
         fields[name] = _value(declared, structures, replace(environment, path=path), evaluate)
         return fields[name]
 
+    make_room(len(structure.fields))
     fields.compute = compute
     for name in structure.fields:
         fields[name]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from seoro.lang.plan import Compare, Contains, Expression, Index, Literal, Member
+from seoro.lang.plan import Compare, Contains, Convert, Expression, Index, Literal, Member
 from seoro.runtime.choose.slots import Rule, Slot, Slots
 from seoro.runtime.environment import Environment
 
@@ -113,7 +113,7 @@ def _path(about: Rule | Removal) -> Expression | None:
     match about.condition:
         case Compare("==", left):
             return left
-        case Contains(item):
+        case Contains(Convert(item)) | Contains(item):
             return item
         case _:
             return None

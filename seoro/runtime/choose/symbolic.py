@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import groupby
 from typing import cast
 
 from seoro.lang import solve
@@ -20,6 +21,7 @@ from seoro.lang.plan import (
     Call,
     Cast,
     Compare,
+    Concatenate,
     Conditional,
     Contains,
     Convert,
@@ -48,6 +50,7 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.lang.solve import terms
+from seoro.runtime.choose.chains import Operation, joined, junction, operated
 from seoro.runtime.choose.forms import (
     NUMBERS,
     UNKNOWN,
@@ -58,14 +61,13 @@ from seoro.runtime.choose.forms import (
     SymbolicRange,
     any_of,
     as_term,
-    compare,
     contains,
+    converted,
     count_of,
     items_of,
     listed,
     ordered_range,
     same,
-    to_real,
     with_operands,
 )
 from seoro.runtime.choose.opaque import Opaques
@@ -173,7 +175,9 @@ class Translation:
                 return self._field(self._symbolic(base, environment), name)
             case Call():
                 return self._call(expression, environment)
-            case Logic() | Not() | Conditional() | Compare() | Contains() | TypeTest():
+            case Arithmetic() | Concatenate() | Compare() | Logic():
+                return self._chain(expression, environment)
+            case Not() | Conditional() | Contains() | TypeTest():
                 return self._truth(expression, environment)
             case ListOf(items):
                 return listed(tuple(self._symbolic(item, environment) for item in items))
@@ -194,11 +198,8 @@ class Translation:
         match expression, found:
             case Negate(number=number), [operand]:
                 return terms.Negate(as_term(operand), NUMBERS[number])
-            case Arithmetic(operator, number=number), [left, right]:
-                operation = cast(terms.Operation, operator)
-                return terms.Arithmetic(operation, as_term(left), as_term(right), NUMBERS[number])
-            case Convert(), [operand]:
-                return to_real(operand)
+            case Convert(number=number), [operand]:
+                return converted(operand, number)
             case RangeOf(), [low, high]:
                 return ordered_range(as_term(low), as_term(high))
             case Bound(side), [SymbolicRange(low, high)]:
@@ -211,6 +212,63 @@ class Translation:
                 return listed(tuple(item for each in lists for item in items_of(each)))
             case _:
                 raise NotSymbolic
+
+    # ------------------------------------------------------------ chains
+
+    def _chain(self, expression: Operation, environment: Environment) -> Symbolic:
+        """A chain of operators, from its left end: chains may be long, so they are no recursion."""
+        chain = [expression]
+        while isinstance(left := chain[-1].left, Operation):
+            chain.append(left)
+        found = self._symbolic(left, environment)
+        for _, steps in groupby(reversed(chain), key=joined):
+            run = list(steps)
+            try:
+                found = self._run(run, found, environment)
+            except NotSymbolic:
+                found = self._opaques.term(run[-1], environment)
+        return found
+
+    def _run(self, run: list[Operation], left: Symbolic, environment: Environment) -> Symbolic:
+        """What operators in a row give whose left operand is known; they are one kind of `joined`."""
+        last = run[-1]
+        match last:
+            case Logic("and" | "or" as operator):
+                return self._junction(operator, [step.right for step in run], left, environment)
+            case Logic(_, _, conclusion):
+                if isinstance(left, bool):
+                    return self._symbolic(conclusion, environment) if left else True
+                return terms.Implies(as_term(left), as_term(self._symbolic(conclusion, environment)))
+            case _:
+                pass
+        for step in run:
+            right = self._symbolic(step.right, environment)
+            if not isinstance(left, UNKNOWN) and not isinstance(right, UNKNOWN):
+                left = self._evaluate(with_operands(step, [left, right]), environment)
+            else:
+                left = operated(step, left, right)
+        return left
+
+    def _junction(
+        self, operator: str, operands: list[Expression], left: Symbolic, environment: Environment
+    ) -> Symbolic:
+        """`and` or `or` of a value and of what follows it, as far as what is known leaves that open."""
+        decides = operator == "or"
+        if left is decides:
+            return left
+        members = [left] if isinstance(left, UNKNOWN) else []
+        for operand in operands:
+            found = self._symbolic(operand, environment)
+            if isinstance(found, UNKNOWN):
+                members.append(found)
+            elif found is decides and not members:
+                return found
+            elif found is decides:
+                members.append(found)
+                break  # what follows is not evaluated
+        return junction(operator, members)
+
+    # ------------------------------------------------------------ lists and methods
 
     def _size(self, expression: Size, environment: Environment) -> Symbolic | None:
         """The size of a list that is made here and has none yet."""
@@ -269,50 +327,36 @@ class Translation:
 
     def _truth(self, expression: Expression, environment: Environment) -> Symbolic:
         match expression:
-            case Logic(operator, left, right):
-                return self._logic(operator, left, right, environment)
             case Not(operand):
                 truth = self._symbolic(operand, environment)
                 return terms.Not(as_term(truth)) if isinstance(truth, UNKNOWN) else not truth
-            case Conditional(condition, then, otherwise):
-                return self._conditional(condition, then, otherwise, environment)
-            case Compare() | Contains():
+            case Conditional():
+                return self._conditional(expression, environment)
+            case Contains():
                 one, other = (self._symbolic(part, environment) for part in parts(expression))
                 if not isinstance(one, UNKNOWN) and not isinstance(other, UNKNOWN):
                     return self._evaluate(with_operands(expression, [one, other]), environment)
-                if isinstance(expression, Contains):
-                    return contains(one, other)
-                return compare(expression.operator, one, other)
+                return contains(one, other)
             case TypeTest(operand):
                 return self._type_test(expression, self._symbolic(operand, environment), environment)
             case _:
                 raise AssertionError("not a truth")
 
-    def _logic(self, operator: str, left: Expression, right: Expression, environment: Environment) -> Symbolic:
-        first = self._symbolic(left, environment)
-        if isinstance(first, bool):
-            if first == (operator == "or"):
-                return first
-            if operator == "=>" and not first:
-                return True
-            return self._symbolic(right, environment)
-        both = as_term(first), as_term(self._symbolic(right, environment))
-        match operator:
-            case "and":
-                return terms.And(both)
-            case "or":
-                return terms.Or(both)
-            case _:
-                return terms.Implies(*both)
-
-    def _conditional(
-        self, condition: Expression, then: Expression, otherwise: Expression, environment: Environment
-    ) -> Symbolic:
-        truth = self._symbolic(condition, environment)
-        if isinstance(truth, bool):
-            return self._symbolic(then if truth else otherwise, environment)
-        first, second = self._symbolic(then, environment), self._symbolic(otherwise, environment)
-        return terms.IfThenElse(as_term(truth), as_term(first), as_term(second))
+    def _conditional(self, expression: Conditional, environment: Environment) -> Symbolic:
+        """`? :`, whose last branch may have many more in a row, as a table has."""
+        rows: list[tuple[terms.Term, terms.Term]] = []
+        last: Expression = expression
+        while isinstance(last, Conditional):
+            truth = self._symbolic(last.condition, environment)
+            if isinstance(truth, bool):
+                last = last.then if truth else last.otherwise
+                continue
+            rows.append((as_term(truth), as_term(self._symbolic(last.then, environment))))
+            last = last.otherwise
+        found = self._symbolic(last, environment)
+        for condition, then in reversed(rows):
+            found = terms.IfThenElse(condition, then, as_term(found))
+        return found
 
     def _type_test(self, expression: TypeTest, operand: Symbolic, environment: Environment) -> Symbolic:
         """A value that is made here is of a conditional subtype if the fields that decide say so."""
@@ -326,7 +370,11 @@ class Translation:
         """On what it depends whether a value turns out to be of a type; empty if that is known."""
         if not isinstance(value, Struct | Actor) or not isinstance(type_, StructType | ActorType):
             return ()
-        slot, name = self._slots.holding(value), type_.name
+        return self.deciding(value, type_.name)
+
+    def deciding(self, value: Struct | Actor, name: str) -> tuple[terms.Term, ...]:
+        """On what it depends whether a value turns out to be of the type of that name; empty if that is known."""
+        slot = self._slots.holding(value)
         if slot is None or slot.structure is None:
             return ()
         latents = {latent.type: latent for latent in slot.structure.latents}

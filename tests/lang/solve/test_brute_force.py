@@ -29,11 +29,12 @@ from seoro.lang.solve.terms import (
     Or,
     Term,
     ToReal,
+    ToWhole,
     cells_of,
     subterms,
 )
 
-from .helpers import FLOAT, INT, cell, problem
+from .helpers import FLOAT, INT, UINT, cell, problem
 
 BOOLEANS = tuple(cell(f"b{index}", Boolean()) for index in range(3))
 NUMBERS = (
@@ -52,6 +53,7 @@ def numbers() -> st.SearchStrategy[Term]:
         lambda inner: (
             st.builds(Arithmetic, st.sampled_from("+-*/%"), inner, inner, st.just(INT))
             | st.builds(Negate, inner, st.just(INT))
+            | st.builds(lambda operand: ToWhole(ToWhole(operand, UINT), INT), inner)
             | st.builds(IfThenElse, st.sampled_from([CellRef(number) for number in BOOLEANS]), inner, inner)
         ),
         max_leaves=3,

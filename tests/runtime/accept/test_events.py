@@ -387,3 +387,50 @@ scenario main:
     assert traced.broken == set(), traced.messages
     traced.drop(traced.find("variable", 1))
     assert traced.broken == {"sample"}
+
+
+@pytest.mark.parametrize(
+    "event", ["@e as x if x.k > 0", "@e as x if true", "@f as x if x.k > 0"], ids=["condition", "name", "several"]
+)
+async def test_a_variable_is_sampled_from_the_occurrence_that_has_a_name(
+    event: str, trace_text: TraceText
+) -> None:
+    traced = await accepted(
+        trace_text,
+        f"""
+scenario main:
+    event e(k: int)
+    event f(k: int)
+    var k: int = sample(x.k + 1, {event}, 0)
+    do serial:
+        wait elapsed(1s)
+        parallel:
+            emit e(2)
+            emit f(4)
+            emit f(5)
+""",
+    )
+    traced.find("variable", field="k")["exact"] = 7
+    assert traced.broken == {"sample"}
+
+
+@pytest.mark.parametrize("listener", ["wait @d", "wait @later", "slow() with:\n            until @d"])
+async def test_a_derived_event_that_ends_something_is_in_the_trace(listener: str, trace_text: TraceText) -> None:
+    traced = await accepted(
+        trace_text,
+        f"""
+scenario slow:
+    do wait elapsed(9s)
+scenario main:
+    event e
+    event d is @e
+    event later is @d
+    do parallel:
+        {listener}
+        serial:
+            wait elapsed(1s)
+            emit e
+""",
+    )
+    traced.drop(traced.find("event", event="d"))
+    assert traced.broken == {"event"}

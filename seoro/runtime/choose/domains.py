@@ -1,0 +1,27 @@
+"""What the cells of scalars can be, by their types."""
+
+from __future__ import annotations
+
+from seoro.lang import solve
+from seoro.lang.integers import UINT_LIMITS
+from seoro.lang.plan import EnumType, EnumValue, PhysicalType, PrimitiveType, ValueType
+
+
+def domain_of(type_: ValueType) -> solve.Domain | None:
+    """What a scalar can be; None if it is none."""
+    match type_:
+        case PrimitiveType("bool"):
+            return solve.Boolean()
+        case PrimitiveType("int"):
+            return solve.Integer()
+        case PrimitiveType("uint"):
+            return solve.Integer(*UINT_LIMITS)
+        case PrimitiveType("float") | PhysicalType():
+            return solve.Real()
+        case PrimitiveType():
+            return solve.Free()
+        case EnumType(name, members):
+            by_number = {number: EnumValue(name, member, number) for member, number in reversed(members)}
+            return solve.Choice(tuple(reversed(by_number.values())))
+        case _:
+            return None
