@@ -18,6 +18,9 @@ from seoro.bridges.session import AsyncSession, is_secured
 async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> None:
     """Be a router; does not end. With keys, it lets pass what roles may, and starts anew when somebody is revoked.
 
+    Without keys, peers that connect learn of each other, as nodes of ROS 2 need it. With keys, nobody learns the
+    addresses of others: sessions of seoro are clients, and need none.
+
     Args:
         endpoint: Where it listens.
         keys: Folder of keys, for endpoints outside this machine; by default that of `SEORO_KEYS`, or of the user.
@@ -29,8 +32,9 @@ async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> 
     """
     found = keys_for(endpoint, ROUTING, keys)
     revoked = None if found is None or not is_secured(endpoint) else Revoked(found)
+    door = Door(endpoint, keys=found, revoked=revoked, gossip=not is_secured(endpoint))
     async with background() as tasks:
-        await tasks.start(Door(endpoint, keys=found, revoked=revoked).attend, _pass_on)
+        await tasks.start(door.attend, _pass_on)
         ready()
         await anyio.sleep_forever()
 

@@ -74,7 +74,7 @@ class Request:
 
 
 class Session:
-    """A Zenoh session with seoro's settings: no multicast, no gossip, no shared memory.
+    """A Zenoh session with seoro's settings: no multicast, no shared memory, gossip only where it is asked for.
 
     Args:
         listen: Endpoint to listen on; the session is then the hub (a router).
@@ -82,6 +82,8 @@ class Session:
         patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
             must not: it would stand still with a receiver that does.
         security: Keys, for endpoints `tls/...`.
+        gossip: Whether peers that connect to this router learn of each other, as behind the router of rmw_zenoh:
+            a router does not pass on what peers send to each other. The router itself connects to none of them.
 
     Raises:
         InvalidEndpoint: It is none.
@@ -95,9 +97,12 @@ class Session:
         connect: str | None = None,
         patient: bool = True,
         security: Security | None = None,
+        gossip: bool = False,
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
+        if gossip and listen is None:
+            raise SessionError("gossip needs a router: give `listen`")
         endpoint = listen if connect is None else connect
         assert endpoint is not None
         if not is_endpoint(endpoint):
@@ -109,7 +114,7 @@ class Session:
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
-        self._settings = _settings(listen, connect, patient)
+        self._settings = _settings(listen, connect, patient, gossip)
         try:
             if security is not None:
                 secured_settings(self._settings, security)
@@ -270,7 +275,7 @@ def _bytes(content: zenoh.ZBytes | None) -> bytes:
     return b"" if content is None else content.to_bytes()
 
 
-def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:
+def _settings(listen: str | None, connect: str | None, patient: bool, gossip: bool = False) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
     queue: dict[str, Any] = {"size": {"data": ROOM}}
     if patient:
@@ -291,7 +296,11 @@ def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[st
             "exit_on_failure": True,
             "retry": {"period_init_ms": 100, "period_max_ms": 500},
         },
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
+        "scouting": {
+            "multicast": {"enabled": False},
+            "gossip": {"enabled": gossip, "multihop": False, "autoconnect": {"router": [], "peer": []}},
+            "delay": 20,
+        },
         "timestamping": {"enabled": True},
         "transport": {"shared_memory": {"enabled": False}, "link": link},
     }

@@ -72,10 +72,11 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     """
     keys = node_keys(settings.simulator, MOVING)
     security = security_of(settings.simulator, keys)
+    listens = settings.listen is not None
     try:
         async with (
             open_session(connect=settings.simulator, security=security) as near,
-            open_session(connect=settings.router, listen=settings.listen) as far,
+            open_session(connect=settings.router, listen=settings.listen, gossip=listens) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
             name = await find_simulator(near, settings.simulator)
