@@ -169,9 +169,18 @@ async def open_session(
     patient: bool = True,
     security: Security | None = None,
     gossip: bool = False,
+    as_peer: bool = False,
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security, gossip=gossip)
+    make = partial(
+        Session,
+        listen=listen,
+        connect=connect,
+        patient=patient,
+        security=security,
+        gossip=gossip,
+        as_peer=as_peer,
+    )
     async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)
 

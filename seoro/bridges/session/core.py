@@ -84,6 +84,8 @@ class Session:
         security: Keys, for endpoints `tls/...`.
         gossip: Whether peers that connect to this router learn of each other, as behind the router of rmw_zenoh:
             a router does not pass on what peers send to each other. The router itself connects to none of them.
+        as_peer: Whether to connect to a peer as another one, which learns what that peer announces itself, and not
+            what it has from others.
 
     Raises:
         InvalidEndpoint: It is none.
@@ -98,6 +100,7 @@ class Session:
         patient: bool = True,
         security: Security | None = None,
         gossip: bool = False,
+        as_peer: bool = False,
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
@@ -115,6 +118,8 @@ class Session:
         self._is_hub = listen is not None
         self._knows_tokens = False
         self._settings = _settings(listen, connect, patient, gossip)
+        if as_peer:
+            self._settings["mode"] = "peer"
         try:
             if security is not None:
                 secured_settings(self._settings, security)
@@ -126,6 +131,10 @@ class Session:
 
     def _open(self) -> zenoh.Session:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
+
+    def peers(self) -> frozenset[str]:
+        """The peers that are connected, by what Zenoh calls them; not routers, and not clients."""
+        return frozenset(str(peer) for peer in self._zenoh.info.peers_zid())
 
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""

@@ -16,6 +16,7 @@ from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_
 from seoro.bridges.ros2.expose.simulation import serving_simulation
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
+from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.seals import node_seals
@@ -82,7 +83,9 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
             name = await find_simulator(near, settings.simulator)
             address = NodeAddress(near, NAMESPACE, name, seals=node_seals(near, name, keys))
             await address.prove()
-            async with following(address) as node:
+            async with following(address) as node, background() as tasks:
+                if listens:
+                    tasks.start_soon(announce_silent_peers, far)
                 await _expose(node, system, settings, ready)
     except SessionError as error:
         raise InvalidUse(str(error), help=HELP) from error
