@@ -11,7 +11,7 @@ PARALLEL := -n auto --maxprocesses 4 --dist worksteal
 SIM ?= mujoco
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all lint format goldens editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-ros2 lint format goldens editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -42,6 +42,9 @@ test: lint  ## check the code and run the tests
 
 test-all: lint  ## the same, with the long tests
 	@$(BIN)/pytest -m ""
+
+test-ros2: $(VENV)/.dev  ## the tests with nodes of ROS 2 itself, where ../shared/ros2 has what they need
+	@$(BIN)/pytest -m ros2 tests/bridges/ros2/genuine
 
 lint: $(VENV)/.dev  ## ruff, mypy and the direction of imports
 	@$(BIN)/ruff check .
