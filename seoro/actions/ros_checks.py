@@ -196,6 +196,20 @@ def _stamp(message: Members) -> float | None:
 # ---------------------------------------------------------------- logs
 
 
+def is_logger_of(logger: str, node: str) -> bool:
+    """Whether a logger is that of a node.
+
+    Args:
+        logger: Its name, such as `bot1.robot`.
+        node: The node's full name (`/bot1/robot`), its name without the namespace (`robot`), or the logger's name;
+            empty for any node.
+    """
+    if not node:
+        return True
+    name = node.strip("/").replace("/", ".")
+    return logger == name or (not node.startswith("/") and logger.endswith(f".{name}"))
+
+
 @action("log_check", anywhere=Ros2System)
 async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str]) -> None:
     """Wait until a node logs a message with any of some texts in it."""
@@ -204,7 +218,9 @@ async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str])
 
     def judge(message: RosMessage) -> str:
         log = message.members
-        is_it = module_name in ("", log["name"]) and any(value in log["msg"] for value in values)
+        if not is_logger_of(log["name"], module_name):
+            return f"the logs are those of `{log['name']}`, not of `{module_name}`"
+        is_it = any(value in log["msg"] for value in values)
         return "" if is_it else f"none of {', '.join(f'`{value}`' for value in values)} in the logs"
 
     await check(ctx, "/rosout", LOG_TYPE, LOG_QOS, judge, Terms(False, False, True))

@@ -48,6 +48,7 @@ class Door:
         revoked: Who is revoked, if it has keys.
         node: Name of the node that is reached there, which no other may have when it comes; None for no node.
         namespace: Of that.
+        gossip: Whether peers that connect to this hub learn of each other, such as nodes of ROS 2 (see `Session`).
     """
 
     listen: str | None = None
@@ -56,6 +57,7 @@ class Door:
     revoked: Revoked | None = None
     node: str | None = None
     namespace: str = NAMESPACE
+    gossip: bool = False
 
     async def attend(self, serve: Served, *, task_status: TaskStatus[None]) -> None:
         """Serve, at one session after another; does not end. It has started when the first one is served.
@@ -88,7 +90,7 @@ class Door:
     def _session(self, known: Revocations | None) -> AbstractAsyncContextManager[AsyncSession]:
         endpoint = self.listen or self.connect or ""
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
-        return open_session(listen=self.listen, connect=self.connect, security=security)
+        return open_session(listen=self.listen, connect=self.connect, security=security, gossip=self.gossip)
 
     async def _check_name(self, session: AsyncSession) -> None:
         """Check that runs which ask for the node by its name reach no other."""

@@ -12,6 +12,7 @@ from seoro.cli.arguments import domain
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.robot_bridge import add_robot_arguments, run_robots
+from seoro.cli.signals import Ended, ending_by_signals, status_of
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -110,5 +111,12 @@ def run(options: argparse.Namespace) -> int:
             flush=True,
         )
 
-    anyio.run(expose, settings, announce)
+    async def serve() -> None:
+        with ending_by_signals():
+            await expose(settings, announce)
+
+    try:
+        anyio.run(serve)
+    except Ended as ended:
+        return status_of(ended.number)
     return Exit.PASSED

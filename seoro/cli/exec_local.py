@@ -27,6 +27,7 @@ from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
 from seoro.cli.results import STDOUT, ResultFiles
 from seoro.cli.run_arguments import inputs_of, settings_of, use_file_settings
+from seoro.cli.signals import ending_signals
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, check_file, load
 from seoro.embed.starting import announcement, prepare
@@ -67,21 +68,23 @@ def _loop_for(options: argparse.Namespace) -> dict[str, Any]:
 
 
 class _Terminated(BaseException):
-    """SIGTERM came before there was anything to clean up."""
+    """SIGTERM or SIGHUP came before there was anything to clean up."""
 
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """In the block, SIGTERM is an exception, as Ctrl-C is."""
+    """In the block, SIGTERM and SIGHUP are exceptions, as Ctrl-C is."""
 
     def terminate(number: int, frame: object) -> None:
         raise _Terminated
 
-    before = signal.signal(signal.SIGTERM, terminate)
+    numbers = [number for number in ending_signals() if number != signal.SIGINT]
+    before = {number: signal.signal(number, terminate) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _load(file: str) -> Scenario:
@@ -120,7 +123,7 @@ class _Exec:
 
     async def _watch_signals(self, scope: anyio.CancelScope) -> None:
         """The first signal stops the run in order; the second, or one before there is a run, drops everything."""
-        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
+        with anyio.open_signal_receiver(*ending_signals()) as signals:
             async for number in signals:
                 name = "Ctrl-C" if number == signal.SIGINT else number.name
                 second = self._interrupted is not None

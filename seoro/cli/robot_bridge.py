@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 import re
-import signal
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_dialect, add_folders
 from seoro.cli.files import node_file
+from seoro.cli.signals import ending_signals
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.robots.running import BridgedRobot
 
-_ENDS = (signal.SIGINT, signal.SIGTERM)
 LISTEN = "tcp/127.0.0.1:7460"
 NAME = "ros2"
 _ROBOT = re.compile(r"(?P<profile>[^:@]+)(:(?P<name>[A-Za-z][A-Za-z0-9_-]*))?(@(?P<namespace>/?[A-Za-z0-9_/]*))?")
@@ -82,7 +81,7 @@ def run_robots(options: argparse.Namespace, ros: str) -> None:
             names = ", ".join(robot.name for robot in robots)
             where = f"listens on {listen}" if listen else f"is connected to {options.connect}"
             print(f"the bridge '{name}' {where} with {names}, reached at {ros}; Ctrl-C ends it", flush=True)
-            with anyio.open_signal_receiver(*_ENDS) as signals:
+            with anyio.open_signal_receiver(*ending_signals()) as signals:
                 async for _ in signals:
                     return
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TypeAlias
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import add_dialect, add_folders, domain, number, whole
 from seoro.cli.exits import Exit
+from seoro.cli.signals import Ended, ending_by_signals, status_of
 from seoro.errors import InvalidUse
 
 Kinds: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -27,6 +28,8 @@ PRESETS = (
     "parameters",
     "parameter_events",
 )
+
+ENDLESS = ("topics.echo", "topics.measure_rate", "topics.publish", "bags.record_topics")  # until a signal
 
 EXAMPLES = """examples:
   seoro ros graph
@@ -43,7 +46,8 @@ EXAMPLES = """examples:
 `seoro ros topic --help` and so on say more.
 
 exit status: 0; 1 if a goal was rejected, aborted or canceled; 2 if what was asked for is wrong or not there; 3 if
-the system is not reached, or does not answer"""
+the system is not reached, or does not answer; 130 (Ctrl-C), 143 (SIGTERM) or 129 (SIGHUP) if a signal ended what
+would have ended by itself. A signal cancels the goal that was sent, and completes the bag that is recorded."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -142,7 +146,7 @@ def _add_services(services: Kinds) -> None:
 def _add_actions(actions: Kinds) -> None:
     listing = _leaf(actions, "list", "list actions with their types", "actions.list_actions")
     _add_json(listing)
-    sending = _leaf(actions, "send", "send a goal, and wait for its end; Ctrl-C cancels it", "actions.send")
+    sending = _leaf(actions, "send", "send a goal, and wait for its end; a signal cancels it", "actions.send")
     sending.add_argument("name", metavar="ACTION")
     sending.add_argument("value", metavar="VALUE", nargs="?", default="", help="the goal as YAML")
     sending.add_argument("--feedback", action="store_true", help="print what is told on the way")
@@ -214,16 +218,14 @@ def run(options: argparse.Namespace) -> int:
     module, _, function = options.act.partition(".")
     act = getattr(import_module(f"seoro.cli.ros.{module}"), function)
     try:
-        return int(asyncio.run(act(options)))
-    except KeyboardInterrupt:
-        if options.act in (
-            "topics.echo",
-            "topics.measure_rate",
-            "topics.publish",
-            "bags.record_topics",
-        ):  # which have no other end
-            return Exit.PASSED
-        raise
+        return asyncio.run(_until_signal(act, options))
+    except Ended as ended:
+        return Exit.PASSED if options.act in ENDLESS else status_of(ended.number)
+
+
+async def _until_signal(act: Callable[[argparse.Namespace], Awaitable[int]], options: argparse.Namespace) -> int:
+    with ending_by_signals():
+        return int(await act(options))
 
 
 def _missing() -> Iterator[str]:

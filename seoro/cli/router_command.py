@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import signal
 
 import anyio
 
 from seoro.background import background
 from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import add_keys_argument
+from seoro.cli.signals import ending_signals
 from seoro.errors import InvalidUse, cause_of
 
 EXAMPLES = """examples:
@@ -19,7 +19,6 @@ EXAMPLES = """examples:
 
 It ends on Ctrl-C."""
 ENDPOINT = "tcp/127.0.0.1:7447"
-_ENDS = (signal.SIGINT, signal.SIGTERM)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +49,7 @@ async def _route(options: argparse.Namespace) -> None:
     def ready() -> None:
         print(f"the router listens on {options.listen}; Ctrl-C ends it", flush=True)
 
-    with anyio.open_signal_receiver(*_ENDS) as signals:
+    with anyio.open_signal_receiver(*ending_signals()) as signals:
         async with background() as tasks:
             tasks.start_soon(route, options.listen, None, ready)
             async for _ in signals:

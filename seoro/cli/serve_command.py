@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import signal
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +17,7 @@ from seoro.cli.arguments import number, whole
 from seoro.cli.exits import Exit
 from seoro.cli.files import state_folder
 from seoro.cli.keys_arguments import add_keys_argument
+from seoro.cli.signals import ending_signals
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ EXAMPLES = """examples:
 
 It ends on Ctrl-C: what runs is stopped and cleans up, what waits is run when it is started again."""
 KEEP = 30.0  # [days]
-_ENDS = (signal.SIGINT, signal.SIGTERM)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
 async def _serve(settings: ExecutorOptions) -> int:
     from seoro.executor.running import executing  # noqa: PLC0415 - as above
 
-    with anyio.open_signal_receiver(*_ENDS) as signals:
+    with anyio.open_signal_receiver(*ending_signals()) as signals:
         async with executing(settings) as started:
             where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
             print(f"the executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)

@@ -23,8 +23,10 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 }
 SUCCEEDED, CANCELED = 4, 5
 ENDLESS = 50  # order of a goal that goes on until it is canceled
-called_off = anyio.Event()
-orders: list[int] = []
+KEPT = 60  # of one whose server rejects to cancel it, as rclpy does by default, and goes on
+HASTY = 70  # of one that succeeds when it is to be canceled
+called_off: dict[bytes, anyio.Event] = {}
+orders: dict[bytes, int] = {}
 
 
 async def enable(request: Message) -> Mapping[str, Any]:
@@ -53,20 +55,26 @@ async def set_values(request: Message) -> Mapping[str, Any]:
 
 
 async def accept_goal(request: Message) -> Mapping[str, Any]:
-    orders.append(request.goal.order)
+    number = bytes(request.goal_id.uuid)
+    orders[number], called_off[number] = request.goal.order, anyio.Event()
     return {"accepted": request.goal.order < 100}
 
 
-async def end_goal(_: Message) -> Mapping[str, Any]:
-    if orders[-1] == ENDLESS:
-        await called_off.wait()
+async def end_goal(request: Message) -> Mapping[str, Any]:
+    number = bytes(request.goal_id.uuid)
+    if orders[number] == KEPT:
+        await anyio.sleep_forever()
+    if orders[number] in (ENDLESS, HASTY):
+        await called_off[number].wait()
+    if orders[number] == ENDLESS:
         return {"status": CANCELED, "result": {"sequence": []}}
     return {"status": SUCCEEDED, "result": {"sequence": [0, 1, 1, 2, 3]}}
 
 
 async def cancel_goal(request: Message) -> Mapping[str, Any]:
-    called_off.set()
-    return {"goals_canceling": [{"goal_id": {"uuid": request.goal_info.goal_id.uuid}}]}
+    number = bytes(request.goal_info.goal_id.uuid)
+    called_off[number].set()
+    return {"goals_canceling": [] if orders[number] == KEPT else [request.goal_info]}
 
 
 SERVICES = (

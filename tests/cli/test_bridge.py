@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
+import anyio
 import pytest
 
 from seoro.bridges.ros2.expose import running
 from seoro.bridges.wire import SimulationState, SimulatorFeatures
 from seoro.cli.main import main
+from seoro.cli.signals import ending_signals
 
 FEATURES = SimulatorFeatures(
     engine="mujoco",
@@ -67,3 +71,28 @@ def test_it_says_what_is_shown_and_where(
     assert main(["bridge", "ros2", "--expose", "--ros-listen", "tcp/127.0.0.1:7447", "--domain", "3"]) == 0
     assert capsys.readouterr().out == "mujoco with no world (no robots) is a ROS 2 system on tcp/127.0.0.1:7447\n"
     assert (given[0].router, given[0].domain) == (None, 3)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_end_it_in_order(number: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[bool] = []
+
+    async def expose(_settings: running.ExposeSettings, _ready: Any) -> None:
+        os.kill(os.getpid(), number)
+        try:
+            await anyio.sleep(60.0)
+        finally:
+            closed.append(True)
+
+    monkeypatch.setattr(running, "expose", expose)
+    assert main(["bridge", "ros2", "--expose"]) == 128 + number
+    assert closed
+
+
+def test_a_hangup_that_is_ignored_as_by_nohup_ends_nothing() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert ending_signals() == (signal.SIGINT, signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert signal.SIGHUP in ending_signals()

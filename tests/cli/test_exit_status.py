@@ -90,7 +90,7 @@ def test_the_python_of_a_fault_is_shown_when_asked_for(folder: Path) -> None:
     assert err.index("main.osc:4:8") < err.index("Traceback") < err.index('raise KeyError("bug")')
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 4), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 4), (signal.SIGHUP, 4), (signal.SIGINT, 130)])
 @pytest.mark.parametrize("moment", ["loading", "running"])
 def test_a_signal_ends_the_command_in_order(
     folder: Path, started: list[subprocess.Popen[str]], number: signal.Signals, status: int, moment: str

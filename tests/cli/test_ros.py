@@ -10,8 +10,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import anyio
 import pytest
 
+from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.cli.main import main
 from tests.routers import free_endpoint, process
 
@@ -183,15 +186,58 @@ def test_goals_are_sent(ros: Ros) -> None:
     assert (status, out) == (1, "the server of /fibonacci rejects the goal\n")
 
 
-def test_a_goal_is_canceled_by_ctrl_c_which_is_told(robot: Robot) -> None:
-    seoro = str(Path(sys.executable).with_name("seoro"))
-    command = [seoro, "ros", "action", "send", "/fibonacci", "{order: 50}", "--ros", robot.endpoint]
+def ended(robot: Robot, number: signal.Signals, begun: str, *arguments: str) -> tuple[int, str]:
+    """Exit status and stderr of a command that a signal has ended, once its first line was what it should be."""
+    command = [sys.executable, "-m", "seoro.cli.main", "ros", *arguments, "--ros", robot.endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
-        assert running.stdout.readline() == "/fibonacci has accepted the goal\n"
-        running.send_signal(signal.SIGINT)
-        assert running.communicate(timeout=60.0) == ("", "the goal was canceled\n")
-    assert running.returncode == 130
+        assert running.stderr is not None
+        assert begun in (running.stdout.readline() if begun.startswith("/") else running.stderr.readline())
+        running.send_signal(number)
+        _, err = running.communicate(timeout=60.0)
+    return running.returncode, err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_goal_is_canceled_by_signals_which_is_told(number: signal.Signals, robot: Robot) -> None:
+    status, err = ended(robot, number, "/fibonacci has accepted", "action", "send", "/fibonacci", "{order: 50}")
+    assert (status, err) == (128 + number, "the goal was canceled\n")
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        (60, "warning: the goal of /fibonacci may go on: its server rejects to cancel it\n"),
+        (70, "the goal was not canceled: it had ended (succeeded)\n"),
+    ],
+    ids=["rejected", "ended by itself"],
+)
+def test_no_goal_is_said_to_be_canceled_that_was_not(order: int, told: str, robot: Robot) -> None:
+    goal = ("action", "send", "/fibonacci", f"{{order: {order}}}")
+    assert ended(robot, signal.SIGTERM, "/fibonacci has accepted", *goal) == (143, told)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_bags_are_complete_when_a_signal_ends_recording(
+    number: signal.Signals, robot: Robot, tmp_path: Path
+) -> None:
+    recording = ("bag", "record", "/chatter", "-o", str(tmp_path / "bag"))
+    assert ended(robot, number, "recording into", *recording)[0] == 0
+    assert (tmp_path / "bag" / "metadata.yaml").exists()  # which is written last
+
+
+async def test_publishing_ends_by_signals(robot: Robot) -> None:
+    command = [sys.executable, "-m", "seoro.cli.main", "ros", "topic", "pub", "/beat", "{data: hello}"]
+    more = ["--type", "std_msgs/msg/String", "--rate", "50", "--ros", robot.endpoint]
+    async with (
+        connect(robot.endpoint, dialect=RmwZenoh()) as system,
+        system.node("listener") as node,
+        node.subscribing("/beat", "std_msgs/msg/String") as beats,
+    ):
+        with subprocess.Popen([*command, *more], stdout=subprocess.PIPE) as running, anyio.fail_after(60.0):
+            await beats.message()
+            running.send_signal(signal.SIGTERM)
+            assert await anyio.to_thread.run_sync(running.wait) == 0
 
 
 def test_parameters_are_shown_and_set(ros: Ros) -> None:

@@ -187,9 +187,19 @@ async def open_session(
     connect: str | None = None,
     patient: bool = True,
     security: Security | None = None,
+    gossip: bool = False,
+    as_peer: bool = False,
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security)
+    make = partial(
+        Session,
+        listen=listen,
+        connect=connect,
+        patient=patient,
+        security=security,
+        gossip=gossip,
+        as_peer=as_peer,
+    )
     async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)
 

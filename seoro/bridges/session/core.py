@@ -74,7 +74,7 @@ class Request:
 
 
 class Session:
-    """A Zenoh session with seoro's settings: no multicast, no gossip, no shared memory.
+    """A Zenoh session with seoro's settings: no multicast, no shared memory, gossip only where it is asked for.
 
     Args:
         listen: Endpoint to listen on; the session is then the hub (a router).
@@ -82,6 +82,10 @@ class Session:
         patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
             must not: it would stand still with a receiver that does.
         security: Keys, for endpoints `tls/...`.
+        gossip: Whether peers that connect to this router learn of each other, as behind the router of rmw_zenoh:
+            a router does not pass on what peers send to each other. The router itself connects to none of them.
+        as_peer: Whether to connect to a peer as another one, which learns what that peer announces itself, and not
+            what it has from others.
 
     Raises:
         InvalidEndpoint: It is none.
@@ -95,9 +99,13 @@ class Session:
         connect: str | None = None,
         patient: bool = True,
         security: Security | None = None,
+        gossip: bool = False,
+        as_peer: bool = False,
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
+        if gossip and listen is None:
+            raise SessionError("gossip needs a router: give `listen`")
         endpoint = listen if connect is None else connect
         assert endpoint is not None
         if not is_endpoint(endpoint):
@@ -109,7 +117,9 @@ class Session:
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
-        self._settings = _settings(listen, connect, patient)
+        self._settings = _settings(listen, connect, patient, gossip)
+        if as_peer:
+            self._settings["mode"] = "peer"
         try:
             if security is not None:
                 secured_settings(self._settings, security)
@@ -121,6 +131,10 @@ class Session:
 
     def _open(self) -> zenoh.Session:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
+
+    def peers(self) -> frozenset[str]:
+        """The peers that are connected, by what Zenoh calls them; not routers, and not clients."""
+        return frozenset(str(peer) for peer in self._zenoh.info.peers_zid())
 
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
@@ -283,7 +297,7 @@ def _bytes(content: zenoh.ZBytes | None) -> bytes:
     return b"" if content is None else content.to_bytes()
 
 
-def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:
+def _settings(listen: str | None, connect: str | None, patient: bool, gossip: bool = False) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
     queue: dict[str, Any] = {"size": {"data": ROOM}}
     if patient:
@@ -304,7 +318,11 @@ def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[st
             "exit_on_failure": True,
             "retry": {"period_init_ms": 100, "period_max_ms": 500},
         },
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
+        "scouting": {
+            "multicast": {"enabled": False},
+            "gossip": {"enabled": gossip, "multihop": False, "autoconnect": {"router": [], "peer": []}},
+            "delay": 20,
+        },
         "timestamping": {"enabled": True},
         "transport": {"shared_memory": {"enabled": False}, "link": link},
     }

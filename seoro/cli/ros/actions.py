@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from seoro.bridges.ros2.clients.errors import GoalRejected
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import Goal, pursuing
 from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
@@ -26,7 +26,7 @@ async def list_actions(options: argparse.Namespace) -> int:
 
 
 async def send(options: argparse.Namespace) -> int:
-    """Send a goal, and print how it ends; Ctrl-C cancels it."""
+    """Send a goal, and print how it ends; a signal cancels it."""
     goal = read_value(options.value)
     async with reached(options) as node:
         action = node.resolve(options.name)
@@ -40,12 +40,10 @@ async def _pursue(options: argparse.Namespace, node: RosNode, action: str, type_
         if options.feedback:
             _print(options, "feedback", plain(feedback))
 
-    noted: list[str] = []
-
     def note(text: str) -> None:
-        noted.append(text)
         print(f"warning: {printable(text)}", file=sys.stderr)
 
+    pursued: Goal | None = None
     try:
         async with pursuing(node, action, type_name, goal, tell, note) as pursued:
             if not options.json:
@@ -55,11 +53,20 @@ async def _pursue(options: argparse.Namespace, node: RosNode, action: str, type_
         print(printable(str(rejected)))
         return Exit.FAILED
     except asyncio.CancelledError:
-        if not noted:
-            print("the goal was canceled", file=sys.stderr)
+        _print_interrupted(pursued)
         raise
     _print(options, ended.status.value, plain(ended.result))
     return Exit.PASSED if ended.status is GoalStatus.SUCCEEDED else Exit.FAILED
+
+
+def _print_interrupted(goal: Goal | None) -> None:
+    """Print how a goal that a signal has ended did end; a goal that may go on has been warned of."""
+    if goal is None:
+        print("interrupted before the server had accepted the goal", file=sys.stderr)
+    elif goal.end is not None:
+        is_canceled = goal.end.status is GoalStatus.CANCELED
+        how = "was canceled" if is_canceled else f"was not canceled: it had ended ({goal.end.status.value})"
+        print(f"the goal {how}", file=sys.stderr)
 
 
 def plain(value: Any) -> Any:

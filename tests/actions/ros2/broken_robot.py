@@ -68,7 +68,7 @@ class Broken:
         self._canceled.publish({"data": order})
         if order == STUBBORN:
             await anyio.sleep_forever()
-        return {"return_code": 0}
+        return {"goals_canceling": [request.goal_info]}
 
 
 async def serve(node: RosNode, stack: AsyncExitStack) -> None:

@@ -75,7 +75,7 @@ class Fibonacci:
         if goal[2] == 10:
             return {"return_code": 1}
         goal[0].set()
-        return {"return_code": 0}
+        return {"goals_canceling": [request.goal_info]}
 
     def say(self, text: str) -> None:
         assert self.said is not None

@@ -184,7 +184,7 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
     warnings = [r["message"] for r in ran.records if r["kind"] == "log" and r["level"] == "warning"]
     assert len(warnings) == 1
-    assert "a goal cannot be canceled: it rejects that" in warnings[0]
+    assert "its server rejects to cancel it (return code 1)" in warnings[0]
 
 
 async def test_a_robot_that_dies_in_the_middle_of_a_goal_ends_it(tmp_path: Path, router: str) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import anyio
 import pytest
 
+from seoro.actions.ros_checks import is_logger_of
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Qos, RmwZenoh
 from seoro.runtime.verdict import RunStatus
@@ -136,6 +137,37 @@ async def test_what_is_logged_in_a_burst_is_found(tmp_path: Path, robot: str) ->
             await logs.wait_for_subscription()
             for number in range(300):
                 logs.publish({"name": "chatty", "msg": "the sixth" if number == 5 else f"line {number}"})
+            ran = await ran_of(run)
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("node", "loggers"),
+    [
+        ("", {"robot", "bot1.robot", "bot2.robot", "bot1.other"}),
+        ("robot", {"robot", "bot1.robot", "bot2.robot"}),
+        ("/robot", {"robot"}),
+        ("/bot1/robot", {"bot1.robot"}),
+        ("bot1.robot", {"bot1.robot"}),
+        ("bot", set()),
+    ],
+)
+def test_nodes_whose_logs_are_looked_at_are_named_as_elsewhere(node: str, loggers: set[str]) -> None:
+    known = ("robot", "bot1.robot", "bot2.robot", "bot1.other")
+    assert {logger for logger in known if is_logger_of(logger, node)} == loggers
+
+
+async def test_logs_are_found_by_the_full_name_of_their_node(tmp_path: Path, robot: str) -> None:
+    text = 'scenario main:\n    do log_check("/bot1/chatty", ["hello"])\n'
+    async with (
+        connect(robot, dialect=RmwZenoh()) as system,
+        system.node("chatty", "/bot1") as node,
+        node.publishing("/rosout", "rcl_interfaces/msg/Log", Qos(depth=1000)) as logs,
+        running(tmp_path, robot, text) as run,
+    ):
+        with anyio.fail_after(30.0):
+            await logs.wait_for_subscription()
+            logs.publish({"name": "bot1.chatty", "msg": "hello"})
             ran = await ran_of(run)
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 

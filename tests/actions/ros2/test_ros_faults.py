@@ -81,7 +81,7 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
     [lost, canceled] = [each["message"] for each in ran.records if each.get("level") == "warning"]
     assert lost.startswith("the goal of /fibonacci may go on: ")
-    assert canceled == "/fibonacci: a goal that nobody pursued any more was canceled"
+    assert canceled == "/fibonacci: the server cancels a goal that nobody pursued any more"
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from seoro.background import background
 from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.numbers import new_number
-from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, ENDED, UNKNOWN
+from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, ENDED, UNKNOWN, is_rejected
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.ros2.topics import Subscription
@@ -78,6 +78,7 @@ class Goal:
     Attributes:
         is_accepted: Whether its server has said that it takes it.
         is_reached: Whether its server has answered when it was to be canceled, and knew it.
+        end: Status and result with which it has ended, once its server has reported them.
     """
 
     def __init__(self, number: bytes, clients: _Clients) -> None:
@@ -85,7 +86,7 @@ class Goal:
         self._clients = clients
         self.is_accepted = False
         self.is_reached = True
-        self._has_ended = False  # as far as its server has said
+        self.end: GoalResult | None = None
         self._end: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
     async def ended(self) -> GoalResult:
@@ -108,9 +109,9 @@ class Goal:
                 self._end.set_exception(error)
                 self._end.exception()  # whoever sent it may not wait for its end
         else:
-            self._has_ended = True
+            self.end = GoalResult(status, Members(response.result))
             if not self._end.done():
-                self._end.set_result(GoalResult(status, Members(response.result)))
+                self._end.set_result(self.end)
 
     async def cancel(self) -> None:
         """Call it off, unless it has ended, and wait until it has; each within a deadline.
@@ -118,21 +119,22 @@ class Goal:
         Raises:
             BackendError: It may go on.
         """
-        if self._has_ended:
+        if self.end is not None:
             return
         info = {"goal_id": {"uuid": list(self.number)}}
         self.is_reached = False
-        code = (await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)).return_code
+        response = await self._clients.cancel.call({"goal_info": info}, CANCEL_WITHIN)
+        code = response.return_code
         if code == UNKNOWN and not self.is_accepted:
             raise BackendError("its server does not know it, and may take it later")
         self.is_reached = True
-        if code in (UNKNOWN, ENDED):
+        if code == UNKNOWN:
             return
-        if code:
-            raise BackendError(f"a goal cannot be canceled: it rejects that (return code {code})")
+        if is_rejected(response, self.number):
+            raise BackendError(f"its server rejects to cancel it{f' (return code {code})' if code else ''}")
         with anyio.move_on_after(CANCEL_WITHIN), suppress(SeoroError):
             await self.fetch()  # what did so from the beginning has been cancelled, if the block was
-        if not self._has_ended:
+        if self.end is None and not (code == ENDED and self._end.done()):
             raise BackendError(f"its server has not said within {CANCEL_WITHIN:g} s that it has ended")
 
 

@@ -7,7 +7,7 @@ again for a while.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 import anyio
 
@@ -22,6 +22,20 @@ RETRY: Final = 0.2  # [s] between two attempts
 UNKNOWN, ENDED = 2, 3  # why there is nothing to cancel: the server does not know the goal, or it has ended
 
 
+def is_rejected(response: Any, number: bytes) -> bool:
+    """Whether a server rejects the request to cancel a goal.
+
+    Servers of rclcpp reject by a return code. Those of rclpy reject by success and a list without the goal.
+
+    Args:
+        response: Of `action_msgs/srv/CancelGoal`.
+        number: The goal.
+    """
+    if response.return_code:
+        return response.return_code not in (UNKNOWN, ENDED)
+    return all(bytes(each.goal_id.uuid) != number for each in response.goals_canceling)
+
+
 async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str], None]) -> None:
     """Cancel a goal of which its sender has lost sight, as soon as its server can be asked.
 
@@ -29,7 +43,7 @@ async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str]
         node: Who asks.
         action: Full name of the action.
         number: The goal.
-        note: Told when it is canceled, or cannot be.
+        note: Called with a text when the server begins to cancel it, or rejects that.
     """
     service = f"{action}/_action/cancel_goal"
     request = {"goal_info": {"goal_id": {"uuid": list(number)}}}
@@ -38,16 +52,16 @@ async def recall(node: RosNode, action: str, number: bytes, note: Callable[[str]
             await node.graph.wait_for(lambda graph: graph.servers(service) or None)
             try:
                 async with node.calling(service, CANCEL_GOAL) as client:
-                    while (code := (await client.call(request, ANSWER_WITHIN)).return_code) == UNKNOWN:
+                    while (response := await client.call(request, ANSWER_WITHIN)).return_code == UNKNOWN:
                         attempts.deadline = min(attempts.deadline, anyio.current_time() + TAKEN_WITHIN)
                         await anyio.sleep(RETRY)
             except SeoroError:
                 await anyio.sleep(RETRY)
                 continue
-            if not code:
-                note(f"{action}: a goal that nobody pursued any more was canceled")
-            elif code != ENDED:
+            if is_rejected(response, number):
                 note(f"{action}: a goal that nobody pursues any more goes on: its server rejects to cancel it")
+            elif response.return_code != ENDED:
+                note(f"{action}: the server cancels a goal that nobody pursued any more")
             return
 
 

@@ -16,6 +16,7 @@ from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_
 from seoro.bridges.ros2.expose.simulation import serving_simulation
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
+from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.seals import node_seals
@@ -72,16 +73,19 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     """
     keys = node_keys(settings.simulator, MOVING)
     security = security_of(settings.simulator, keys)
+    listens = settings.listen is not None
     try:
         async with (
             open_session(connect=settings.simulator, security=security) as near,
-            open_session(connect=settings.router, listen=settings.listen) as far,
+            open_session(connect=settings.router, listen=settings.listen, gossip=listens) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
             name = await find_simulator(near, settings.simulator)
             address = NodeAddress(near, NAMESPACE, name, seals=node_seals(near, name, keys))
             await address.prove()
-            async with following(address) as node:
+            async with following(address) as node, background() as tasks:
+                if listens:
+                    tasks.start_soon(announce_silent_peers, far)
                 await _expose(node, system, settings, ready)
     except SessionError as error:
         raise InvalidUse(str(error), help=HELP) from error

@@ -32,12 +32,12 @@ class SlowServer:
         await self.lets.wait()
         return {"accepted": True}
 
-    async def cancel_goal(self, _request: object) -> dict[str, Any]:
+    async def cancel_goal(self, request: Any) -> dict[str, Any]:
         if not self.lets.is_set():
             self.refused.set()
             return {"return_code": UNKNOWN}
         self.canceled.set()
-        return {}
+        return {"goals_canceling": [request.goal_info]}
 
     async def get_result(self, _request: object) -> dict[str, Any]:
         await self.canceled.wait()
@@ -87,5 +87,5 @@ async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
             await server.refused.wait()
             server.lets.set()
             await server.canceled.wait()
-            while "/spin: a goal that nobody pursued any more was canceled" not in notes:
+            while "/spin: the server cancels a goal that nobody pursued any more" not in notes:
                 await anyio.sleep(0.01)

@@ -272,9 +272,9 @@ async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
     monkeypatch.setattr("seoro.bridges.ros2.robots.guard.STOPPING", 0.01)
     ready, canceled = anyio.Event(), anyio.Event()
 
-    async def cancel_goal(_request: object) -> dict[str, Any]:
+    async def cancel_goal(request: Any) -> dict[str, Any]:
         canceled.set()
-        return {}
+        return {"goals_canceling": [request.goal_info]}
 
     theirs, ours = os.pipe()
     async with (

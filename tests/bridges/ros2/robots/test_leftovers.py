@@ -23,12 +23,19 @@ JUNK = b"\0\1\0\0abc"
 DEADLINE = 30.0  # [s]
 
 
-async def test_what_is_no_status_does_not_hide_goals_and_is_told_once(router: str, types: TypeStore) -> None:
+CANCELS = "/spin: the server cancels a goal that nobody pursued any more"
+REJECTS = "/spin: a goal that nobody pursues any more goes on: its server rejects to cancel it"
+
+
+@pytest.mark.parametrize("takes", [True, False], ids=["takes it", "rejects as rclpy"])
+async def test_what_is_no_status_does_not_hide_goals_and_is_told_once(
+    takes: bool, router: str, types: TypeStore
+) -> None:
     canceled, notes = anyio.Event(), list[str]()
 
-    async def cancel_goal(_request: object) -> dict[str, Any]:
+    async def cancel_goal(request: Any) -> dict[str, Any]:
         canceled.set()
-        return {}
+        return {"goals_canceling": [request.goal_info] if takes else []}
 
     async with (
         two_nodes(router, types) as (there, here),
@@ -52,7 +59,7 @@ async def test_what_is_no_status_does_not_hide_goals_and_is_told_once(router: st
             while len(notes) < 2:
                 await anyio.sleep(0.01)
     assert notes[0].startswith("a message on /spin/_action/status cannot be read: ")
-    assert notes[1:] == ["/spin: a goal that nobody pursued any more was canceled"]
+    assert notes[1:] == [CANCELS if takes else REJECTS]
 
 
 async def test_a_publisher_of_another_type_does_not_hide_goals(router: str, types: TypeStore) -> None:

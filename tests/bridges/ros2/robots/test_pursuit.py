@@ -71,8 +71,9 @@ async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Wor
 class Stubborn(Navigator):
     """A navigator that takes goals, and none back."""
 
-    def __init__(self) -> None:
+    def __init__(self, code: int) -> None:
         super().__init__()
+        self.code = code  # servers of rclcpp reject by 1, those of rclpy by 0 and no goal
         self.unanswered = Unanswered()
         self.pending = False  # as the bridge knew while it had no answer
 
@@ -81,18 +82,19 @@ class Stubborn(Navigator):
         return {"accepted": True}
 
     async def cancel_goal(self, _request: object) -> dict[str, Any]:
-        return {"return_code": 1}
+        return {"return_code": self.code}
 
     async def get_result(self, _request: object) -> dict[str, Any]:
         await self.done.wait()
         return {"status": Status.SUCCEEDED}
 
 
+@pytest.mark.parametrize(("code", "more"), [(1, " (return code 1)"), (0, "")])
 async def test_goals_that_cannot_be_canceled_are_told_and_count_until_they_end(
-    router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
+    code: int, more: str, router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    robot, happenings = Stubborn(), HappeningLog()
-    problem = "the goal of /spin may go on: a goal cannot be canceled: it rejects that (return code 1)"
+    robot, happenings = Stubborn(code), HappeningLog()
+    problem = f"the goal of /spin may go on: its server rejects to cancel it{more}"
     async with (
         two_nodes(router, types) as (there, here),
         there.serving("/spin/_action/send_goal", f"{SPIN}_SendGoal", robot.send_goal),
