@@ -19,6 +19,7 @@ What a role does not say is as for everybody.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final
@@ -54,6 +55,11 @@ class Limits(BaseModel):
     running: Count | None = None
     time: Positive | None = None
     memory: Count | None = None
+    processes: Count | None = None
+    trace: Count | None = None
+    output: Count | None = None
+    log: Count | None = None
+    environment: tuple[str, ...] | None = None
 
     def over(self, other: Limits) -> Limits:
         """These, and those of another where these say nothing."""
@@ -70,6 +76,17 @@ class Limits(BaseModel):
         return self.reach or ()
 
     @property
+    def variables(self) -> tuple[str, ...]:
+        """Names, or patterns of names, of further environment variables that runs see."""
+        return self.environment or ()
+
+    @property
+    def largest_file(self) -> int:
+        """How large a file may get that a run writes [bytes]."""
+        assert self.output is not None, "the limits of an executor have it"
+        return self.output * MEBIBYTE
+
+    @property
     def kept_of_one(self) -> int:
         """How much is kept of one, beside their runs [bytes]: a scenario at least, else none could be sent."""
         assert self.kept is not None, "the limits of an executor have it"
@@ -83,7 +100,19 @@ class Limits(BaseModel):
 
 
 _BUNDLE: Final = wire.MAX_BUNDLE // MEBIBYTE
-DEFAULT: Final = Limits(commands=1000.0, bundle=_BUNDLE, kept=2 * _BUNDLE, waiting=1000)
+_MEMORY: Final = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // MEBIBYTE
+DEFAULT: Final = Limits(
+    commands=1000.0,
+    bundle=_BUNDLE,
+    kept=2 * _BUNDLE,
+    waiting=1000,
+    time=86_400.0,
+    memory=max(1, _MEMORY // 2),
+    processes=1000,
+    trace=1024,
+    output=4096,
+    log=64,
+)
 
 
 class Policy(BaseModel):
@@ -116,6 +145,22 @@ class Policy(BaseModel):
     def allowed(self) -> frozenset[str]:
         """All that somebody may do."""
         return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names, or patterns of names, of environment variables that somebody's runs see."""
+        each = (self.everybody, *self.roles.values())
+        return tuple(sorted({name for limits in each for name in limits.variables}))
+
+
+def limit_reached(what: str, name: str) -> str:
+    """Text for a run that was ended by a limit.
+
+    Args:
+        what: The limit and its value.
+        name: Of the field of `Limits` that raises it.
+    """
+    return f"limit reached: {what}; to raise it, set `{name}` in the executor's policy (`seoro serve --policy`)"
 
 
 def check_submission(submission: wire.Submission, limits: Limits, waiting: int) -> None:

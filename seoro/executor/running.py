@@ -21,6 +21,7 @@ from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
 from seoro.executor.emergency import Emergency
+from seoro.executor.environment import for_runs
 from seoro.executor.gate import Gate
 from seoro.executor.limits import Policy
 from seoro.executor.policy import check_permissions
@@ -69,6 +70,12 @@ class ExecutorOptions:
     keys: Path | None = None
     policy: Policy = field(default_factory=Policy)
 
+    def __post_init__(self) -> None:
+        """Resolve paths: processes of runs have working directories of their own."""
+        object.__setattr__(self, "folder", self.folder.resolve())
+        if self.keys is not None:
+            object.__setattr__(self, "keys", self.keys.resolve())
+
 
 @dataclass(frozen=True)
 class Started:
@@ -102,7 +109,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
         )
     with open_store(options.folder) as store:
         async with (
-            open_pool() as pool,
+            open_pool(for_runs(policy.variables, options.keys)) as pool,
             background() as tasks,
             AsyncExitStack() as stack,
         ):
@@ -120,6 +127,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)
+                duties.start_soon(queue.reserve.watch)
                 duties.start_soon(_forget, server, options.keep)
                 try:
                     yield Started(lost, reached.name_lost)

@@ -3,7 +3,7 @@
     executor.lock      held while an executor uses the folder
     runs.sqlite        one row a run
     blobs/<hash>       contents of bundles
-    runs/<run>/        files/ (the bundle), output/ (what the run left), trace.jsonl
+    runs/<run>/        files/ (the bundle), output/ (what the run left), trace.jsonl, home/ (while it runs)
 
 All of SQLite is done by one thread, in the order in which it is asked for.
 """
@@ -75,6 +75,11 @@ class RunFolder:
     def trace(self) -> Path:
         """Its trace."""
         return self.path / "trace.jsonl"
+
+    @property
+    def home(self) -> Path:
+        """The home folder of its programs, while it runs."""
+        return self.path / "home"
 
     @property
     def log(self) -> Path:
@@ -206,8 +211,9 @@ class Store:
         """Remove what an executor before this one has left half done."""
         known = await self.known()
         for path in (self._folder / "runs").iterdir():
-            if path.name not in known:
-                await asyncio.to_thread(shutil.rmtree, path, ignore_errors=True)
+            left = path if path.name not in known else RunFolder(path).home
+            if left.exists():
+                await asyncio.to_thread(shutil.rmtree, left, ignore_errors=True)
 
     async def give_up_running(self) -> int:
         """Mark runs as lost that an executor before this one has left running; returns how many there were."""
