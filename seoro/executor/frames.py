@@ -56,6 +56,8 @@ class Job(Message):
     reach: tuple[str, ...] = ()  # endpoints of other machines
     environment: tuple[str, ...] = ()  # further variables of the executor that it sees
     is_dry: bool = False  # whether it is only tried
+    is_sandboxed: bool = False
+    hidden: tuple[str, ...] = ()  # folders of the executor that a sandboxed run must not see
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

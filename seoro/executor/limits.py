@@ -13,6 +13,12 @@
         running: 2        # runs of one that go on at a time
         time: 3600        # [s] that a run may take, beside what it waits for robots
         memory: 4096      # [MiB] that the processes of a run may have together
+        processes: 200    # of a run
+        trace: 1024       # [MiB] of a run
+        output: 4096      # [MiB] of files that a run leaves
+        log: 64           # [MiB] that the processes of a run print
+        environment: [FLEET_*]  # variables that runs see, beside those of `environment.py`
+        sandbox: required   # or auto: where the system has the means; or off
 
 What a role does not say is as for everybody.
 """
@@ -22,7 +28,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -60,6 +66,7 @@ class Limits(BaseModel):
     output: Count | None = None
     log: Count | None = None
     environment: tuple[str, ...] | None = None
+    sandbox: Literal["required", "auto", "off"] | None = None
 
     def over(self, other: Limits) -> Limits:
         """These, and those of another where these say nothing."""
@@ -112,6 +119,7 @@ DEFAULT: Final = Limits(
     trace=1024,
     output=4096,
     log=64,
+    sandbox="auto",
 )
 
 
@@ -145,6 +153,11 @@ class Policy(BaseModel):
     def allowed(self) -> frozenset[str]:
         """All that somebody may do."""
         return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+
+    @property
+    def requires_sandbox(self) -> bool:
+        """Whether somebody's runs must be sandboxed."""
+        return any(limits.sandbox == "required" for limits in (self.everybody, *self.roles.values()))
 
     @property
     def variables(self) -> tuple[str, ...]:

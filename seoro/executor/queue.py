@@ -51,6 +51,7 @@ class Queue:
         jobs: How many go on at a time.
         policy: What their submitters may.
         note_end: Called before the end of a run is kept.
+        can_sandbox: Whether runs can be sandboxed.
     """
 
     def __init__(
@@ -61,12 +62,15 @@ class Queue:
         jobs: int,
         policy: Policy,
         note_end: NoteEnd,
+        *,
+        can_sandbox: bool = False,
     ) -> None:
         self._store = store
         self._pool = pool
         self._tasks = tasks
         self._policy = policy
         self._note_end = note_end
+        self._can_sandbox = can_sandbox
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
         self._pace = Pace()
@@ -255,6 +259,8 @@ class Queue:
             allowed=limits.allowed,
             reach=limits.reached,
             environment=limits.variables,
+            is_sandboxed=self._can_sandbox and limits.sandbox != "off",
+            hidden=(str(self._store.root),),
         )
 
     async def _follow(self, live: LiveRun, worker: Worker, duties: TaskGroup) -> bytes:

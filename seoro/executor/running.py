@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import anyio
+import anyio.to_thread
 
 from seoro.background import background
 from seoro.bridges.door import Door
@@ -20,6 +21,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
+from seoro.executor import sandbox
 from seoro.executor.emergency import Emergency
 from seoro.executor.environment import for_runs
 from seoro.executor.gate import Gate
@@ -84,10 +86,12 @@ class Started:
     Attributes:
         lost: How many runs an earlier start has lost.
         name_lost: Set when it is not reached by its name any more: another has it, who has started before.
+        no_sandbox: Why its runs are not sandboxed; empty if they are.
     """
 
     lost: int
     name_lost: anyio.Event
+    no_sandbox: str = ""
 
 
 @asynccontextmanager
@@ -107,6 +111,11 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             f"the executor '{options.name}' cannot have the keys of {keys.identity}",
             help="clients trust an executor whose keys have its name: leave out `--name`",
         )
+    trouble = await anyio.to_thread.run_sync(sandbox.trouble)
+    if trouble and policy.requires_sandbox:
+        raise InvalidUse(
+            f"the policy requires sandboxes, and {trouble}", help="or set `sandbox: auto` in the policy"
+        )
     with open_store(options.folder) as store:
         async with (
             open_pool(for_runs(policy.variables, options.keys)) as pool,
@@ -117,10 +126,10 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             note_end = _note_nothing if lock is None else lock.ledger.end
             lost = await _lose(store, note_end)
             await store.sweep()
-            queue = Queue(store, pool, tasks, options.jobs, policy, note_end)
+            queue = Queue(store, pool, tasks, options.jobs, policy, note_end, can_sandbox=not trouble)
             await _queue_again(store, queue, note_end)
             emergency = Emergency(queue, options.folder)
-            server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
+            server = Server(store, queue, DryRuns(pool, can_sandbox=not trouble), options.jobs, policy, emergency)
             gate = Gate(server, policy, lock)
             reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
             async with reached.answering(gate, emergency, tasks), background() as duties:
@@ -130,7 +139,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
                 duties.start_soon(queue.reserve.watch)
                 duties.start_soon(_forget, server, options.keep)
                 try:
-                    yield Started(lost, reached.name_lost)
+                    yield Started(lost, reached.name_lost, trouble)
                 finally:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):

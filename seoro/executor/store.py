@@ -111,6 +111,11 @@ class Store:
         self._thread = thread
 
     @property
+    def root(self) -> Path:
+        """The folder of everything."""
+        return self._folder
+
+    @property
     def blobs(self) -> Path:
         """The folder of the blobs."""
         return self._folder / "blobs"

@@ -30,10 +30,12 @@ class DryRuns:
 
     Args:
         pool: Of processes.
+        can_sandbox: Whether they can be sandboxed.
     """
 
-    def __init__(self, pool: Pool) -> None:
+    def __init__(self, pool: Pool, *, can_sandbox: bool = False) -> None:
         self._pool = pool
+        self._can_sandbox = can_sandbox
         self._is_busy = False
 
     @contextmanager
@@ -63,7 +65,7 @@ class DryRuns:
             RequestRefused: Whether it can be run could not be found out.
         """
         try:
-            return await self._try(_job(manifest, folder, limits), limits)
+            return await self._try(_job(manifest, folder, limits, can_sandbox=self._can_sandbox), limits)
         except (NoProcess, OSError) as error:
             raise _not_known(str(error)) from error
 
@@ -81,7 +83,7 @@ class DryRuns:
                 await worker.wait()
 
 
-def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> Job:
+def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool) -> Job:
     folder.output.mkdir()
     folder.home.mkdir()
     options = manifest.options
@@ -96,6 +98,8 @@ def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> Job:
         allowed=limits.allowed,
         reach=limits.reached,
         environment=limits.variables,
+        is_sandboxed=can_sandbox and limits.sandbox != "off",
+        hidden=(str(folder.path.parents[1]),),
         is_dry=True,
     )
 

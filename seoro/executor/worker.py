@@ -12,6 +12,7 @@ import io
 import os
 import resource
 import signal
+import socket
 import sys
 import threading
 import time
@@ -30,6 +31,7 @@ import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import BundledFilm, Tried
+from seoro.bridges.session import brokered
 from seoro.bundle.places import locating
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
@@ -38,11 +40,14 @@ from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
 from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.executor import sandbox
+from seoro.executor.entering import enter as enter_sandbox
 from seoro.executor.environment import enter
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
 from seoro.executor.policy import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
+from seoro.keys.folder import VARIABLE as KEYS
 from seoro.lang.loader import Reader
 from seoro.located import Locate
 from seoro.reasons import fault_text
@@ -154,6 +159,8 @@ def work(control_pipe: int, data_pipe: int) -> None:
     job = wire.decode(Job, first[1])
     _redirect(Path(job.log))
     enter(job.environment, Path(job.home))
+    if job.is_sandboxed:
+        _go_into_sandbox(job, control.fileno(), data_pipe)
     _limit(job)
     if job.manifest.options.clock == "virtual":  # it is never late, and there may be many such runs
         os.nice(UNHURRIED)
@@ -180,6 +187,26 @@ def _redirect(log: Path) -> None:
         os.dup2(file.fileno(), 2)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # for those who follow the run
+
+
+def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
+    """Have the rest of this done in a sandbox; the process outside is the broker of it, and ends with it."""
+    ours, theirs = socket.socketpair()
+    keys = Path(os.environ[KEYS])
+    (Path(job.home) / sandbox.TEMPORARY).mkdir()
+    try:
+        outer = enter_sandbox(
+            sandbox.command(job, [*map(Path, job.hidden), keys]), ours, (control_pipe, data_pipe, theirs.fileno())
+        )
+    except BackendError as error:
+        Telling(data_pipe).finish(pack_end(not_run(error)))
+        os._exit(0)
+    if outer is not None:
+        from seoro.executor import broker  # noqa: PLC0415 - for the outer process only
+
+        os._exit(broker.work(ours, job, outer.process))
+    del os.environ[KEYS]
+    brokered.use(brokered.Broker(theirs))
 
 
 def _limit(job: Job) -> None:

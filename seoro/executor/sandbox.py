@@ -1,0 +1,113 @@
+"""The sandbox of a run: what its processes see of the machine.
+
+Bubblewrap (`bwrap`) makes it: a user of its own without privileges, and mounts, processes and, unless the policy
+allows `network`, a network of its own. In it are the system's programs, this Python with its packages, the bundle
+of the run, and the folders that the run may write. Home folders, keys, other runs, and sockets of the system are
+not. `entering.py` enters it, and `broker.py` is what the run reaches from it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from seoro.executor.frames import Job
+from seoro.executor.policy import FILES, NETWORK
+
+PROGRAM: Final = "bwrap"
+NAMESPACES: Final = ("--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts")
+TEMPORARY: Final = "tmp"  # in the home folder of a run, its /tmp
+_SYSTEM: Final = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32", "/etc", "/opt", "/sys")
+_DEVICES: Final = (
+    *("/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"),
+    *(
+        "/dev/dri",
+        "/dev/kfd",
+        "/dev/nvidia0",
+        "/dev/nvidiactl",
+        "/dev/nvidia-modeset",
+        "/dev/nvidia-uvm",
+    ),  # cameras
+)
+_NAMES: Final = "/run/systemd/resolve"  # of other machines, where there is a network
+_PATHS: Final = ("PYTHONPATH", "AMENT_PREFIX_PATH")
+SHARED: Final = str(256 << 20)  # [bytes] of /dev/shm
+_TIMEOUT: Final = 10.0  # [s] for a trial
+INSTALL: Final = "install bubblewrap (`apt-get install bubblewrap`)"
+
+
+def command(job: Job, hidden: Collection[Path]) -> list[str]:
+    """The command that makes the sandbox of a run, to which a program is to be added.
+
+    Args:
+        job: The run.
+        hidden: Folders of the executor that the run must not see.
+    """
+    made = [PROGRAM, *NAMESPACES, "--die-with-parent"]
+    if NETWORK not in job.allowed:
+        made.append("--unshare-net")
+    sees_all = FILES in job.allowed
+    visible = [Path("/")] if sees_all else [*_system(), *_python(os.environ)]
+    temporary = ["--bind", f"{job.home}/{TEMPORARY}", "/tmp"]  # noqa: S108 - in the sandbox
+    made += ["--ro-bind", "/", "/", *temporary] if sees_all else temporary  # before what may be below
+    for path in () if sees_all else visible:
+        if path.is_symlink():
+            made += ["--symlink", str(path.readlink()), str(path)]
+        else:
+            made += ["--ro-bind", str(path), str(path)]
+    if NETWORK in job.allowed:
+        made += ["--ro-bind-try", _NAMES, _NAMES]
+    made += ["--proc", "/proc", "--tmpfs", "/dev", "--size", SHARED, "--tmpfs", "/dev/shm"]  # noqa: S108 - in the sandbox
+    for device in _DEVICES:
+        made += ["--dev-bind-try", device, device]
+    for folder in hidden:
+        if folder.exists() and any(folder.is_relative_to(path) for path in visible):
+            made += ["--tmpfs", str(folder)]
+    made += ["--ro-bind", job.files, job.files]
+    for written in (job.output, job.home):
+        made += ["--bind", written, written]
+    return [*made, "--remount-ro", "/dev", "--remount-ro", "/"]
+
+
+def _system() -> Iterator[Path]:
+    return (path for path in map(Path, _SYSTEM) if path.exists())
+
+
+def _python(environment: Mapping[str, str]) -> list[Path]:
+    """The folders of this Python and its packages, as far as they are not the system's."""
+    # The first place of `sys.path` is the working directory of the executor.
+    named = [sys.prefix, sys.base_prefix, *sys.path[1:], str(Path(__file__).parents[2])]
+    for variable in _PATHS:
+        named += environment.get(variable, "").split(os.pathsep)
+    named = [os.path.abspath(name) for name in named if name]  # noqa: PTH100 - without following links
+    homes = {Path.home(), Path("/root"), Path("/home"), Path("/tmp")}  # noqa: S108
+    found: list[Path] = []
+    for path in sorted({Path(each) for name in named for each in (name, os.path.realpath(name))}):
+        is_whole_home = any(home.is_relative_to(path) for home in homes)
+        is_there = any(path.is_relative_to(other) for other in (*map(Path, _SYSTEM), *found))
+        if path.is_dir() and not is_whole_home and not is_there:
+            found.append(path)
+    return found
+
+
+def trouble() -> str:
+    """Why runs cannot be sandboxed on this machine, with what to do; empty if they can."""
+    program = shutil.which(PROGRAM)
+    if program is None:
+        return f"`{PROGRAM}` is not installed: {INSTALL}"
+    trial = [program, *NAMESPACES, "--unshare-net", "--ro-bind", "/", "/", "--proc", "/proc", "--tmpfs", "/tmp"]  # noqa: S108
+    try:
+        tried = subprocess.run([*trial, "true"], check=False, capture_output=True, text=True, timeout=_TIMEOUT)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"`{PROGRAM}` cannot be started: {error}"
+    if tried.returncode == 0:
+        return ""
+    return (
+        f"`{PROGRAM}` makes no sandbox here: {tried.stderr.strip() or 'it fails'}; the system has to allow user "
+        "namespaces to it (`sysctl user.max_user_namespaces`, AppArmor, or the settings of the container)"
+    )
