@@ -10,10 +10,9 @@ import asyncio
 import os
 import re
 import socket
-import ssl
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgpack
 
@@ -24,9 +23,12 @@ from seoro.errors import InvalidUse
 from seoro.executor.frames import Job
 from seoro.executor.policy import vet_endpoint
 from seoro.executor.sandbox import TEMPORARY
-from seoro.keys.folder import Keys
 from seoro.keys.roles import MOVING
-from seoro.keys.sealing import is_command, sign
+
+if TYPE_CHECKING:
+    import ssl
+
+    from seoro.keys.folder import Keys
 
 LARGEST: Final = 1 << 16  # [bytes] of a request
 CHUNK: Final = 1 << 18  # [bytes] passed on at a time
@@ -121,6 +123,8 @@ class Broker:
         return [file.read_bytes() for file in (keys.folder.authority, keys.folder.certificate)]
 
     def _sign(self, said: bytes) -> bytes:
+        from seoro.keys.sealing import is_command, sign  # noqa: PLC0415 - only where there are keys
+
         if self._keys is None:
             raise Refused("there are no keys to sign with")
         if not is_command(said, _NODES):
@@ -169,12 +173,13 @@ class Broker:
                 context = self._context(endpoint) if match["kind"] == "tls" else None
                 host = match["host"].strip("[]")
                 return await asyncio.open_connection(host, int(match["port"]), ssl=context, limit=CHUNK)
-        except ssl.SSLError as error:
-            raise Refused(f"cannot connect to {endpoint}: {error.reason or error}") from error
         except (OSError, TimeoutError) as error:
-            raise Refused(f"cannot connect to {endpoint}: nothing answers there") from error
+            why = getattr(error, "reason", None) or "nothing answers there"  # OpenSSL has a reason
+            raise Refused(f"cannot connect to {endpoint}: {why}") from error
 
     def _context(self, endpoint: str) -> ssl.SSLContext:
+        import ssl  # noqa: PLC0415 - only where there are keys
+
         keys = node_keys(endpoint, MOVING)
         assert keys is not None, "endpoints of TLS need them"
         context = ssl.create_default_context(cafile=str(keys.folder.authority))

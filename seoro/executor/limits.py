@@ -155,6 +155,12 @@ class Policy(BaseModel):
         return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
 
     @property
+    def sandboxes_nobody(self) -> bool:
+        """Whether nobody's runs may be sandboxed."""
+        roles = all(limits.sandbox in (None, "off") for limits in self.roles.values())
+        return self.everybody.sandbox == "off" and roles
+
+    @property
     def requires_sandbox(self) -> bool:
         """Whether somebody's runs must be sandboxed."""
         return any(limits.sandbox == "required" for limits in (self.everybody, *self.roles.values()))

@@ -21,7 +21,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
-from seoro.executor import sandbox
+from seoro.executor import bubblewrap
 from seoro.executor.emergency import Emergency
 from seoro.executor.environment import for_runs
 from seoro.executor.gate import Gate
@@ -111,11 +111,7 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             f"the executor '{options.name}' cannot have the keys of {keys.identity}",
             help="clients trust an executor whose keys have its name: leave out `--name`",
         )
-    trouble = await anyio.to_thread.run_sync(sandbox.trouble)
-    if trouble and policy.requires_sandbox:
-        raise InvalidUse(
-            f"the policy requires sandboxes, and {trouble}", help="or set `sandbox: auto` in the policy"
-        )
+    trouble = await _sandbox_trouble(policy)
     with open_store(options.folder) as store:
         async with (
             open_pool(for_runs(policy.variables, options.keys)) as pool,
@@ -129,7 +125,8 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             queue = Queue(store, pool, tasks, options.jobs, policy, note_end, can_sandbox=not trouble)
             await _queue_again(store, queue, note_end)
             emergency = Emergency(queue, options.folder)
-            server = Server(store, queue, DryRuns(pool, can_sandbox=not trouble), options.jobs, policy, emergency)
+            dry_runs = DryRuns(pool, can_sandbox=not trouble)
+            server = Server(store, queue, dry_runs, options.jobs, policy, emergency, trouble)
             gate = Gate(server, policy, lock)
             reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
             async with reached.answering(gate, emergency, tasks), background() as duties:
@@ -144,6 +141,20 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):
                             await anyio.sleep(LAST_ANSWERS)
+
+
+async def _sandbox_trouble(policy: Policy) -> str:
+    """Why runs are not sandboxed; empty if they are.
+
+    Raises:
+        InvalidUse: The policy requires that they are.
+    """
+    if policy.sandboxes_nobody:
+        return "`sandbox` is off in the policy"
+    trouble = await anyio.to_thread.run_sync(bubblewrap.trouble)
+    if trouble and policy.requires_sandbox:
+        raise InvalidUse(f"the policy requires sandboxes, and {trouble}", help="or set `sandbox: auto` there")
+    return trouble
 
 
 def _locked(

@@ -9,18 +9,16 @@ not. `entering.py` enters it, and `broker.py` is what the run reaches from it.
 from __future__ import annotations
 
 import os
-import shutil
-import subprocess
 import sys
 from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Final
 
+from seoro.executor.bubblewrap import NAMESPACES, PROGRAM
 from seoro.executor.frames import Job
 from seoro.executor.policy import FILES, NETWORK
 
-PROGRAM: Final = "bwrap"
-NAMESPACES: Final = ("--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts")
 TEMPORARY: Final = "tmp"  # in the home folder of a run, its /tmp
 _SYSTEM: Final = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32", "/etc", "/opt", "/sys")
 _DEVICES: Final = (
@@ -37,8 +35,6 @@ _DEVICES: Final = (
 _NAMES: Final = "/run/systemd/resolve"  # of other machines, where there is a network
 _PATHS: Final = ("PYTHONPATH", "AMENT_PREFIX_PATH")
 SHARED: Final = str(256 << 20)  # [bytes] of /dev/shm
-_TIMEOUT: Final = 10.0  # [s] for a trial
-INSTALL: Final = "install bubblewrap (`apt-get install bubblewrap`)"
 
 
 def command(job: Job, hidden: Collection[Path]) -> list[str]:
@@ -52,7 +48,7 @@ def command(job: Job, hidden: Collection[Path]) -> list[str]:
     if NETWORK not in job.allowed:
         made.append("--unshare-net")
     sees_all = FILES in job.allowed
-    visible = [Path("/")] if sees_all else [*_system(), *_python(os.environ)]
+    visible = (Path("/"),) if sees_all else visible_folders()
     temporary = ["--bind", f"{job.home}/{TEMPORARY}", "/tmp"]  # noqa: S108 - in the sandbox
     made += ["--ro-bind", "/", "/", *temporary] if sees_all else temporary  # before what may be below
     for path in () if sees_all else visible:
@@ -74,6 +70,12 @@ def command(job: Job, hidden: Collection[Path]) -> list[str]:
     return [*made, "--remount-ro", "/dev", "--remount-ro", "/"]
 
 
+@cache
+def visible_folders() -> tuple[Path, ...]:
+    """The folders that all runs see; found once, before processes of runs are made."""
+    return (*_system(), *_python(os.environ))
+
+
 def _system() -> Iterator[Path]:
     return (path for path in map(Path, _SYSTEM) if path.exists())
 
@@ -93,21 +95,3 @@ def _python(environment: Mapping[str, str]) -> list[Path]:
         if path.is_dir() and not is_whole_home and not is_there:
             found.append(path)
     return found
-
-
-def trouble() -> str:
-    """Why runs cannot be sandboxed on this machine, with what to do; empty if they can."""
-    program = shutil.which(PROGRAM)
-    if program is None:
-        return f"`{PROGRAM}` is not installed: {INSTALL}"
-    trial = [program, *NAMESPACES, "--unshare-net", "--ro-bind", "/", "/", "--proc", "/proc", "--tmpfs", "/tmp"]  # noqa: S108
-    try:
-        tried = subprocess.run([*trial, "true"], check=False, capture_output=True, text=True, timeout=_TIMEOUT)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"`{PROGRAM}` cannot be started: {error}"
-    if tried.returncode == 0:
-        return ""
-    return (
-        f"`{PROGRAM}` makes no sandbox here: {tried.stderr.strip() or 'it fails'}; the system has to allow user "
-        "namespaces to it (`sysctl user.max_user_namespaces`, AppArmor, or the settings of the container)"
-    )

@@ -61,10 +61,18 @@ class Server:
         jobs: How many go on at a time.
         policy: What submitters may.
         emergency: Stops them all.
+        no_sandbox: Why runs are not sandboxed; empty if they are.
     """
 
     def __init__(
-        self, store: Store, queue: Queue, dry_runs: DryRuns, jobs: int, policy: Policy, emergency: Emergency
+        self,
+        store: Store,
+        queue: Queue,
+        dry_runs: DryRuns,
+        jobs: int,
+        policy: Policy,
+        emergency: Emergency,
+        no_sandbox: str = "",
     ) -> None:
         self._store = store
         self._dry_runs = dry_runs
@@ -76,6 +84,7 @@ class Server:
             allowed=tuple(sorted(policy.allowed)),
             simulators=tuple(name for name in known_simulators() if is_installed(name)),
             films=can_film(),
+            no_sandbox=no_sandbox,
         )
         self._policy = policy
         self._emergency = emergency

@@ -40,7 +40,7 @@ from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
 from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.executor import sandbox
+from seoro.executor import broker, sandbox
 from seoro.executor.entering import enter as enter_sandbox
 from seoro.executor.environment import enter
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
@@ -202,8 +202,6 @@ def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
         Telling(data_pipe).finish(pack_end(not_run(error)))
         os._exit(0)
     if outer is not None:
-        from seoro.executor import broker  # noqa: PLC0415 - for the outer process only
-
         os._exit(broker.work(ours, job, outer.process))
     del os.environ[KEYS]
     brokered.use(brokered.Broker(theirs))

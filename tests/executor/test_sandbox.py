@@ -18,7 +18,7 @@ from seoro.bridges.session import SessionError
 from seoro.bridges.session.brokered import Broker
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command
 from seoro.errors import InvalidUse
-from seoro.executor import broker, sandbox
+from seoro.executor import broker, bubblewrap, sandbox
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.keys.folder import VARIABLE
@@ -27,7 +27,7 @@ from tests.executors import HELLO
 from tests.labs import KeyedLab, command, free_port, keyed_executor, make_lab
 
 DEADLINE = 60.0  # [s]
-TROUBLE = sandbox.trouble()
+TROUBLE = bubblewrap.trouble()
 sandboxed = pytest.mark.skipif(bool(TROUBLE), reason=TROUBLE)
 LOOKING = """import os
 import socket
@@ -76,7 +76,7 @@ def options(folder: Path, **limits: object) -> ExecutorOptions:
 
 async def logs_of(made: ExecutorOptions, file: Path) -> tuple[State, list[str]]:
     async with executing(made) as started, seoro.Client(made.listen) as client:
-        assert started.no_sandbox == ""
+        assert bool(started.no_sandbox) == (made.policy.everybody.sandbox == "off")
         run = await client.submit("lab-a", file)
         with anyio.fail_after(DEADLINE), suppress(seoro.BackendError):
             await run.result()
@@ -152,7 +152,7 @@ async def test_a_run_reaches_a_robot_with_keys_that_it_does_not_have(tmp_path: P
 async def test_a_policy_that_requires_sandboxes_is_not_ignored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sandbox, "PROGRAM", "no-such-program")
+    monkeypatch.setattr(bubblewrap, "PROGRAM", "no-such-program")
     with pytest.raises(InvalidUse, match="requires sandboxes, and `no-such-program` is not installed"):
         async with executing(options(tmp_path, sandbox="required")):
             pass

@@ -149,7 +149,11 @@ def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     result = pytester.runpytest_inprocess(".", "--osc-timeout=0.05")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["error: no verdict within 0.05 s of wall time (`--osc-timeout`)", "*--seed 5 --clock real --set far=1m", "around main"]
+        [
+            "error: no verdict within 0.05 s of wall time (`--osc-timeout`)",
+            "*--seed 5 --clock real --set far=1m",
+            "around main",
+        ]
     )
 
 
