@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgpack
 
-from seoro.bridges.secured import node_keys
+from seoro.bridges.secured import check_reached, node_keys, security_of
+from seoro.bridges.session import Session, SessionError
 from seoro.bridges.session.brokered import CREDENTIALS, LENGTH, REACH, SIGN
 from seoro.bridges.wire.keys import NAMESPACE, node_command
 from seoro.errors import InvalidUse
@@ -136,16 +137,29 @@ class Broker:
     async def _reach(self, endpoint: str) -> str:
         if endpoint not in self._reached:
             vet_endpoint(endpoint, self._job.allowed, self._job.reach)
-            self._reached[endpoint] = await self._listen(endpoint, await self._connect(endpoint))
+            self._check_place(endpoint)
+            await asyncio.to_thread(_check, endpoint)
+            self._reached[endpoint] = await self._listen(endpoint)
         return self._reached[endpoint]
 
-    async def _listen(self, endpoint: str, first: _Connection) -> str:
-        """Pass on what comes to a new socket, the first time over a connection that there is already."""
-        ready = [first]
+    def _check_place(self, endpoint: str) -> None:
+        """Check that an endpoint can be reached, and that the run cannot put something else in its place."""
+        if endpoint.startswith(_SOCKET):
+            path = Path(endpoint.removeprefix(_SOCKET))
+            own = [Path(folder) for folder in (self._job.home, self._job.output)]
+            is_own = any(each.is_relative_to(folder) for each in (path, path.resolve()) for folder in own)
+            if is_own or ".." in path.parts or not path.is_absolute():
+                raise Refused(f"cannot connect to {endpoint} from a sandbox: expected an absolute path outside")
+        elif not _NETWORK.fullmatch(endpoint):
+            known = "tcp, tls, unixsock-stream"
+            raise Refused(f"cannot connect to {endpoint} from a sandbox: expected one of {known}")
+
+    async def _listen(self, endpoint: str) -> str:
+        """Pass on what comes to a new socket."""
 
         async def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             try:
-                there = ready.pop() if ready else await self._connect(endpoint)
+                there = await self._connect(endpoint)
             except Refused:
                 writer.close()
                 return
@@ -167,9 +181,7 @@ class Broker:
                 if endpoint.startswith(_SOCKET):
                     return await asyncio.open_unix_connection(endpoint.removeprefix(_SOCKET), limit=CHUNK)
                 match = _NETWORK.fullmatch(endpoint)
-                if match is None:
-                    known = "tcp, tls, unixsock-stream"
-                    raise Refused(f"cannot connect to {endpoint} from a sandbox: expected one of {known}")
+                assert match is not None, "checked before"
                 context = self._context(endpoint) if match["kind"] == "tls" else None
                 host = match["host"].strip("[]")
                 return await asyncio.open_connection(host, int(match["port"]), ssl=context, limit=CHUNK)
@@ -186,6 +198,21 @@ class Broker:
         context.minimum_version = ssl.TLSVersion.TLSv1_3
         context.load_cert_chain(keys.folder.certificate, keys.folder.key)
         return context
+
+
+def _check(endpoint: str) -> None:
+    """Check that Zenoh answers at an endpoint: the run could say anything there, also to what takes no keys.
+
+    Raises:
+        InvalidUse, Refused: It does not.
+    """
+    keys = node_keys(endpoint, MOVING)
+    security = security_of(endpoint, keys)
+    try:
+        Session(connect=endpoint, security=security).close()
+    except SessionError as error:
+        check_reached(endpoint, security)
+        raise Refused(str(error)) from error
 
 
 async def _pass_on(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> None:

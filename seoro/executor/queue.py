@@ -354,8 +354,9 @@ def _tidy(folder: RunFolder, limits: Limits, *, is_culprit: bool) -> None:
         cut(folder.trace, KEPT_OF_CULPRIT)
     if limits.log is not None:
         cut(folder.log, limits.log * MEBIBYTE)
-    if folder.log.exists() and folder.log.stat().st_size == 0:
-        folder.log.unlink()
+    with suppress(OSError):
+        if folder.log.lstat().st_size == 0:
+            folder.log.unlink()
 
 
 def _outcome(end: bytes, code: int | None, live: LiveRun) -> tuple[State, str]:

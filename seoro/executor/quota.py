@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.executor.blobs import in_mebibytes
+from seoro.executor.left import open_left
 from seoro.executor.limits import MEBIBYTE, Limits, limit_reached
 from seoro.executor.memory import PERIOD, Census, used_by
 from seoro.executor.store import RunFolder
@@ -168,7 +169,7 @@ def write_all(file: FileIO, data: bytes) -> None:
 def cut(path: Path, size: int) -> None:
     """Cut a file after the last whole line that ends within a size [bytes]."""
     try:
-        with path.open("r+b") as file:
+        with open_left(path, path.parent, writes=True) as file:
             if file.seek(0, os.SEEK_END) > size:
                 start = file.seek(max(0, size - LONGEST_LINE))
                 file.truncate(start + file.read(size - start).rfind(b"\n") + 1)

@@ -34,6 +34,11 @@ _DEVICES: Final = (
 )
 _NAMES: Final = "/run/systemd/resolve"  # of other machines, where there is a network
 _PATHS: Final = ("PYTHONPATH", "AMENT_PREFIX_PATH")
+# Settings of the kernel, which an executor that is root may else change from within: they ask who somebody is, and
+# not which privileges they have.
+_KERNEL: Final = tuple(
+    f"/proc/{name}" for name in ("sys", "sysrq-trigger", "irq", "bus", "fs", "acpi", "scsi", "mtrr")
+)
 SHARED: Final = str(256 << 20)  # [bytes] of /dev/shm
 
 
@@ -59,6 +64,8 @@ def command(job: Job, hidden: Collection[Path]) -> list[str]:
     if NETWORK in job.allowed:
         made += ["--ro-bind-try", _NAMES, _NAMES]
     made += ["--proc", "/proc", "--tmpfs", "/dev", "--size", SHARED, "--tmpfs", "/dev/shm"]  # noqa: S108 - in the sandbox
+    for name in _KERNEL:
+        made += ["--ro-bind-try", name, name]
     for device in _DEVICES:
         made += ["--dev-bind-try", device, device]
     for folder in hidden:

@@ -31,6 +31,7 @@ from seoro.bundle.unpacking import InvalidBundle, check_manifest, unpack
 from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
 from seoro.executor.emergency import Emergency
+from seoro.executor.left import open_left
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
 from seoro.executor.policy import vet_endpoint
@@ -291,11 +292,11 @@ class Server:
         output = self._store.folder(request.run).output
         try:
             path = output / check_place(request.path)
-            if not path.resolve().is_relative_to(output.resolve()) or not path.is_file():
-                raise RequestRefused(Result.NOT_FOUND, f"the run has left no file {request.path!r}")
-            with path.open("rb") as file:
+            with open_left(path, output) as file:
                 file.seek(request.offset)
                 return wire.FilePart(data=file.read(wire.CHUNK))
+        except FileNotFoundError:
+            raise RequestRefused(Result.NOT_FOUND, f"the run has left no file {request.path!r}") from None
         except (InvalidPlace, OSError) as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 
@@ -360,10 +361,13 @@ def _printed(log: Path, at: int | None) -> tuple[bytes, bool]:
     """What was printed from a byte on, and whether there is no more; nothing for those who do not ask for it."""
     if at is None or size_of(log) <= at:
         return b"", True
-    with log.open("rb") as file:
-        file.seek(at)
-        data = file.read(PART)
-        return data, at + len(data) >= os.fstat(file.fileno()).st_size
+    try:
+        with open_left(log, log.parent) as file:
+            file.seek(at)
+            data = file.read(PART)
+            return data, at + len(data) >= os.fstat(file.fileno()).st_size
+    except OSError:  # it is gone, or the run has put something else in its place
+        return b"", True
 
 
 def _outputs(folder: Path) -> Iterator[wire.OutputInfo]:

@@ -19,7 +19,9 @@ from seoro.bridges.session.brokered import Broker
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command
 from seoro.errors import InvalidUse
 from seoro.executor import broker, bubblewrap, sandbox
+from seoro.executor.left import open_left
 from seoro.executor.limits import Limits, Policy
+from seoro.executor.quota import cut
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.keys.folder import VARIABLE
 from tests.executor.test_workers import job
@@ -45,7 +47,14 @@ async def look(ctx: ActionContext, places: str, mark: str) -> None:
             ctx.log(f"{place}: {sorted(os.listdir(path)) if path.is_dir() else path.read_text()}")
         except OSError as error:
             ctx.log(f"{place}: {error.strerror}")
-    for place in ("/", "/etc", "/usr", "/dev", os.getcwd()):
+    kernel = ("/proc/sys/kernel/core_pattern", "/proc/sys/kernel/hostname", "/proc/sysrq-trigger")
+    for place in (*kernel, "/sys/fs/cgroup/memory/tasks"):
+        try:
+            os.close(os.open(place, os.O_WRONLY))
+            ctx.log("WRITABLE " + place)
+        except OSError:
+            pass
+    for place in ("/", "/etc", "/usr", "/dev", "/sys", os.getcwd()):
         try:
             Path(place, "x").touch()
             ctx.log("WRITABLE " + place)
@@ -210,12 +219,56 @@ def test_it_signs_commands_to_nodes_only(inside: Broker) -> None:
             inside.ask("sign", said)
 
 
-def test_it_reaches_what_the_policy_allows(inside: Broker) -> None:
+def test_it_reaches_what_the_policy_allows(inside: Broker, tmp_path: Path) -> None:
     with pytest.raises(SessionError, match=r"does not let scenarios reach tcp/192\.0\.2\.1:7447"):
         inside.ask("reach", "tcp/192.0.2.1:7447")
     with pytest.raises(SessionError, match="nothing answers there"):
         inside.ask("reach", f"tcp/127.0.0.1:{free_port()}")
     with pytest.raises(SessionError, match="expected one of tcp, tls, unixsock-stream"):
         inside.ask("reach", "udp/127.0.0.1:7447")
+    for path in ("/run/../run/docker.sock", "some.sock", f"{tmp_path}/home/tmp/mine.sock"):
+        with pytest.raises(SessionError, match="expected an absolute path outside"):
+            inside.ask("reach", f"unixsock-stream/{path}")
     with pytest.raises(SessionError, match="unknown request"):
         inside.ask("open", "/etc/passwd")
+
+
+def test_it_reaches_what_speaks_zenoh_only(inside: Broker, tmp_path: Path) -> None:
+    """As a run could say anything there."""
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(str(tmp_path / "other.sock"))
+        other.listen()
+
+        def answer() -> None:
+            with suppress(OSError):
+                while True:
+                    connection, _ = other.accept()
+                    connection.sendall(b"-ERR unknown command")
+                    connection.close()
+
+        answering = threading.Thread(target=answer)
+        answering.start()
+        try:
+            with pytest.raises(SessionError, match="cannot connect"):
+                inside.ask("reach", f"unixsock-stream/{tmp_path}/other.sock")
+        finally:
+            other.shutdown(socket.SHUT_RDWR)
+            answering.join()
+
+
+def test_links_that_a_run_leaves_lead_nowhere(tmp_path: Path) -> None:
+    folder = tmp_path / "output"
+    folder.mkdir()
+    (tmp_path / "identity.key").write_text("PRIVATE\n" * 1000)
+    (folder / "log.txt").symlink_to(tmp_path / "identity.key")
+    with pytest.raises(FileNotFoundError, match="is not a file of the run"):
+        open_left(folder / "log.txt", folder)
+    cut(folder / "log.txt", 10)
+    assert (tmp_path / "identity.key").stat().st_size == 8000
+    os.mkfifo(folder / "pipe")
+    with pytest.raises(FileNotFoundError, match="is not a file of the run"):
+        open_left(folder / "pipe", folder)
+    (folder / "real").write_text("real")
+    (folder / "link").symlink_to("real")
+    with open_left(folder / "link", folder) as file:
+        assert file.read() == b"real"
