@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import signal
 import socket
 import subprocess
 from collections.abc import Sequence
@@ -139,7 +140,15 @@ def _wait_for(process: int) -> NoReturn:
     """End as another process does, and hold nothing open until then."""
     os.closerange(3, os.sysconf("SC_OPEN_MAX"))
     _, status = os.waitpid(process, 0)
-    code = os.waitstatus_to_exitcode(status)
+    end_as(os.waitstatus_to_exitcode(status))
+
+
+def end_as(code: int) -> NoReturn:
+    """End this process as another did: with its exit status, or killed by its signal if that is negative."""
+    if code < 0:
+        if code not in (-signal.SIGKILL, -signal.SIGSTOP):
+            signal.signal(-code, signal.SIG_DFL)
+        os.kill(os.getpid(), -code)
     os._exit(code if code >= 0 else 128 - code)
 
 

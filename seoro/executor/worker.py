@@ -41,6 +41,7 @@ from seoro.embed.scenarios import Scenario
 from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor import broker, sandbox
+from seoro.executor.entering import end_as
 from seoro.executor.entering import enter as enter_sandbox
 from seoro.executor.environment import enter
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
@@ -159,9 +160,9 @@ def work(control_pipe: int, data_pipe: int) -> None:
     job = wire.decode(Job, first[1])
     _redirect(Path(job.log))
     enter(job.environment, Path(job.home))
+    _limit(job)
     if job.is_sandboxed:
         _go_into_sandbox(job, control.fileno(), data_pipe)
-    _limit(job)
     if job.manifest.options.clock == "virtual":  # it is never late, and there may be many such runs
         os.nice(UNHURRIED)
     else:
@@ -202,7 +203,7 @@ def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
         Telling(data_pipe).finish(pack_end(not_run(error)))
         os._exit(0)
     if outer is not None:
-        os._exit(broker.work(ours, job, outer.process))
+        end_as(broker.work(ours, job, outer.process))
     del os.environ[KEYS]
     brokered.use(brokered.Broker(theirs))
 
@@ -210,7 +211,9 @@ def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
 def _limit(job: Job) -> None:
     """Have the kernel hold this process, and those that it starts, to limits that it can measure."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (job.largest_file, job.largest_file))
+    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    largest = job.largest_file if most == resource.RLIM_INFINITY else min(job.largest_file, most)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that writing fails, with a reason
 
 
