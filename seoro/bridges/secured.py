@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.session import Security, is_endpoint, is_local, is_secured
+from seoro.bridges.session.brokered import broker_here
 from seoro.errors import InvalidUse
 from seoro.keys.folder import chosen_folder, default_folder, read_keys
 from seoro.keys.roles import NAMED, PEOPLE, Role
@@ -66,6 +67,10 @@ def node_keys(endpoint: str, roles: frozenset[Role]) -> Keys | None:
     if not is_secured(endpoint):
         _check_local(endpoint)
         return None
+    if (broker := broker_here()) is not None:
+        from seoro.bridges.brokered_keys import brokered_keys  # noqa: PLC0415 - only in sandboxes
+
+        return brokered_keys(broker, endpoint)
     return keys_for(endpoint, roles)
 
 
@@ -98,7 +103,7 @@ def security_of(
         listens: Whether the session is the hub of others.
         revoked: Who gets nothing there, and the names that belong to some.
     """
-    if keys is None or not is_secured(endpoint):
+    if keys is None or not is_secured(endpoint) or broker_here() is not None:
         return None
     from seoro.keys.access import access_control  # noqa: PLC0415 - only where there are keys
 

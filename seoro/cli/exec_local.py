@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import math
 import os
 import signal
 import sys
@@ -31,6 +30,7 @@ from seoro.cli.signals import ending_signals
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, check_file, load
 from seoro.embed.starting import announcement, prepare
+from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.film import DESCRIPTION
 from seoro.lang.loader import read_file
@@ -190,8 +190,4 @@ class _Exec:
         return self._interrupted or OF_STATUS[verdict.status]
 
     async def _await_verdict(self, run: Run) -> Verdict:
-        limit = self._options.timeout
-        with anyio.move_on_after(limit if limit is not None else math.inf):
-            return await run.result()
-        run.give_up(f"no verdict within {limit:g} s of wall time (`--timeout`)")
-        return await run.result()
+        return await await_verdict(run, wall_limit(self._options.timeout))

@@ -42,7 +42,10 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
     parser.add_argument(
-        "--timeout", type=positive, metavar="SECONDS", help="give up when the run takes longer (wall time)"
+        "--timeout",
+        type=positive,
+        metavar="SECONDS",
+        help="end the run as an error after this wall time (default: 3600)",
     )
 
 

@@ -104,6 +104,8 @@ async def _serve(settings: ExecutorOptions) -> int:
         async with executing(settings) as started:
             where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
             print(f"the executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)
+            if started.no_sandbox:
+                print(f"runs are not sandboxed: {started.no_sandbox}", flush=True)
             if started.lost:
                 print(f"{started.lost} of its runs went on when it died: they are lost", flush=True)
             async with background() as tasks:

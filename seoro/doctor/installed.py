@@ -10,9 +10,11 @@ from typing import Final
 
 from seoro import __version__
 from seoro.doctor.findings import Finding, failed, ok, warning
+from seoro.executor import bubblewrap
 from seoro.lang.frozen import Value
 
 _NEEDED: Final = ("eclipse-zenoh", "pydantic", "msgpack", "anyio", "cryptography")
+SANDBOX: Final = "without a sandbox, runs have the rights of the executor's account: its files, keys and network"
 _BYTES: Final = ("B", "KiB", "MiB", "GiB", "TiB")
 
 
@@ -51,6 +53,13 @@ def look_here() -> Iterator[Finding]:
             yield ok(name, found)
     for extra in EXTRAS:
         yield _look_for(extra)
+    yield _look_at_sandbox()
+
+
+def _look_at_sandbox() -> Finding:
+    if trouble := bubblewrap.trouble():
+        return warning("sandbox", f"runs of an executor here are not sandboxed: {trouble}", SANDBOX)
+    return ok("sandbox", "runs of an executor here are sandboxed by bubblewrap")
 
 
 def _look_for(extra: Extra) -> Finding:

@@ -23,7 +23,7 @@ from seoro.bridges.wire.keys import MAJOR
 from seoro.bridges.wire.message import Empty
 from seoro.doctor.endpoint import look_at_endpoint
 from seoro.doctor.findings import Finding, Health, failed, ok, warning
-from seoro.doctor.installed import in_bytes
+from seoro.doctor.installed import SANDBOX, in_bytes
 from seoro.doctor.lab import HERE, NOWHERE, Places, look_from
 from seoro.doctor.measured import RELEASE, tell_clock, tell_latency, tell_version
 from seoro.doctor.nodes import tell_place
@@ -116,6 +116,10 @@ async def _look_at(executor: Executor, keys: Keys | None) -> AsyncIterator[Findi
     if info.free is not None:
         free = f"has {in_bytes(info.free)} of disk left for runs"
         yield ok(what, free) if info.free > LITTLE else warning(what, free, "`seoro rm` forgets runs")
+    if info.no_sandbox:
+        yield warning(what, f"does not sandbox runs: {info.no_sandbox}", SANDBOX)
+    elif info.no_sandbox is not None:
+        yield ok(what, "sandboxes runs")
     if info.simulators:
         yield ok(what, f"has the simulators {', '.join(info.simulators)}")
     elif info.simulators is not None:

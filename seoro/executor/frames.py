@@ -33,6 +33,7 @@ class Frame(IntEnum):
     GO = 8  # it has its turn
     TRIED = 9  # what a dry run would begin with: `messages.Tried`
     HALT = 10  # as STOP, and nothing is to be done with robots after the run
+    GIVE_UP = 11  # end the run as an error: why, as text
 
 
 class Told(IntEnum):
@@ -49,9 +50,14 @@ class Job(Message):
     files: str  # folder with the bundle
     output: str  # folder for what it leaves
     log: str  # file for what its process prints
+    home: str  # folder for what its programs keep, which is removed after it
+    largest_file: int  # [bytes]
     allowed: tuple[str, ...]
     reach: tuple[str, ...] = ()  # endpoints of other machines
+    environment: tuple[str, ...] = ()  # further variables of the executor that it sees
     is_dry: bool = False  # whether it is only tried
+    is_sandboxed: bool = False
+    hidden: tuple[str, ...] = ()  # folders of the executor that a sandboxed run must not see
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

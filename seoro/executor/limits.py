@@ -13,15 +13,22 @@
         running: 2        # runs of one that go on at a time
         time: 3600        # [s] that a run may take, beside what it waits for robots
         memory: 4096      # [MiB] that the processes of a run may have together
+        processes: 200    # of a run
+        trace: 1024       # [MiB] of a run
+        output: 4096      # [MiB] of files that a run leaves
+        log: 64           # [MiB] that the processes of a run print
+        environment: [FLEET_*]  # variables that runs see, beside those of `environment.py`
+        sandbox: required   # or auto: where the system has the means; or off
 
 What a role does not say is as for everybody.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -54,6 +61,12 @@ class Limits(BaseModel):
     running: Count | None = None
     time: Positive | None = None
     memory: Count | None = None
+    processes: Count | None = None
+    trace: Count | None = None
+    output: Count | None = None
+    log: Count | None = None
+    environment: tuple[str, ...] | None = None
+    sandbox: Literal["required", "auto", "off"] | None = None
 
     def over(self, other: Limits) -> Limits:
         """These, and those of another where these say nothing."""
@@ -70,6 +83,17 @@ class Limits(BaseModel):
         return self.reach or ()
 
     @property
+    def variables(self) -> tuple[str, ...]:
+        """Names, or patterns of names, of further environment variables that runs see."""
+        return self.environment or ()
+
+    @property
+    def largest_file(self) -> int:
+        """How large a file may get that a run writes [bytes]."""
+        assert self.output is not None, "the limits of an executor have it"
+        return self.output * MEBIBYTE
+
+    @property
     def kept_of_one(self) -> int:
         """How much is kept of one, beside their runs [bytes]: a scenario at least, else none could be sent."""
         assert self.kept is not None, "the limits of an executor have it"
@@ -83,7 +107,20 @@ class Limits(BaseModel):
 
 
 _BUNDLE: Final = wire.MAX_BUNDLE // MEBIBYTE
-DEFAULT: Final = Limits(commands=1000.0, bundle=_BUNDLE, kept=2 * _BUNDLE, waiting=1000)
+_MEMORY: Final = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // MEBIBYTE
+DEFAULT: Final = Limits(
+    commands=1000.0,
+    bundle=_BUNDLE,
+    kept=2 * _BUNDLE,
+    waiting=1000,
+    time=86_400.0,
+    memory=max(1, _MEMORY // 2),
+    processes=1000,
+    trace=1024,
+    output=4096,
+    log=64,
+    sandbox="auto",
+)
 
 
 class Policy(BaseModel):
@@ -116,6 +153,33 @@ class Policy(BaseModel):
     def allowed(self) -> frozenset[str]:
         """All that somebody may do."""
         return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+
+    @property
+    def sandboxes_nobody(self) -> bool:
+        """Whether nobody's runs may be sandboxed."""
+        roles = all(limits.sandbox in (None, "off") for limits in self.roles.values())
+        return self.everybody.sandbox == "off" and roles
+
+    @property
+    def requires_sandbox(self) -> bool:
+        """Whether somebody's runs must be sandboxed."""
+        return any(limits.sandbox == "required" for limits in (self.everybody, *self.roles.values()))
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names, or patterns of names, of environment variables that somebody's runs see."""
+        each = (self.everybody, *self.roles.values())
+        return tuple(sorted({name for limits in each for name in limits.variables}))
+
+
+def limit_reached(what: str, name: str) -> str:
+    """Text for a run that was ended by a limit.
+
+    Args:
+        what: The limit and its value.
+        name: Of the field of `Limits` that raises it.
+    """
+    return f"limit reached: {what}; to raise it, set `{name}` in the executor's policy (`seoro serve --policy`)"
 
 
 def check_submission(submission: wire.Submission, limits: Limits, waiting: int) -> None:

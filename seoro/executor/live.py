@@ -32,7 +32,9 @@ class LiveRun:
         self.changes = Changes()  # of all of that
         self.watches = Watches(pace)  # of the same, at once
         self._worker: Worker | None = None
+        self.output = 0  # of its other files [bytes], as far as that is known
         self._stop_reason: str | None = None
+        self._is_given_up = False
         self._watched = time.monotonic()
         self._killing: asyncio.TimerHandle | None = None
         self._is_left = False
@@ -46,6 +48,11 @@ class LiveRun:
     def is_stopped(self) -> bool:
         """Whether it was asked to stop."""
         return self._stop_reason is not None
+
+    @property
+    def is_given_up(self) -> bool:
+        """Whether it ends as an error, because it has reached a limit."""
+        return self._is_given_up
 
     @property
     def stop_reason(self) -> str | None:
@@ -79,6 +86,12 @@ class LiveRun:
                 self._stop(self._worker, reason)
             self.changes.tell()
 
+    def give_up(self, reason: str) -> None:
+        """End it as an error, unless it was stopped; a process that does not end is killed."""
+        if self._stop_reason is None:
+            self._is_given_up = True
+            self.stop(reason)
+
     def halt(self, reason: str) -> None:
         """Stop it, also what is done with its robots after it."""
         self.stop(reason)
@@ -100,7 +113,10 @@ class LiveRun:
         return self._worker is not None
 
     def _stop(self, worker: Worker, reason: str) -> None:
-        worker.stop(reason)
+        if self._is_given_up:
+            worker.give_up(reason)
+        else:
+            worker.stop(reason)
         self._killing = asyncio.get_running_loop().call_later(STOP_TIMEOUT, worker.kill)
 
     def release(self) -> None:

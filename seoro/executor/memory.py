@@ -1,6 +1,6 @@
-"""How much memory the processes of a run have, so that one with too much can be ended.
+"""Memory and number of the processes of a run.
 
-A limit of the kernel on address space (`RLIMIT_AS`) is no measure of that: it is for each process alone, where a
+A limit of the kernel on address space (`RLIMIT_AS`) is no measure of memory: it is for each process alone, where a
 run has several, and counts what is reserved and never used, which simulators and Zenoh have by the gigabyte. So
 what is used is looked at, twice a second: what is shared with other processes counts in parts (PSS,
 `proc_pid_smaps(5)`). A run that takes gigabytes between two looks is not caught in time.
@@ -8,45 +8,52 @@ what is used is looked at, twice a second: what is shared with other processes c
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from threading import Lock
 from typing import Final
 
-PERIOD: Final = 0.5  # [s]
+PERIOD: Final = 0.5  # [s] between two looks
 _PROC: Final = Path("/proc")
 
 
-async def exceeds(process: int, limit: int) -> int:
-    """Wait until a process and those below it have more memory than a limit; returns how much, in MiB.
+class Census:
+    """The processes of the machine by their parents, for all who look within half a period."""
 
-    Args:
-        process: Its number.
-        limit: [MiB].
-    """
-    while True:
-        await asyncio.sleep(PERIOD)
-        used = await asyncio.to_thread(used_by, process)
-        if used > limit:
-            return used
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._children: Mapping[int, list[int]] = {}
+        self._taken = -PERIOD
+
+    def family(self, process: int) -> tuple[int, ...]:
+        """A process and all below it."""
+        with self._lock:
+            if time.monotonic() - self._taken > PERIOD / 2:
+                self._children = _children()
+                self._taken = time.monotonic()
+            children = self._children
+        found = [process]
+        for each in found:  # it grows
+            found += children.get(each, ())
+        return tuple(found)
 
 
-def used_by(process: int) -> int:
-    """Memory of a process and all below it [MiB]."""
-    return sum(map(_size, _family(process))) // 1024
-
-
-def _family(process: int) -> Iterator[int]:
-    """A process and all below it."""
+def _children() -> dict[int, list[int]]:
     children: dict[int, list[int]] = {}
-    for path in _PROC.iterdir():
-        if path.name.isdecimal() and (parent := _parent(path)) is not None:
-            children.setdefault(parent, []).append(int(path.name))
-    found = [process]
-    while found:
-        each = found.pop()
-        yield each
-        found += children.get(each, [])
+    for process in _processes():
+        if (parent := _parent(_PROC / str(process))) is not None:
+            children.setdefault(parent, []).append(process)
+    return children
+
+
+def _processes() -> Iterator[int]:
+    return (int(path.name) for path in _PROC.iterdir() if path.name.isdecimal())
+
+
+def used_by(family: tuple[int, ...]) -> int:
+    """Memory of some processes together [MiB]."""
+    return sum(map(_size, family)) // 1024
 
 
 def _parent(path: Path) -> int | None:

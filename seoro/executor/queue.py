@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import shutil
 import sqlite3
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from io import FileIO
-from pathlib import Path
 from typing import Final, TypeAlias
 
 import anyio
@@ -23,11 +22,12 @@ from seoro.changes import Changes
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor import frames
 from seoro.executor.frames import Frame, Job
-from seoro.executor.limits import Limits, Policy
+from seoro.executor.holding import KEPT_OF_CULPRIT, Reserve, TraceKeeper, hold_to_time, hold_to_usage
+from seoro.executor.limits import MEBIBYTE, Limits, Policy
 from seoro.executor.live import STOP_TIMEOUT, LiveRun
-from seoro.executor.memory import exceeds
 from seoro.executor.order import Waiting
-from seoro.executor.store import Finished, Store
+from seoro.executor.quota import TraceFile, cut
+from seoro.executor.store import Finished, RunFolder, Store
 from seoro.executor.turns import Turns
 from seoro.executor.watching import Pace
 from seoro.executor.workers import Pool, Worker
@@ -52,6 +52,7 @@ class Queue:
         jobs: How many go on at a time.
         policy: What their submitters may.
         note_end: Called before the end of a run is kept.
+        can_sandbox: Whether runs can be sandboxed.
     """
 
     def __init__(
@@ -62,17 +63,21 @@ class Queue:
         jobs: int,
         policy: Policy,
         note_end: NoteEnd,
+        *,
+        can_sandbox: bool = False,
     ) -> None:
         self._store = store
         self._pool = pool
         self._tasks = tasks
         self._policy = policy
         self._note_end = note_end
+        self._can_sandbox = can_sandbox
         self._live: dict[str, LiveRun] = {}
         self._waiting = Waiting()
         self._pace = Pace()
         self._ends: dict[str, Finished] = {}
         self._changes = Changes()
+        self.reserve = Reserve(store.blobs, self._live.values, self._limits)
         self._turns = Turns(jobs, policy, self._changes)
         self._is_closing = False
         self._held_back = ""
@@ -228,30 +233,36 @@ class Queue:
         worker.begin(self._job(live))
         live.have(worker)
         async with background() as duties:
-            duties.start_soon(_hold_to_time, live, self._limits(live).time)
-            duties.start_soon(_hold_to_memory, live, worker, self._limits(live).memory)
+            folder, limits = self._store.folder(live.info.run), self._limits(live)
+            duties.start_soon(hold_to_time, live, limits)
+            duties.start_soon(hold_to_usage, live, worker, limits, folder)
             end = await self._follow(live, worker, duties)
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
-        folder = self._store.folder(live.info.run)
-        _drop_empty(folder.log)
-        await anyio.to_thread.run_sync(folder.sync)
+        await asyncio.to_thread(_tidy, folder, limits, is_culprit=self.reserve.release(live.info.run))
+        await asyncio.to_thread(folder.sync)
         if live.is_left and code == frames.NOT_BEGUN:
             return
-        state, reason = _outcome(end, code, live.stop_reason)
+        state, reason = _outcome(end, code, live)
         await self._finish(live, state, reason if end else live.killed or reason, end)
 
     def _job(self, live: LiveRun) -> Job:
-        folder = self._store.folder(live.info.run)
-        folder.output.mkdir(exist_ok=True)
+        folder, limits = self._store.folder(live.info.run), self._limits(live)
+        for each in (folder.output, folder.home):
+            each.mkdir(exist_ok=True)
         return Job(
             manifest=live.submission.manifest,
             files=str(folder.files),
             output=str(folder.output),
             log=str(folder.log),
-            allowed=self._limits(live).allowed,
-            reach=self._limits(live).reached,
+            home=str(folder.home),
+            largest_file=limits.largest_file,
+            allowed=limits.allowed,
+            reach=limits.reached,
+            environment=limits.variables,
+            is_sandboxed=self._can_sandbox and limits.sandbox != "off",
+            hidden=(str(self._store.root),),
         )
 
     async def _follow(self, live: LiveRun, worker: Worker, duties: TaskGroup) -> bytes:
@@ -261,17 +272,19 @@ class Queue:
             OSError: The trace could not be written; the run was stopped, and has cleaned up.
         """
         end, failed = b"", None
-        with self._store.folder(live.info.run).trace.open("ab", buffering=0) as trace:
+        limit = self._limits(live).trace
+        assert limit is not None, "the limits of an executor have it"
+        with self._store.folder(live.info.run).trace.open("ab", buffering=0) as file:
+            trace = TraceFile(file, limit * MEBIBYTE, self.reserve.of(live))
+            keeper = TraceKeeper(live, trace, limit, self.reserve)
             async for kind, data in worker.frames():
                 match kind:
                     case Frame.TRACE if failed is None:
                         try:
-                            _write(trace, data)
+                            keeper.keep(data)
                         except OSError as error:
                             failed = error
                             live.stop(_unkept(error))
-                        else:
-                            live.grow(data)
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
                         await self._store.announce(live.info.run, live.info.announcement)
@@ -283,7 +296,7 @@ class Queue:
                         end = data
                     case Frame.TRACE | Frame.TRIED:  # which is not kept
                         pass
-                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT:  # what goes the other way
+                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT | Frame.GIVE_UP:  # what goes the other way
                         pass
         if failed is not None:
             raise failed
@@ -332,55 +345,37 @@ def _is_done_with(live: LiveRun) -> bool:
     return live.info.state.is_final or (live.is_left and not live.has_process)
 
 
-async def _hold_to_time(live: LiveRun, limit: float | None) -> None:
-    """Stop a run that takes longer than it may [s], for which it does not matter how long it waits."""
-    if limit is None:
-        return
-    with suppress(TimeoutError):
-        while True:
-            await live.changes.wait_for(lambda: live.info.state is State.QUEUED, limit)
-            await live.changes.wait_for(lambda: live.info.state is State.RUNNING)
-    live.stop(f"it took longer than the {limit:g} s that it may")
-
-
-async def _hold_to_memory(live: LiveRun, worker: Worker, limit: int | None) -> None:
-    """Kill a run that takes more memory than it may [MiB]: it may have no more with which to stop in order."""
-    if limit is not None:
-        used = await exceeds(worker.process, limit)
-        live.killed = f"it was killed: it took {used} MiB of memory, more than the {limit} MiB that it may"
-        worker.kill()
-
-
-def _write(file: FileIO, data: bytes) -> None:
-    """Write all of some bytes, or none that count: a line that was cut off is no line to those who read."""
-    rest = memoryview(data)
-    while rest:
-        rest = rest[file.write(rest) :]
-
-
 def _unkept(error: OSError) -> str:
     return f"the executor cannot keep the run: {error.strerror or error}"
 
 
-def _drop_empty(log: Path) -> None:
-    """Remove the file for what is printed, if nothing was."""
-    if log.exists() and log.stat().st_size == 0:
-        log.unlink()
+def _tidy(folder: RunFolder, limits: Limits, *, is_culprit: bool) -> None:
+    """Remove what a run has left that is of no use, and cut what is too much."""
+    shutil.rmtree(folder.home, ignore_errors=True)
+    if is_culprit:
+        cut(folder.trace, KEPT_OF_CULPRIT)
+    if limits.log is not None:
+        cut(folder.log, limits.log * MEBIBYTE)
+    with suppress(OSError):
+        if folder.log.lstat().st_size == 0:
+            folder.log.unlink()
 
 
-def _outcome(end: bytes, code: int | None, stop_reason: str | None) -> tuple[State, str]:
+def _outcome(end: bytes, code: int | None, live: LiveRun) -> tuple[State, str]:
     """What has become of a run whose process has ended."""
     if not end:
         match code:
-            case frames.NOT_BEGUN if stop_reason is not None:
-                return State.CANCELLED, stop_reason
+            case frames.NOT_BEGUN if live.stop_reason is not None:
+                return State.ERROR if live.is_given_up else State.CANCELLED, live.stop_reason
             case None:
                 how = "ended"
             case _ if code < 0:
                 how = f"was killed by signal {-code}"
             case _:
                 how = f"ended with status {code}"
-        return State.ERROR, _KILLED if stop_reason is not None else f"its process {how} before the end of the run"
+        if live.is_given_up:
+            return State.ERROR, f"{live.stop_reason}; {_KILLED}"
+        return State.ERROR, _KILLED if live.is_stopped else f"its process {how} before the end of the run"
     try:
         found = unpack_end(end)
     except InvalidEnd as error:

@@ -29,7 +29,7 @@ def make_room(blobs: Blobs, folder: Path, size: int, limits: Limits, spared: Col
     Raises:
         RequestRefused: Not so much would stay free as has to.
     """
-    floor = _floor(folder, limits)
+    floor = reserve_of(folder, limits)
 
     def is_enough() -> bool:
         return shutil.disk_usage(folder).free - size >= floor
@@ -46,7 +46,8 @@ def make_room(blobs: Blobs, folder: Path, size: int, limits: Limits, spared: Col
         )
 
 
-def _floor(folder: Path, limits: Limits) -> int:
+def reserve_of(folder: Path, limits: Limits) -> int:
+    """Bytes of the disk of a folder that runs and submissions must leave free."""
     if limits.free is not None:
         return limits.free * MEBIBYTE
     return min(FLOOR, shutil.disk_usage(folder).total // PART)

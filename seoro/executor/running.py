@@ -22,7 +22,9 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
+from seoro.executor import bubblewrap
 from seoro.executor.emergency import Emergency
+from seoro.executor.environment import for_runs
 from seoro.executor.gate import Gate
 from seoro.executor.limits import Policy
 from seoro.executor.policy import check_permissions
@@ -72,6 +74,12 @@ class ExecutorOptions:
     keys: Path | None = None
     policy: Policy = field(default_factory=Policy)
 
+    def __post_init__(self) -> None:
+        """Resolve paths: processes of runs have working directories of their own."""
+        object.__setattr__(self, "folder", self.folder.resolve())
+        if self.keys is not None:
+            object.__setattr__(self, "keys", self.keys.resolve())
+
 
 @dataclass(frozen=True)
 class Started:
@@ -81,11 +89,13 @@ class Started:
         lost: How many runs an earlier start has lost.
         name_lost: Set when it is not reached by its name any more: another has it, who has started before.
         why_name_lost: Why that is, in words.
+        no_sandbox: Why its runs are not sandboxed; empty if they are.
     """
 
     lost: int
     name_lost: anyio.Event
     why_name_lost: str
+    no_sandbox: str = ""
 
 
 @asynccontextmanager
@@ -105,9 +115,10 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             f"the executor '{options.name}' cannot have the keys of {keys.identity}",
             help="clients trust an executor whose keys have its name: leave out `--name`",
         )
+    trouble = await _sandbox_trouble(policy)
     with open_store(options.folder) as store:
         async with (
-            open_pool() as pool,
+            open_pool(for_runs(policy.variables, options.keys)) as pool,
             background() as tasks,
             AsyncExitStack() as stack,
         ):
@@ -115,23 +126,39 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             note_end = _note_nothing if lock is None else partial(_note, lock.ledger)
             lost = await _lose(store, note_end)
             await store.sweep()
-            queue = Queue(store, pool, tasks, options.jobs, policy, note_end)
+            queue = Queue(store, pool, tasks, options.jobs, policy, note_end, can_sandbox=not trouble)
             await _queue_again(store, queue, note_end)
             emergency = Emergency(queue, options.folder)
-            server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
+            dry_runs = DryRuns(pool, can_sandbox=not trouble)
+            server = Server(store, queue, dry_runs, options.jobs, policy, emergency, trouble)
             gate = Gate(server, policy, lock)
             reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked), lock)
             async with reached.answering(gate, emergency, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)
+                duties.start_soon(queue.reserve.watch)
                 duties.start_soon(_forget, server, options.keep)
                 try:
-                    yield Started(lost, reached.name_lost, reached.why_name_lost)
+                    yield Started(lost, reached.name_lost, reached.why_name_lost, trouble)
                 finally:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):
                             await anyio.sleep(LAST_ANSWERS)
+
+
+async def _sandbox_trouble(policy: Policy) -> str:
+    """Why runs are not sandboxed; empty if they are.
+
+    Raises:
+        InvalidUse: The policy requires that they are.
+    """
+    if policy.sandboxes_nobody:
+        return "`sandbox` is off in the policy"
+    trouble = await anyio.to_thread.run_sync(bubblewrap.trouble)
+    if trouble and policy.requires_sandbox:
+        raise InvalidUse(f"the policy requires sandboxes, and {trouble}", help="or set `sandbox: auto` there")
+    return trouble
 
 
 def _locked(

@@ -31,6 +31,7 @@ from seoro.errors import InvalidUse
 from seoro.executor.blobs import Blobs
 from seoro.executor.emergency import Emergency
 from seoro.executor.intake import Intake, not_taken
+from seoro.executor.left import open_left
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.live import LiveRun
 from seoro.executor.policy import vet_endpoint
@@ -61,10 +62,18 @@ class Server:
         jobs: How many go on at a time.
         policy: What submitters may.
         emergency: Stops them all.
+        no_sandbox: Why runs are not sandboxed; empty if they are.
     """
 
     def __init__(
-        self, store: Store, queue: Queue, dry_runs: DryRuns, jobs: int, policy: Policy, emergency: Emergency
+        self,
+        store: Store,
+        queue: Queue,
+        dry_runs: DryRuns,
+        jobs: int,
+        policy: Policy,
+        emergency: Emergency,
+        no_sandbox: str = "",
     ) -> None:
         self._store = store
         self._dry_runs = dry_runs
@@ -76,6 +85,7 @@ class Server:
             allowed=tuple(sorted(policy.allowed)),
             simulators=tuple(name for name in known_simulators() if is_installed(name)),
             films=can_film(),
+            no_sandbox=no_sandbox,
         )
         self._policy = policy
         self._emergency = emergency
@@ -265,11 +275,11 @@ class Server:
         output = self._store.folder(request.run).output
         try:
             path = output / check_place(request.path)
-            if not path.resolve().is_relative_to(output.resolve()) or not path.is_file():
-                raise RequestRefused(Result.NOT_FOUND, f"the run has left no file {request.path!r}")
-            with path.open("rb") as file:
+            with open_left(path, output) as file:
                 file.seek(request.offset)
                 return wire.FilePart(data=file.read(wire.CHUNK))
+        except FileNotFoundError:
+            raise RequestRefused(Result.NOT_FOUND, f"the run has left no file {request.path!r}") from None
         except (InvalidPlace, OSError) as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 
@@ -330,10 +340,13 @@ def _printed(log: Path, at: int | None) -> tuple[bytes, bool]:
     """What was printed from a byte on, and whether there is no more; nothing for those who do not ask for it."""
     if at is None or size_of(log) <= at:
         return b"", True
-    with log.open("rb") as file:
-        file.seek(at)
-        data = file.read(PART)
-        return data, at + len(data) >= os.fstat(file.fileno()).st_size
+    try:
+        with open_left(log, log.parent) as file:
+            file.seek(at)
+            data = file.read(PART)
+            return data, at + len(data) >= os.fstat(file.fileno()).st_size
+    except OSError:  # it is gone, or the run has put something else in its place
+        return b"", True
 
 
 def _outputs(folder: Path) -> Iterator[wire.OutputInfo]:

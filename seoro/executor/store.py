@@ -3,7 +3,7 @@
     executor.lock      held while an executor uses the folder
     runs.sqlite        one row a run
     blobs/<hash>       contents of bundles
-    runs/<run>/        files/ (the bundle), output/ (what the run left), trace.jsonl
+    runs/<run>/        files/ (the bundle), output/ (what the run left), trace.jsonl, home/ (while it runs)
 
 All of SQLite is done by one thread, in the order in which it is asked for. What is acknowledged is on the disk
 before: a run with its bundle when it is taken in; its beginning; its end with its trace and what it has left.
@@ -79,6 +79,11 @@ class RunFolder:
         return self.path / "trace.jsonl"
 
     @property
+    def home(self) -> Path:
+        """The home folder of its programs, while it runs."""
+        return self.path / "home"
+
+    @property
     def log(self) -> Path:
         """What its process has printed, which it leaves, too."""
         return self.output / "log.txt"
@@ -118,6 +123,11 @@ class Store:
         self._folder = folder
         self._database = database
         self._thread = thread
+
+    @property
+    def root(self) -> Path:
+        """The folder of everything."""
+        return self._folder
 
     @property
     def blobs(self) -> Path:
@@ -220,8 +230,9 @@ class Store:
         """Remove what an executor before this one has left half done."""
         known = await self.known()
         for path in (self._folder / "runs").iterdir():
-            if path.name not in known:
-                await asyncio.to_thread(shutil.rmtree, path, ignore_errors=True)
+            left = path if path.name not in known else RunFolder(path).home
+            if left.exists():
+                await asyncio.to_thread(shutil.rmtree, left, ignore_errors=True)
 
     async def give_up_running(self) -> int:
         """Mark runs as lost that an executor before this one has left running; returns how many there were."""

@@ -26,6 +26,7 @@ from typing import Final
 from seoro.embed import check_file
 from seoro.embed import run as run_scenario
 from seoro.executor.frames import TOLD, Told
+from seoro.executor.sandbox import visible_folders
 from seoro.executor.worker import work
 from seoro.lang.loader import read_file
 
@@ -57,7 +58,8 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def _warm_up() -> None:
-    """Run a scenario that does nothing, which loads what is loaded on demand."""
+    """Run a scenario that does nothing, which loads what is loaded on demand, and find what sandboxes need."""
+    visible_folders()
     path = Path("warm_up.osc")
     scenario = check_file(path, read=lambda other: _WARM_UP if other == path else read_file(other))
     run_scenario(scenario, clock="virtual", seed=0)
@@ -80,6 +82,7 @@ def _make_processes(requests: socket.socket, told: int) -> tuple[int, int] | Non
             if requests in ready:
                 request, pipes, _, _ = socket.recv_fds(requests, 1, DESCRIPTORS)
                 if not request:
+                    signal.set_wakeup_fd(-1)  # which is closed
                     return None
                 process = os.fork()
                 with suppress(OSError):  # on both sides, so that neither is too early; it may have ended

@@ -18,7 +18,7 @@ from seoro.bridges.wire import Result, decode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.frames import Frame, Job
 from seoro.executor.limits import Limits
-from seoro.executor.memory import exceeds
+from seoro.executor.quota import exceeds
 from seoro.executor.store import RunFolder
 from seoro.executor.workers import NoProcess, Pool, Worker
 
@@ -30,10 +30,12 @@ class DryRuns:
 
     Args:
         pool: Of processes.
+        can_sandbox: Whether they can be sandboxed.
     """
 
-    def __init__(self, pool: Pool) -> None:
+    def __init__(self, pool: Pool, *, can_sandbox: bool = False) -> None:
         self._pool = pool
+        self._can_sandbox = can_sandbox
         self._is_busy = False
 
     @contextmanager
@@ -63,15 +65,15 @@ class DryRuns:
             RequestRefused: Whether it can be run could not be found out.
         """
         try:
-            return await self._try(_job(manifest, folder, limits), limits.memory)
+            return await self._try(_job(manifest, folder, limits, can_sandbox=self._can_sandbox), limits)
         except (NoProcess, OSError) as error:
             raise _not_known(str(error)) from error
 
-    async def _try(self, job: Job, memory: int | None) -> wire.Tried:
+    async def _try(self, job: Job, limits: Limits) -> wire.Tried:
         worker = await self._pool.take()
         try:
             worker.begin(job)
-            return await _told(worker, memory)
+            return await _told(worker, limits)
         except BaseException:
             worker.kill()
             raise
@@ -81,8 +83,9 @@ class DryRuns:
                 await worker.wait()
 
 
-def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> Job:
+def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool) -> Job:
     folder.output.mkdir()
+    folder.home.mkdir()
     options = manifest.options
     at_once = options.model_copy(update={"leasing": options.leasing.model_copy(update={"wait": None})})
     return Job(
@@ -90,28 +93,30 @@ def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> Job:
         files=str(folder.files),
         output=str(folder.output),
         log=str(folder.log),
+        home=str(folder.home),
+        largest_file=limits.largest_file,
         allowed=limits.allowed,
         reach=limits.reached,
+        environment=limits.variables,
+        is_sandboxed=can_sandbox and limits.sandbox != "off",
+        hidden=(str(folder.path.parents[1]),),
         is_dry=True,
     )
 
 
-async def _told(worker: Worker, memory: int | None) -> wire.Tried:
+async def _told(worker: Worker, limits: Limits) -> wire.Tried:
     """What the process of a dry run tells, to its end."""
     killed = ""
 
-    async def hold_to_memory(limit: int) -> None:
+    async def hold_to_usage() -> None:
         nonlocal killed
-        killed = (
-            f"it took {await exceeds(worker.process, limit)} MiB of memory, more than the {limit} MiB that it may"
-        )
+        killed = (await exceeds(worker.process, limits)).reason
         worker.kill()
 
     tried = wire.Tried()
     with anyio.move_on_after(LONGEST):
         async with background() as duties:
-            if memory is not None:
-                duties.start_soon(hold_to_memory, memory)
+            duties.start_soon(hold_to_usage)
             async for kind, data in worker.frames():
                 if kind is Frame.TRIED:
                     tried = decode(wire.Tried, data)

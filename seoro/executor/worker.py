@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import asyncio
 import io
-import math
 import os
+import resource
+import signal
+import socket
 import sys
 import threading
 import time
@@ -29,17 +31,24 @@ import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import BundledFilm, Tried
+from seoro.bridges.session import brokered
 from seoro.bundle.places import locating
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
+from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
+from seoro.executor import broker, sandbox
+from seoro.executor.entering import end_as
+from seoro.executor.entering import enter as enter_sandbox
+from seoro.executor.environment import enter
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
 from seoro.executor.policy import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
+from seoro.keys.folder import VARIABLE as KEYS
 from seoro.lang.loader import Reader
 from seoro.located import Locate
 from seoro.reasons import fault_text
@@ -63,8 +72,10 @@ class Orders:
         self._lock = threading.Lock()
         self._reason: str | None = None
         self._is_halted = False
+        self._is_given_up = False
         self._stop: Callable[[str], object] | None = None
         self._halt: Callable[[str], object] = lambda reason: None
+        self._give_up: Callable[[str], object] | None = None
         self._go: Callable[[], object] = lambda: None
 
     def start(self) -> None:
@@ -72,25 +83,29 @@ class Orders:
         threading.Thread(target=self._listen, name="listens to the executor", daemon=True).start()
 
     def when_asked(
-        self, stop: Callable[[str], object], halt: Callable[[str], object] = lambda reason: None
+        self,
+        stop: Callable[[str], object],
+        halt: Callable[[str], object] = lambda reason: None,
+        give_up: Callable[[str], object] | None = None,
     ) -> None:
         """Have something called, in another thread, with the reason; at once if it was said already.
 
         Args:
             stop: Stops the run.
             halt: Has nothing done after it, in addition.
+            give_up: Ends the run as an error; by default, `stop` does.
         """
         with self._lock:
-            self._stop, self._halt = stop, halt
+            self._stop, self._halt, self._give_up = stop, halt, give_up or stop
             if self._reason is not None:
-                stop(self._reason)
+                (self._give_up if self._is_given_up else stop)(self._reason)
                 if self._is_halted:
                     halt(self._reason)
 
     def end(self) -> None:
         """Have nothing called any more: the run is over, and soon so is its event loop."""
         with self._lock:
-            self._stop, self._halt = None, lambda reason: None
+            self._stop, self._halt, self._give_up = None, lambda reason: None, None
 
     async def turn(self, ask: Callable[[], object]) -> None:
         """Ask for a turn, and wait for it."""
@@ -104,19 +119,25 @@ class Orders:
             if frame[0] is Frame.GO:
                 self._go()
             else:
-                self.ask(frame[1].decode(), is_to_halt=frame[0] is Frame.HALT)
-        self.ask("the executor is gone", is_to_halt=True)
+                self.ask(frame[1].decode(), frame[0])
+        self.ask("the executor is gone", Frame.HALT)
         time.sleep(ORPHANED)
         os._exit(1)
 
-    def ask(self, reason: str, *, is_to_halt: bool = False) -> None:
-        """Stop the run."""
+    def ask(self, reason: str, how: Frame = Frame.STOP) -> None:
+        """Stop the run.
+
+        Args:
+            reason: Why.
+            how: `STOP`, `HALT` or `GIVE_UP`.
+        """
         with self._lock:
             if self._reason is None:
-                self._reason = reason
-                if self._stop is not None:
-                    self._stop(reason)
-            if is_to_halt:
+                self._reason, self._is_given_up = reason, how is Frame.GIVE_UP
+                end = self._give_up if self._is_given_up else self._stop
+                if end is not None:
+                    end(reason)
+            if how is Frame.HALT:
                 self._is_halted = True
                 self._halt(reason)
 
@@ -138,6 +159,10 @@ def work(control_pipe: int, data_pipe: int) -> None:
         return
     job = wire.decode(Job, first[1])
     _redirect(Path(job.log))
+    enter(job.environment, Path(job.home))
+    _limit(job)
+    if job.is_sandboxed:
+        _go_into_sandbox(job, control.fileno(), data_pipe)
     if job.manifest.options.clock == "virtual":  # it is never late, and there may be many such runs
         os.nice(UNHURRIED)
     else:
@@ -163,6 +188,33 @@ def _redirect(log: Path) -> None:
         os.dup2(file.fileno(), 2)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # for those who follow the run
+
+
+def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
+    """Have the rest of this done in a sandbox; the process outside is the broker of it, and ends with it."""
+    ours, theirs = socket.socketpair()
+    keys = Path(os.environ[KEYS])
+    (Path(job.home) / sandbox.TEMPORARY).mkdir()
+    try:
+        outer = enter_sandbox(
+            sandbox.command(job, [*map(Path, job.hidden), keys]), ours, (control_pipe, data_pipe, theirs.fileno())
+        )
+    except BackendError as error:
+        Telling(data_pipe).finish(pack_end(not_run(error)))
+        os._exit(0)
+    if outer is not None:
+        end_as(broker.work(ours, job, outer.process))
+    del os.environ[KEYS]
+    brokered.use(brokered.Broker(theirs))
+
+
+def _limit(job: Job) -> None:
+    """Have the kernel hold this process, and those that it starts, to limits that it can measure."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    largest = job.largest_file if most == resource.RLIM_INFINITY else min(job.largest_file, most)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that writing fails, with a reason
 
 
 async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End | None:
@@ -219,13 +271,10 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
         orders.when_asked(
             lambda reason: loop.call_soon_threadsafe(_stop, run, reason),
             lambda reason: loop.call_soon_threadsafe(run.halt, reason),
+            lambda reason: loop.call_soon_threadsafe(run.give_up, reason),
         )
         async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
-            with anyio.move_on_after(manifest.options.timeout or math.inf):
-                await run.result()
-            if run.verdict is None:
-                run.give_up(f"no verdict within {manifest.options.timeout:g} s of wall time (`--timeout`)")
-            await run.result()
+            await await_verdict(run, wall_limit(manifest.options.timeout))
         left = await _leave(run, recording, Path(job.output))
     assert run.verdict is not None, "it was waited for"
     fault = run.fault

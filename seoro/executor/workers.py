@@ -13,7 +13,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
@@ -72,6 +72,11 @@ class Worker:
         """Ask it to stop its run, and to do nothing after it."""
         with suppress(OSError):
             self._write(Frame.HALT, reason.encode())
+
+    def give_up(self, reason: str) -> None:
+        """Ask it to end its run as an error."""
+        with suppress(OSError):
+            self._write(Frame.GIVE_UP, reason.encode())
 
     def _write(self, kind: Frame, data: bytes) -> None:
         with os.fdopen(os.dup(self._control), "wb") as pipe:
@@ -172,14 +177,22 @@ class Template:
         await self._listening
 
 
-async def start_template() -> Template:
-    """Start a process that makes others."""
+async def start_template(environment: Mapping[str, str]) -> Template:
+    """Start a process that makes others.
+
+    Args:
+        environment: Its environment variables.
+    """
     ours, theirs = socket.socketpair()
     told, told_write = os.pipe()
     command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(told_write)]
     try:
         process = await asyncio.create_subprocess_exec(
-            *command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(), told_write), start_new_session=True
+            *command,
+            stdin=subprocess.DEVNULL,
+            pass_fds=(theirs.fileno(), told_write),
+            start_new_session=True,
+            env=environment,
         )
     finally:
         theirs.close()
@@ -192,10 +205,12 @@ class Pool:
 
     Args:
         template: Makes them.
+        environment: Variables of one that is started in its place if it dies.
     """
 
-    def __init__(self, template: Template) -> None:
+    def __init__(self, template: Template, environment: Mapping[str, str]) -> None:
         self._template = template
+        self._environment = environment
         self._taking = asyncio.Lock()
 
     async def take(self) -> Worker:
@@ -209,7 +224,7 @@ class Pool:
                 return await self._make()
             except NoProcess:
                 await self._template.close()
-                self._template = await start_template()
+                self._template = await start_template(self._environment)
                 return await self._make()
 
     async def _make(self) -> Worker:
@@ -232,9 +247,13 @@ class Pool:
 
 
 @asynccontextmanager
-async def open_pool() -> AsyncIterator[Pool]:
-    """Have processes for runs for as long as the block lasts."""
-    pool = Pool(await start_template())
+async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
+    """Have processes for runs for as long as the block lasts.
+
+    Args:
+        environment: Variables that they have.
+    """
+    pool = Pool(await start_template(environment), environment)
     try:
         yield pool
     finally:

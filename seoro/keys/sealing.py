@@ -62,7 +62,21 @@ def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
         now: [ns] since 1970, by its clock.
     """
     kind = _PROOFS.get(keys.identity.role, "")
-    return keys.key.sign(digest(kind, name, nonce, boot, now), ALGORITHM)
+    return sign_bytes(keys, digest(kind, name, nonce, boot, now))
+
+
+def sign_bytes(keys: Keys, said: bytes) -> bytes:
+    """The signature of some bytes."""
+    return keys.key.sign(said, ALGORITHM)
+
+
+def is_command(said: bytes, prefix: str) -> bool:
+    """Whether bytes that are to be signed are those of a command on a key that begins so."""
+    try:
+        kind, key, *_ = msgpack.unpackb(said)
+    except (ValueError, msgpack.UnpackException):
+        return False
+    return kind == _COMMAND and isinstance(key, str) and key.startswith(prefix)
 
 
 def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
@@ -72,7 +86,7 @@ def seal_urgently(keys: Keys, key: str, payload: bytes) -> bytes:
 
 def _seal(keys: Keys, kind: str, key: str, payload: bytes, boot: str, now: int) -> bytes:
     nonce = secrets.token_bytes(NONCE)
-    signature = keys.key.sign(_said(kind, key, payload, boot, now, nonce), ALGORITHM)
+    signature = sign_bytes(keys, _said(kind, key, payload, boot, now, nonce))
     seal: bytes = msgpack.packb([certificate_der(keys.certificate), boot, now, nonce, signature])
     return seal
 

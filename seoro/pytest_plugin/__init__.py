@@ -42,7 +42,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="seed of scenarios that name none, or `random` to draw it (default: 0)",
     )
     group.addoption(
-        "--osc-timeout", type=_seconds, metavar="SECONDS", help="give a scenario up after this wall time"
+        "--osc-timeout",
+        type=_seconds,
+        metavar="SECONDS",
+        help="end a scenario as an error after this wall time (default: 3600)",
     )
     parser.addini(
         "osc_files",

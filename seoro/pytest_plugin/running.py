@@ -19,6 +19,7 @@ from seoro.cli.output import error_text
 from seoro.embed import Scenario, load, start
 from seoro.embed.directives import INVALID, Directives
 from seoro.embed.options import ClockName, OptionFields, Simulator
+from seoro.embed.walltime import WallLimit, await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_line
@@ -102,7 +103,7 @@ class RunScenario:
         """
         scenario = file if isinstance(file, Scenario) else load(self._folder / file)
         merged: OptionFields = {**self._options, **options}
-        result = _run(scenario, merged, None)
+        result = _run(scenario, merged, wall_limit(self._item.config.getoption("osc_timeout"), "--osc-timeout"))
         if not result.passed:
             _report(self._item, result, self._results)
         return result
@@ -122,7 +123,9 @@ def options_of(config: pytest.Config) -> OptionFields:
 def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path) -> None:
     """Run a scenario, and fail the test with what people need to know if it does not end as expected."""
     wanted, reason = case.directives.expect, case.directives.reason
-    limit: float | None = case.directives.timeout or item.config.getoption("osc_timeout")
+    of_file = case.directives.timeout  # goes before the option, which is for all files
+    of_all = None if of_file is not None else item.config.getoption("osc_timeout")
+    limit = wall_limit(of_all, "--osc-timeout", of_file)
     merged: OptionFields = {**options, **case.options}
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
@@ -174,7 +177,7 @@ def _judge(
     pytest.fail(_failure(directives, result, options), pytrace=False)
 
 
-def _run(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
+def _run(scenario: Scenario, options: OptionFields, limit: WallLimit) -> Result:
     if _has_event_loop():
         raise InvalidUse(
             "a test with an event loop of its own runs scenarios there",
@@ -194,14 +197,9 @@ def _has_event_loop() -> bool:
     return True
 
 
-async def _run_to_end(scenario: Scenario, options: OptionFields, limit: float | None) -> Result:
+async def _run_to_end(scenario: Scenario, options: OptionFields, limit: WallLimit) -> Result:
     async with start(scenario, **options) as run:
-        try:
-            async with asyncio.timeout(limit):
-                verdict = await run.result()
-        except TimeoutError:
-            run.give_up(f"no verdict within {limit:g} s of wall time")
-            verdict = await run.result()
+        verdict = await await_verdict(run, limit)
     return Result(verdict, run.parameters, [record async for record in run.trace()], run.fault)
 
 

@@ -23,6 +23,7 @@ one after another, the last started first, as each has finished its clean-up.
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Coroutine
 from contextvars import Context, copy_context
 from functools import partial
@@ -46,6 +47,7 @@ __all__ = ["TIME_DIGITS", "Agenda", "Behave", "Flow", "Limit", "Scope", "StepOrd
 Behave: TypeAlias = Callable[[Flow], Coroutine[Any, Any, Outcome]]  # what a flow does
 PATIENCE = 1.0  # [s] of the machine's clock that time may take to pass when the run has been stopped
 SKIPS = 50  # instants that may follow each other before other tasks of the event loop have a turn
+SLICE = 0.05  # [s] of the machine's clock in which rounds follow each other before other tasks have one
 
 
 class Agenda:
@@ -87,6 +89,9 @@ class Agenda:
         self._finished = False
         self._alive = 0  # flows that have not ended
         self._skips = 0  # instants since other tasks have had a turn
+        self._slice_end = 0.0  # when they are to have one [s]
+        self._yields = False  # whether they have it now, in the middle of an instant
+        self._has_resumed = False  # whether a step is due before they have one again
         self._rounds = Rounds(step_order or by_path, self._cancel)
         self._effects = Effects(broken)
         self._fired: list[Waiter] = []
@@ -166,6 +171,8 @@ class Agenda:
         """Whether the one busy flow is all there is in the next round, which then begins in this call."""
         rounds = self._rounds
         if self._busy > 1 or rounds.present or rounds.has_next or self._waits_for_answers():
+            return False
+        if time.monotonic() > self._slice_end:
             return False
         self._take_hold()
         while self._effects.writes:
@@ -415,6 +422,8 @@ class Agenda:
 
     def _go_on(self) -> None:
         while self._open and self._busy == 0:
+            if self._is_yielding():
+                return
             if self._rounds.present:
                 self._rounds.present.popleft()()
             elif self._waits_for_answers():
@@ -431,6 +440,25 @@ class Agenda:
                     if self._is_apart:
                         self._is_apart = False
                         self._interrupt.set()
+
+    def _is_yielding(self) -> bool:
+        """Whether other tasks of the event loop have a turn first, which may want to stop the run.
+
+        Nothing of the run goes on meanwhile, so that runs are the same however fast the machine is. When its last
+        flow has ended, there is nothing to stop any more.
+        """
+        if self._has_resumed:
+            self._has_resumed = False
+        elif not self._yields and self._alive and time.monotonic() > self._slice_end:
+            self._yields = True
+            self._loop.call_soon(self._resume)
+        return self._yields
+
+    def _resume(self) -> None:
+        self._yields, self._has_resumed = False, True
+        self._slice_end = time.monotonic() + SLICE
+        if not self._finished:
+            self._advance()
 
     def _waits_for_answers(self) -> bool:
         return self._asking > 0 and self._clock.deterministic
@@ -458,6 +486,7 @@ class Agenda:
 
     def _open_instant(self) -> None:
         self._skips = 0
+        self._slice_end = time.monotonic() + SLICE
         self._settled.clear()
         self._open = True
         try:

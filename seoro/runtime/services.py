@@ -23,6 +23,7 @@ from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow
 from seoro.runtime.common import Common
 from seoro.runtime.conditions import Conditions
+from seoro.runtime.endless import EndlessInstants
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from seoro.runtime.place import Place
 
 
-STARTS_PER_INSTANT = 200_000  # beyond this, a loop of steps that take no time
 NESTING = 2_000  # of behaviors; beyond this, a scenario that invokes itself without end
 
 
@@ -102,8 +102,6 @@ class Services:
     held: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose sampled variables are sampled
     modified: WeakSet[Struct | Actor] = field(default_factory=WeakSet)  # whose modifiers are carried out
     _ids: count[int] = field(default_factory=count)
-    _starts: int = 0
-    _starts_instant: int = -1
 
     @property
     def is_ending(self) -> bool:
@@ -208,14 +206,11 @@ class Services:
         """
         if depth > NESTING:
             raise EvaluationError(f"more than {NESTING} behaviors are nested in one another", span)
-        if self._starts_instant != self.agenda.instant:
-            self._starts_instant, self._starts = self.agenda.instant, 0
-        self._starts += 1
-        if self._starts > STARTS_PER_INSTANT:
-            raise EvaluationError(
-                f"instantaneous loop: more than {STARTS_PER_INSTANT:,} behaviors started without time passing",
-                span,
-            )
+        self._endless.count(self.agenda.instant, span)
+
+    @cached_property
+    def _endless(self) -> EndlessInstants:
+        return EndlessInstants(partial(self.decide, RunStatus.ERROR))
 
     def decide(self, status: RunStatus, reason: str, span: Span | None) -> None:
         """End the run, between this round and the next; the first to say so decides."""

@@ -208,10 +208,13 @@ async def test_a_run_whose_process_is_killed_is_an_error(lab: RunningExecutor, t
 
 
 def worker_of(lab: RunningExecutor, run: RemoteRun) -> int:
-    """The process of a run, which works in the folder of its bundle."""
+    """The process of a run, which works in the folder of its bundle; it may be in a sandbox."""
     folder = lab.folder / "state" / "runs" / run.id / "files"
     [template] = children_of(lab.process.pid)  # the process that makes those of runs
-    [found] = [pid for pid in children_of(template) if Path(f"/proc/{pid}/cwd").readlink() == folder]
+    below = children_of(template)
+    for pid in below:  # it grows
+        below += children_of(pid)
+    [found] = [pid for pid in below if Path(f"/proc/{pid}/cwd").readlink() == folder]
     return found
 
 

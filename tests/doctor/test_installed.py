@@ -7,6 +7,7 @@ import pytest
 from seoro import __version__
 from seoro.doctor import installed
 from seoro.doctor.findings import Health
+from seoro.executor import bubblewrap
 
 
 def test_what_is_installed_is_told_with_its_version() -> None:
@@ -33,3 +34,11 @@ def test_what_is_missing_is_told_with_how_to_install_it(monkeypatch: pytest.Monk
 )
 def test_sizes_are_told_for_people(size: int, text: str) -> None:
     assert installed.in_bytes(size) == text
+
+
+def test_a_sandbox_that_cannot_be_is_told_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bubblewrap, "PROGRAM", "no-such-program")
+    [found] = [finding for finding in installed.look_here() if finding.what == "sandbox"]
+    assert found.health is Health.WARNING
+    assert "`no-such-program` is not installed: install bubblewrap" in found.text
+    assert "the executor's account" in found.help

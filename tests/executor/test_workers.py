@@ -18,7 +18,7 @@ from tests.executors import HELLO
 
 @pytest.fixture
 async def pool() -> AsyncIterator[Pool]:
-    async with open_pool() as opened:
+    async with open_pool(dict(os.environ)) as opened:
         yield opened
 
 
@@ -29,7 +29,15 @@ def job(folder: Path) -> Job:
     options = wire.BundledOptions(grace=5.0, overrides={})
     manifest = wire.Manifest(files=(file,), entry="hello.osc", shown="hello.osc", options=options)
     place = str(folder)
-    return Job(manifest=manifest, files=place, output=place, log=f"{place}/log.txt", allowed=())
+    return Job(
+        manifest=manifest,
+        files=place,
+        output=place,
+        log=f"{place}/log.txt",
+        home=place,
+        largest_file=1 << 30,
+        allowed=(),
+    )
 
 
 async def carry_out(worker: Worker, folder: Path) -> Ended:
@@ -81,5 +89,5 @@ def test_a_run_that_is_over_is_asked_for_nothing() -> None:
     orders = Orders(BytesIO())
     orders.when_asked(asked.append, asked.append)
     orders.end()
-    orders.ask("the executor is gone", is_to_halt=True)
+    orders.ask("the executor is gone", Frame.HALT)
     assert asked == []

@@ -149,14 +149,18 @@ def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     result = pytester.runpytest_inprocess(".", "--osc-timeout=0.05")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["error: no verdict within 0.05 s of wall time", "*--seed 5 --clock real --set far=1m", "around main"]
+        [
+            "error: no verdict within 0.05 s of wall time (`--osc-timeout`)",
+            "*--seed 5 --clock real --set far=1m",
+            "around main",
+        ]
     )
 
 
 def test_a_limit_of_wall_time_may_stand_in_a_comment(project: Project) -> None:
     result = project(a=f"# seoro: timeout 0.05s\n{PASSING}").runpytest_inprocess(".", "--osc-clock=real")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["error: no verdict within 0.05 s of wall time"])
+    result.stdout.fnmatch_lines(["error: no verdict within 0.05 s of wall time (`# seoro: timeout` in the file)"])
 
 
 def test_marks_mean_what_they_mean_elsewhere(project: Project) -> None:

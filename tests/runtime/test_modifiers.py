@@ -140,7 +140,7 @@ scenario main:
 
 
 async def test_a_loop_without_time_is_an_error(run_text: RunText, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seoro.runtime.services.STARTS_PER_INSTANT", 1000)
+    monkeypatch.setattr("seoro.runtime.endless.STARTS", 1000)
     ran = await run_text('scenario main:\n    do serial:\n        log("x")\n    with:\n        repeat()\n')
     assert ran.verdict.status is RunStatus.ERROR
     assert "instantaneous loop" in ran.verdict.reason

@@ -91,7 +91,7 @@ scenario main:
 async def test_it_does_not_answer_itself_but_another_without_end_is_an_error(
     run_text: RunText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("seoro.runtime.services.STARTS_PER_INSTANT", 1000)
+    monkeypatch.setattr("seoro.runtime.endless.STARTS", 1000)
     text = "scenario main:\n    event a(n: int)\n    event b(n: int)\n"
     text += "    on @a as x if true:\n        emit {}(x.n + 1)\n{}    do serial:\n        emit a(0)\n"
     text += "        wait elapsed(1s)\n"

@@ -99,7 +99,7 @@ async def test_a_scenario_that_invokes_itself_without_end_is_an_error(run_text: 
 async def test_too_many_steps_in_an_instant_are_an_error(
     run_text: RunText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("seoro.runtime.services.STARTS_PER_INSTANT", 50)
+    monkeypatch.setattr("seoro.runtime.endless.STARTS", 50)
     members = "        emit go\n" * 60
     ran = await run_text(f"scenario main:\n    event go\n    do serial:\n{members}")
     assert ran.verdict.status is RunStatus.ERROR

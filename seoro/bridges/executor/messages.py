@@ -324,6 +324,7 @@ class ExecutorInfo(Said):
     simulators: tuple[str, ...] | None = None  # that it can start
     films: bool | None = None  # whether they can be filmed
     stopped: str = ""  # the emergency stop that keeps runs from beginning, in words
+    no_sandbox: str | None = None  # why runs are not sandboxed; empty if they are
 
 
 class Revoke(Said):

@@ -21,6 +21,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
+from seoro.bridges.session.brokered import reached
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.security import Security, secured_settings
@@ -117,7 +118,8 @@ class Session:
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
-        self._settings = _settings(listen, connect, patient, gossip)
+        way = connect if connect is None else reached(connect)
+        self._settings = _settings(listen, way, patient, gossip)
         if as_peer:
             self._settings["mode"] = "peer"
         try:

@@ -1,0 +1,46 @@
+"""Keys of a process in a sandbox: its certificates, and a key that the broker uses for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from seoro.bridges.session.brokered import CREDENTIALS, SIGN, Broker
+from seoro.keys.folder import KeyFolder, Keys
+
+if TYPE_CHECKING:
+    from seoro.keys.certificates import PrivateKey
+
+
+class _RemoteKey:
+    """A private key that is elsewhere.
+
+    Args:
+        broker: Has it.
+    """
+
+    def __init__(self, broker: Broker) -> None:
+        self._broker = broker
+
+    def sign(self, said: bytes, _algorithm: Any) -> bytes:
+        """The signature of some bytes."""
+        signature: bytes = self._broker.ask(SIGN, said)
+        return signature
+
+
+def brokered_keys(broker: Broker, endpoint: str) -> Keys | None:
+    """The keys to use at an endpoint; None if there are none to be used.
+
+    Raises:
+        SessionError: There are none, or they are of no use there.
+    """
+    from cryptography import x509  # noqa: PLC0415 - only where there are keys
+
+    from seoro.keys.certificates import identity_of  # noqa: PLC0415 - the same
+
+    found = broker.ask(CREDENTIALS, endpoint)
+    if found is None:
+        return None
+    authority, certificate = map(x509.load_pem_x509_certificate, found)
+    key = cast("PrivateKey", _RemoteKey(broker))
+    return Keys(KeyFolder(Path()), authority, certificate, key, identity_of(certificate))
