@@ -21,7 +21,7 @@ from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.descriptions import decoded
+from seoro.bridges.ros2.descriptions import decoded, knowing_service
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
@@ -259,11 +259,10 @@ class RosBackend:
 
     async def call(self, service: str, type_name: str, request: contract.Members) -> Members:
         """Call a service, once there is a server of it, and wait for its response."""
-        types = self._node.system.types
-        types.encode(
-            f"{types.canonical(type_name)}_Request", request
-        )  # what is wrong is said before anything is waited for
-        async with self._node.calling(service, type_name) as client:
+        node = await knowing_service(self._node, service, type_name)
+        types = node.system.types
+        types.encode(f"{types.canonical(type_name)}_Request", request)  # what is wrong is reported at once
+        async with node.calling(service, type_name) as client:
             await client.wait_for_server()
             return Members(await client.call(request))
 

@@ -7,12 +7,16 @@ hash is the one that they announce.
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Final
 
+from seoro.bridges.ros2.agreement import agree
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Received, Subscription
+from seoro.bridges.ros2.wire import Endpoint
 from seoro.errors import BackendError, InvalidUse
 
 SERVICE: Final = "type_description_interfaces/srv/GetTypeDescription"
@@ -21,20 +25,18 @@ ANSWER_WITHIN: Final = 2.0  # [s] that a node may take
 log = logging.getLogger(__name__)
 
 
-async def told_types(node: RosNode, topic: str, type_name: str, type_hash: str) -> TypeStore | None:
-    """The definitions by which a topic is published, as its publishers tell them; None if none does.
+async def told_types(
+    node: RosNode, endpoints: Iterable[Endpoint], type_name: str, type_hash: str
+) -> TypeStore | None:
+    """The definitions of a type, as those tell them who use it; None if none does.
 
     Args:
         node: Who asks.
-        topic: Full name of the topic.
-        type_name: Full name of the type of its messages.
+        endpoints: Publishers of a topic, or servers of a service.
+        type_name: Full name of the type.
         type_hash: The hash that the definition has to have.
     """
-    nodes = {
-        each.node.full_name
-        for each in node.graph.publishers(topic)
-        if each.type_hash == type_hash and each.node is not None
-    }
+    nodes = {each.node.full_name for each in endpoints if each.type_hash == type_hash and each.node is not None}
     for name in sorted(nodes):
         service = f"{name}/get_type_description"
         if not node.graph.servers(service):
@@ -67,8 +69,35 @@ async def decoded(node: RosNode, subscription: Subscription, received: Received)
         type_hash = received.type_hash
         if type_hash is None:
             raise
-        types = await told_types(node, subscription.topic, subscription.type, type_hash)
+        types = await told_types(node, node.graph.publishers(subscription.topic), subscription.type, type_hash)
         if types is None:
             raise
     subscription.learn(type_hash, types)
     return subscription.decode(received)
+
+
+async def knowing_service(node: RosNode, service: str, type_name: str) -> RosNode:
+    """The node with the definition of a service; servers are asked for it if seoro has another one, or none.
+
+    Args:
+        node: Who calls the service.
+        service: Its name.
+        type_name: Its type.
+
+    Raises:
+        InvalidName: There is no such name.
+        UnknownInterface: The definition is not known, and nobody tells it at this time.
+        WrongType: The service has another type.
+    """
+    service, types = node.resolve(service), node.system.types
+    servers = node.graph.servers(service)
+    try:
+        type_name = types.canonical(type_name)
+        agree(service, type_name, servers, types)
+    except (UnknownInterface, DefinitionMismatch) as problem:
+        for type_hash in sorted({each.type_hash for each in servers if each.type_hash and each.type == type_name}):
+            if (told := await told_types(node, servers, type_name, type_hash)) is not None:
+                return replace(node, system=replace(node.system, types=told))
+        if isinstance(problem, UnknownInterface):
+            raise
+    return node

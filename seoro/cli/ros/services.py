@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from seoro.bridges.ros2.descriptions import knowing_service
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
 from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
@@ -24,9 +25,10 @@ async def call(options: argparse.Namespace) -> int:
         service = node.resolve(options.name)
         known = node.graph.services(hidden=True)
         type_name = only_type("service", service, options.type, known.get(service, ()), known)
-        async with node.calling(service, type_name) as client:
+        caller = await knowing_service(node, service, type_name)
+        async with caller.calling(service, type_name) as client:
             await client.wait_for_server(options.timeout)
             response = await client.call(request, options.timeout)
-        value = node.system.types.plain(f"{client.type}_Response", response)
+        value = caller.system.types.plain(f"{client.type}_Response", response)
     print(as_json(value) if options.json else as_yaml(value, full=options.full))
     return Exit.PASSED

@@ -7,7 +7,7 @@ from typing import Any
 import anyio
 import pytest
 
-from seoro.bridges.ros2.descriptions import SERVICE, decoded
+from seoro.bridges.ros2.descriptions import SERVICE, decoded, knowing_service
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.interfaces.hashes import described
@@ -132,3 +132,50 @@ async def test_where_nobody_tells_the_type_is_not_known(router: str, types: Type
                 publication.publish(VALUE)
                 with pytest.raises(UnknownInterface, match="no package `own_msgs` of interfaces is known"):
                     await decoded(here, subscription, await subscription.receive())
+
+
+RECHARGE = "own_msgs/srv/Recharge"
+
+
+def with_recharge(types: TypeStore, folder: Path) -> TypeStore:
+    """The same definitions, and a service of a robot's own package."""
+    (folder / "own_msgs" / "srv").mkdir(parents=True)
+    (folder / "own_msgs" / "msg").mkdir()
+    (folder / "own_msgs" / "srv" / "Recharge.srv").write_text(
+        "own_msgs/Part[] parts\nfloat32 up_to 0.5\n---\nstring said\n"
+    )
+    (folder / "own_msgs" / "msg" / "Part.msg").write_text("float64 voltage\n")
+    return types.add_folder(folder)
+
+
+async def recharged(router: str, types: TypeStore, theirs: TypeStore, teller: Teller) -> str:
+    """What a robot says that serves a service of its own type, and tells its definition."""
+
+    async def recharge(request: Message) -> Mapping[str, Any]:
+        return {"said": f"{len(request.parts)} parts to {request.up_to}"}
+
+    async with (
+        two_nodes(router, types, theirs=theirs) as (there, here),
+        there.serving("~/get_type_description", SERVICE, teller.tell),
+        there.serving("/recharge", RECHARGE, recharge),
+    ):
+        with anyio.fail_after(30):
+            await here.graph.wait_for(
+                lambda seen: seen.servers("/recharge") and seen.servers("/robot/get_type_description")
+            )
+            node = await knowing_service(here, "/recharge", RECHARGE)
+            async with node.calling("/recharge", RECHARGE) as client:
+                return str((await client.call({"parts": [{"voltage": 1.5}, {}]}, 20.0)).said)
+
+
+async def test_a_service_that_only_the_robot_knows_is_asked_for(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
+    theirs = with_recharge(types, tmp_path)
+    assert await recharged(router, types, theirs, Teller(theirs)) == "2 parts to 0.0"  # defaults are not told
+
+
+async def test_a_service_that_is_told_wrongly_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+    theirs = with_recharge(types, tmp_path)
+    with pytest.raises(UnknownInterface, match="own_msgs"):
+        await recharged(router, types, theirs, Liar(theirs))

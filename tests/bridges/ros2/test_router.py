@@ -15,7 +15,7 @@ from seoro.background import background
 from seoro.bridges.door import Door
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
 from seoro.bridges.routing import route
-from seoro.bridges.session import SessionError, open_session
+from seoro.bridges.session import Session, SessionError, open_session
 from tests.bridges.ros2.peers import peer
 from tests.labs import command, free_port, make_lab
 from tests.routers import free_endpoint
@@ -54,10 +54,38 @@ def reach_each_other(router: str) -> bool:
         return is_reached
 
 
+def is_announced(router: str) -> bool:
+    """Whether a client sees a node that its router does not see by itself.
+
+    A token that comes after the router has looked is withheld for ever, as busy machines may have it: there are
+    more attempts.
+    """
+    seen = threading.Event()
+
+    def see(_: str, alive: bool) -> None:
+        if alive:
+            seen.set()
+
+    client = Session(connect=router)
+    try:
+        client.watch_tokens("@ros2_lv/0/*/silent", see)
+        [identity] = client.handle.info.routers_zid()
+        for _ in range(5):
+            with peer(router, silent_to=str(identity)) as node:
+                token = node.liveliness().declare_token(f"@ros2_lv/0/{node.zid()}/silent")
+                if seen.wait(DEADLINE / 5):
+                    return True
+                del token
+        return False
+    finally:
+        client.close()
+
+
 def test_nodes_at_a_router_of_the_command_line_reach_each_other(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with command(tmp_path / "log", endpoint, "router", "--listen", endpoint):
         assert reach_each_other(endpoint)
+        assert is_announced(endpoint)
 
 
 async def test_nodes_at_a_bridge_that_exposes_and_listens_reach_each_other(simulator: str) -> None:
@@ -68,6 +96,7 @@ async def test_nodes_at_a_bridge_that_exposes_and_listens_reach_each_other(simul
         with anyio.fail_after(DEADLINE):
             await ready.wait()
         assert await anyio.to_thread.run_sync(reach_each_other, endpoint)
+        assert await anyio.to_thread.run_sync(is_announced, endpoint)
 
 
 @pytest.mark.parametrize("scheme", ["tcp", "tls"])

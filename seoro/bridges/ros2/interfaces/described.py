@@ -20,9 +20,10 @@ from seoro.bridges.ros2.interfaces.definitions import (
     Structure,
     wire_fields,
 )
+from seoro.bridges.ros2.interfaces.derived import SUFFIXES
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.hashes import ARRAY, BOUNDED_SEQUENCE, BOUNDED_TEXT, IDS, NESTED, SEQUENCE
-from seoro.bridges.ros2.interfaces.names import parse_name
+from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
 from seoro.bridges.ros2.interfaces.packages import Package, Source, ToldPackage
 from seoro.bridges.ros2.interfaces.text import lines
 
@@ -33,7 +34,7 @@ _KINDS: Final = (0, ARRAY, BOUNDED_SEQUENCE, SEQUENCE)
 
 
 def told_packages(description: Any, packages: Mapping[str, Package], origin: str) -> dict[str, Package]:
-    """Packages in which what is described takes the place of what has the same name.
+    """Packages in which what is described, messages and services, takes the place of what has the same name.
 
     Args:
         description: A `type_description_interfaces/msg/TypeDescription`, decoded.
@@ -41,19 +42,25 @@ def told_packages(description: Any, packages: Mapping[str, Package], origin: str
         origin: Who has told it, for messages.
 
     Raises:
-        InvalidDefinition: It is none of messages, or has what cannot be.
+        InvalidDefinition: It is none of messages and services, or has what cannot be.
     """
     told = (description.type_description, *description.referenced_type_descriptions)
     if len(told) > MOST:
         raise InvalidDefinition(f"{origin}: more than {MOST} structures are described")
-    sources: dict[str, dict[str, Source]] = {}
+    parts: dict[Name, str] = {}
     for each in told:
         name = parse_name(each.type_name)
-        if name is None or name.kind != "msg" or name.suffix:
-            raise InvalidDefinition(f"{origin}: `{each.type_name}` is no message")
-        structure = _structure(each, origin)
-        text = "".join(f"{line}\n" for line in lines(structure))
-        sources.setdefault(name.package, {})[f"msg/{name.base}"] = Source(text, origin)
+        if name is None or name.suffix not in SUFFIXES.get(name.kind, ()) or name.kind == "action":
+            raise InvalidDefinition(f"{origin}: `{each.type_name}` is no message, and no service")
+        if name.suffix in PARTS[name.kind]:  # the rest follows from these
+            parts[name] = "".join(f"{line}\n" for line in lines(_structure(each, origin)))
+    sources: dict[str, dict[str, Source]] = {}
+    for name in parts:
+        texts = [parts.get(name._replace(suffix=suffix)) for suffix in PARTS[name.kind]]
+        if None in texts:
+            raise InvalidDefinition(f"{origin}: `{name.interface}` is described in part only")
+        text = "---\n".join(text for text in texts if text is not None)
+        sources.setdefault(name.package, {})[name.interface] = Source(text, origin)
     return {package: ToldPackage(found, packages.get(package), origin) for package, found in sources.items()}
 
 

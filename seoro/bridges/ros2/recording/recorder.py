@@ -243,7 +243,7 @@ class Recording:
         theirs = sorted({publisher.type_hash for publisher in publishers if publisher.type_hash})
         known, problem = _known(self._node.system.types, type_name, theirs)
         for each in theirs if known is None else ():
-            known = known or await told_types(self._node, name, type_name, each)
+            known = known or await told_types(self._node, publishers, type_name, each)
         if known is None:
             self.note(f"{name} is recorded without the definition of {type_name}{problem}")
             return BagTopic(name, type_name, theirs[0] if theirs else "", qos), ""

@@ -53,7 +53,8 @@ async def test_what_there_is_is_shown_with_its_messages(ros2: Ros2, router: str)
         assert ["/enable", "std_srvs/srv/SetBool"] in [line.split() for line in graph.splitlines()]
         assert await ros(router, "topic", "echo", "/chatter", "-n", "1") == "data: grüße\n---\n"
         assert await ros(router, "service", "call", "/enable", "{data: true}") == "success: true\nmessage: 'on'\n"
-        # a type that seoro does not bring: the node is asked
+        # types that seoro does not bring: the node is asked
+        assert "string_value: HELLO\n" in await ros(router, "service", "call", "/basic", "{string_value: hello}")
         assert "42\n" in await ros(router, "topic", "echo", "/basics", "-n", "1", "--member", "int32_value")
 
 
