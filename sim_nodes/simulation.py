@@ -304,10 +304,10 @@ class Simulation(Stateful):
         return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
     def stop_robot(self, robot: str, reason: str = "") -> None:
-        """Stop a robot; the goals that it had end as canceled, or as aborted for a reason."""
+        """Stop a robot; the goals that it had end as canceled, or as interrupted for a reason."""
         ended = self.robot(robot).stop()
         if reason:
-            ended = (replace(end, outcome=Outcome.ABORTED, message=reason) for end in ended)
+            ended = (replace(end, outcome=Outcome.ABORTED, message=reason, interrupted=True) for end in ended)
         self._report(self.robot(robot), ended)
 
     def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
@@ -344,7 +344,15 @@ class Simulation(Stateful):
             self._tell_end(end)
 
     def _tell_end(self, end: Ended) -> None:
-        self._happen(Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message))
+        self._happen(
+            Occurrence(
+                id=end.id,
+                time=self.time,
+                outcome=end.outcome,
+                message=end.message,
+                interrupted=end.interrupted,
+            )
+        )
 
     def measurements(self) -> Measurements:
         """What was measured of the robots that drive, since they were put there."""

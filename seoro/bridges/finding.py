@@ -6,7 +6,7 @@ import anyio
 
 from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import NAMESPACE, node_tokens, token_node
-from seoro.errors import InvalidUse
+from seoro.errors import BackendUnreachable, InvalidUse
 
 TIMEOUT = 3.0  # [s]
 LOOK_AGAIN = 0.05  # [s] between two looks
@@ -23,7 +23,8 @@ async def find_node(session: AsyncSession, endpoint: str, name: str | None, kind
         start: How one is started, for the same.
 
     Raises:
-        InvalidUse: There is none, or there are several.
+        BackendUnreachable: There is none (yet).
+        InvalidUse: There are several.
     """
     found: set[str] = set()
     with anyio.move_on_after(TIMEOUT):
@@ -36,7 +37,9 @@ async def find_node(session: AsyncSession, endpoint: str, name: str | None, kind
     known = ", ".join(sorted(found))
     if not found or name not in (None, *found):
         which = kind if name is None else f"{kind} '{name}'"
-        raise InvalidUse(f"there is no {which} at {endpoint}", help=f"there are {known}" if known else start)
+        raise BackendUnreachable(
+            f"there is no {which} at {endpoint}", help=f"there are {known}" if known else start
+        )
     if name is None and len(found) > 1:
         raise InvalidUse(
             f"there are several nodes at {endpoint}: {known}", help="a lab file says by `name` which is meant"

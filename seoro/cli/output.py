@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import IO, Any, TextIO
 
 from seoro.cli.results import silence
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import BackendUnreachable, InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.lang.source import Span
@@ -64,7 +64,7 @@ def error_text(error: Exception, colour: bool = False) -> str:
             return "\n\n".join(render_text(found, colour=colour) for found in diagnostics)
         case InvalidUse(span=Span() as span):
             return render_text(_at_run(error, span), colour=colour)
-        case InvalidUse(help=hint) if hint:
+        case InvalidUse(help=hint) | BackendUnreachable(help=hint) if hint:
             return printable(f"error: {error}\n  = help: {hint}")
         case _:
             return printable(f"error: {error}")

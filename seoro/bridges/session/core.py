@@ -122,6 +122,12 @@ class Session:
     def _open(self) -> zenoh.Session:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
 
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether a session that connects has lost its connection, and has not connected again yet."""
+        info = self._zenoh.info
+        return not self._is_hub and not (list(info.routers_zid()) or list(info.peers_zid()))
+
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
         self._kept.append(declared)

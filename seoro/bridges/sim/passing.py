@@ -13,8 +13,8 @@ from collections.abc import Mapping
 
 from seoro.bridges import wire
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
-from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress
-from seoro.runtime.contracts import GoalStatus, Happened, Report
+from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, report_of
+from seoro.runtime.contracts import Happened
 
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 FAMILIAR = 4  # grants in a row, between which nothing was asked for, until the node simulates ahead
@@ -135,7 +135,7 @@ class PassingRequests(RecordingRequests):
         for occurrence in advanced.occurrences:
             report = self._reporters.pop(occurrence.id, None)
             if report is not None:
-                report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
+                report(report_of(occurrence))
         await self.write_film(advanced.film, advanced.film_error)
 
 
