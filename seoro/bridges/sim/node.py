@@ -11,6 +11,7 @@ from seoro.bridges.sim.arms import ArmRequests
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.faults import FaultRequests
+from seoro.bridges.sim.levels import lacking
 from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.passing import GRANT_TIMEOUT, PassingRequests
@@ -19,6 +20,7 @@ from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.located import Locate
+from seoro.runtime.capabilities import Faults
 from seoro.runtime.contracts import Happened, Lost
 
 ANYTHING = "osc_actor"
@@ -60,6 +62,10 @@ class SimulatorNode(
     def robots(self) -> Sequence[wire.RobotInfo]:
         """The robots of its world."""
         return self._features.robots
+
+    def serves(self, contract: type) -> bool:
+        """Whether the node has all verbs of a contract, as it says."""
+        return not lacking(contract, self._features.features)
 
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Let nobody live in a robot but those who were given it."""
@@ -120,8 +126,9 @@ class SimulatorNode(
         await self.end_run()
         for number in tuple(self._reporters):  # of goals, too, all of which have ended with `end_run`
             await self.cancel_watch(number)
-        for robot in self._features.robots:
-            await self.clear_faults(robot.name, "")
+        if self.serves(Faults):
+            for robot in self._features.robots:
+                await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 
 

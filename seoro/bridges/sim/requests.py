@@ -77,6 +77,7 @@ class Requests:
         self._address = address
         self._reporters: dict[str, Reporter] = {}
         self._ids = count(1)
+        self._given: set[str] = set()
         self._lost: Lost = _ignore_loss
         self._loss: BackendError | None = None
         self._gone = anyio.Event()
@@ -90,7 +91,10 @@ class Requests:
     def new_id(self, kind: str) -> str:
         """An id for a goal or a watch, which nobody else gives there."""
         identifier = f"{kind}-{next(self._ids)}"
-        return own_id(self._address.sender, identifier) if self._address.sender else identifier
+        if self._address.sender:
+            identifier = own_id(self._address.sender, identifier)
+        self._given.add(identifier)
+        return identifier
 
     def report_loss(self, loss: BackendError) -> None:
         """Say that the node is gone, or obeys nobody any more; for whoever watches it."""
