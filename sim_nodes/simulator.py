@@ -246,6 +246,7 @@ class Simulator:
             step=1.0 / self._engine.steps_per_second,
             state=self._state,
             world_number=self.log.worlds,
+            warnings=() if self._simulation is None else self._simulation.world.warnings,
         )
 
     @property

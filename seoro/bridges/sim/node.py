@@ -19,9 +19,10 @@ from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
+from seoro.input_files import resolved
 from seoro.located import Locate
 from seoro.runtime.capabilities import Faults
-from seoro.runtime.contracts import Happened, Lost
+from seoro.runtime.contracts import WARNING, Happened, Lost
 
 ANYTHING = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})
@@ -88,6 +89,8 @@ class SimulatorNode(
     async def start_run(self, happened: Happened, lost: Lost) -> None:
         """Remember whom to tell of contacts, and of the end of the node."""
         self._happened, self._lost = happened, lost
+        for warning in self._features.warnings:
+            happened(WARNING, {"message": warning})
         if self._loss is not None:
             lost(self._loss)
 
@@ -135,4 +138,4 @@ class SimulatorNode(
 def _anywhere(world: str, locate: Locate) -> str:
     """A world by its name, or by a path that leads to its file from any folder: the node may run in another."""
     path = Path(world)
-    return str(locate(path).resolve()) if path.suffix in WORLD_FILES else world
+    return str(resolved(locate(path))) if path.suffix in WORLD_FILES else world
