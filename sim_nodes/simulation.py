@@ -39,7 +39,7 @@ from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.notes import Notes
-from sim_nodes.physics import Engine
+from sim_nodes.physics import Engine, UnstablePhysics
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
@@ -164,6 +164,14 @@ class Simulation(Stateful):
         """
         while not self.has_to_tell and self.time < until and not self.halted.is_set():
             self._pass(until)
+        self._check_states()
+
+    def _check_states(self) -> None:
+        """Raise an error if a robot is nowhere: what is computed from its state would be no numbers, too."""
+        for name in self.robots:
+            state = self.engine.body_state(name)
+            if not all(map(math.isfinite, (*state.position, *state.orientation))):
+                raise UnstablePhysics(f"the state of the robot '{name}' is not finite at {self.time:g} s")
 
     def run(self, until: float) -> None:
         """Simulate to the first step at or after a time, whatever happens."""

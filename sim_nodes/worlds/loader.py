@@ -17,9 +17,10 @@ from sim_nodes.extents import lowest_of, outline
 from sim_nodes.files import FileError, Lines, problems, read_yaml
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.robots.checking import check_urdf
+from sim_nodes.robots.checking import check_urdf, line_of
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.places import check_places
 from sim_nodes.worlds.poses import NamedPose, read_pose
 from sim_nodes.worlds.props import Prop, read_prop
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
@@ -163,6 +164,8 @@ def _world(file: WorldFile, folder: Path) -> World:
         planned, covered, warnings = load_floor_plan(file.floor_plan, folder, file.wall_height)
         walls, extent = (*planned, *walls), extent or covered
     assert extent is not None, "the schema asks for one or the other"
+    robots = _robots(file, folder)
+    check_places(robots, extent)
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
     poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
@@ -170,7 +173,7 @@ def _world(file: WorldFile, folder: Path) -> World:
         file.name,
         extent,
         walls,
-        _robots(file, folder),
+        robots,
         cameras,
         props,
         poses,
@@ -221,11 +224,13 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
 def _own_robot(path: Path, place: str) -> RobotDeclaration:
     try:
         declaration = read_robot(path)
-        check_urdf(declaration)
     except FileError as error:
         raise FileError(f"{place}: {error}") from error
+    try:
+        check_urdf(declaration)
     except RequestRefused as error:
-        raise FileError(f"{place}: the URDF of {path}: {error.message}") from error
+        where = f" (line {line})" if (line := line_of(declaration.urdf, error.message)) is not None else ""
+        raise FileError(f"{place}: the URDF of {path}{where}: {error.message}") from error
     return declaration
 
 

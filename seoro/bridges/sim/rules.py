@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 
 from seoro.bridges import wire
 from seoro.errors import BackendLost
+from seoro.runtime.contracts import Pose3D
 
 LONGEST_STEP = 1.0  # [s]
 STALLED = 1000  # grants in a row after which a clock that has not moved is taken for one that stands
@@ -79,3 +80,21 @@ def _told(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
     yield from ((f"the end of '{each.id:.100}'", each.time) for each in advanced.occurrences)
     yield from ((f"a contact of '{each.first:.100}'", each.time) for each in advanced.contacts)
     yield from ((f"feedback of '{each.robot:.100}'", each.time) for each in advanced.feedback)
+
+
+def check_pose(node: str, what: str, pose: Pose3D) -> None:
+    """Check a pose that a node has sent.
+
+    Args:
+        node: What messages call the node.
+        what: Whose pose it is.
+        pose: The pose.
+
+    Raises:
+        RuleBroken: A part of it is no finite number.
+    """
+    place, turned = pose.position, pose.orientation
+    values = (place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
+    if not all(map(math.isfinite, values)):
+        shown = ", ".join(f"{value:g}" for value in values)
+        raise RuleBroken(f"{node} broke the protocol: it sent {what} as ({shown}); expected finite numbers")
