@@ -8,6 +8,7 @@ SeoroError
     |-- BackendRefused    it said no to a request, with a reason
     |   `-- BackendStopped    somebody has stopped all that moves
     `-- BackendLost       it is gone, or does not answer any more
+        `-- BackendUnreachable    it is not there (yet): a later attempt may succeed
 """
 
 from __future__ import annotations
@@ -102,3 +103,18 @@ class BackendStopped(BackendRefused):
 
 class BackendLost(BackendError):
     """A backend is gone, or does not answer any more."""
+
+
+class BackendUnreachable(BackendLost):
+    """A backend cannot be reached, or is busy or ending; a later attempt may succeed.
+
+    Args:
+        message: The endpoint and the node that was expected there.
+        help: How to start one.
+    """
+
+    def __init__(self, message: str, help: str = "") -> None:  # noqa: A002
+        super().__init__(message)
+        if help:
+            self.add_note(f"help: {help}")
+        self.help = help

@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from seoro.errors import InvalidUse
-
-MAX_SIZE = 1024 * 1024  # [bytes]
+from seoro.input_files import Kind, read_input_text
 
 
 def read_parameters(path: Path, scenario: str) -> dict[str, str]:
@@ -37,9 +36,7 @@ def read_parameters(path: Path, scenario: str) -> dict[str, str]:
     from seoro.plain_yaml import load_yaml  # noqa: PLC0415 - the same
 
     try:
-        if path.stat().st_size > MAX_SIZE:
-            raise InvalidUse(f"the parameter file {path} is larger than {MAX_SIZE} bytes")
-        content = load_yaml(path.read_text(encoding="utf-8"), references=True)
+        content = load_yaml(read_input_text(path, Kind.SETTINGS), references=True)
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidUse(f"cannot read the parameter file {path}: {error}") from error
     except yaml.YAMLError as error:

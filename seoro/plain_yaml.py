@@ -8,6 +8,7 @@ from typing import Any, Final
 import yaml
 
 MAX_DEPTH: Final = 100
+MAX_DIGITS: Final = 200  # of an integer
 _MERGE: Final = "tag:yaml.org,2002:merge"  # `<<`, which may stand in a mapping more than once
 
 
@@ -50,7 +51,19 @@ class _Plain(yaml.SafeLoader):
             marks[key.tag, key.value] = key.start_mark
         return node
 
+    def construct_scalar_number(self, node: yaml.ScalarNode) -> Any:
+        """Construct an integer.
 
+        Raises:
+            yaml.MarkedYAMLError: It has more digits than any number that is used.
+        """
+        if len(node.value) > MAX_DIGITS:
+            problem = f"an integer of {len(node.value)} characters, more than the limit of {MAX_DIGITS}"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+        return super().construct_yaml_int(node)
+
+
+_Plain.add_constructor("tag:yaml.org,2002:int", _Plain.construct_scalar_number)
 _Plain.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),

@@ -10,28 +10,25 @@ from typing import TYPE_CHECKING, Any, get_args
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from seoro.input_files import Kind, read_input_text
 from seoro.plain_yaml import load_yaml
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
-
-MAX_TEXT = 1_000_000  # [bytes]
 
 
 class FileError(Exception):
     """A file cannot be read, or is wrong."""
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, kind: Kind = Kind.SETTINGS) -> str:
     """The text of a file.
 
     Raises:
-        FileError: It cannot be read, or is too large.
+        FileError: It cannot be read, is no regular file, or is too large.
     """
     try:
-        if path.stat().st_size > MAX_TEXT:
-            raise FileError(f"{path} is larger than {MAX_TEXT} bytes")
-        return path.read_text(encoding="utf-8")
+        return read_input_text(path, kind)
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(f"cannot read {path}: {error}") from error
 

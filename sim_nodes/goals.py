@@ -11,8 +11,9 @@ NOBODY = ""  # the id of a goal that nobody waits for any more; no client can gi
 
 @dataclass(frozen=True)
 class Ended:
-    """How a goal ended, by the id that its client gave it."""
+    """How a goal ended, by the id that its client gave it; `interrupted` as in `Occurrence`."""
 
     id: str
     outcome: Outcome
     message: str = ""
+    interrupted: bool = False

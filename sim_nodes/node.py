@@ -41,6 +41,7 @@ from seoro.bridges.wire import (
     CHALLENGE,
     HOLD_ROBOTS,
     EmergencyStop,
+    LabResult,
     Refusal,
     Result,
     SimulationState,
@@ -169,7 +170,7 @@ async def _reached(
 ) -> AsyncIterator[None]:
     """Be the node at a session; `boot` tells this start of it from the next."""
     opened = session.blocking
-    busy = Refusal(code=Result.OPERATION_FAILED, message="the node has too many requests waiting: ask again later")
+    busy = Refusal(code=LabResult.UNAVAILABLE, message="the node has too many requests waiting: ask again later")
     inbox.put(Opened())
     opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox)
     blind = _listen(opened, settings, simulator, gate, inbox)
@@ -283,7 +284,7 @@ class Serving:
         except Exception as error:
             log.exception("fault in %s", verb)
             why = f"fault in the simulator node: {type(error).__name__}: {error}"
-            _refuse(request, Result.OPERATION_FAILED, why)
+            _refuse(request, LabResult.FAULT, why)
 
     def _carry_out(self, sender: str, verb: str, payload: bytes) -> bytes:
         own = self._leasing.verbs.get(verb)

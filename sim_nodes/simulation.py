@@ -39,7 +39,7 @@ from sim_nodes.messages import feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.notes import Notes
-from sim_nodes.physics import Engine
+from sim_nodes.physics import Engine, UnstablePhysics
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
@@ -164,6 +164,14 @@ class Simulation(Stateful):
         """
         while not self.has_to_tell and self.time < until and not self.halted.is_set():
             self._pass(until)
+        self._check_states()
+
+    def _check_states(self) -> None:
+        """Raise an error if a robot is nowhere: what is computed from its state would be no numbers, too."""
+        for name in self.robots:
+            state = self.engine.body_state(name)
+            if not all(map(math.isfinite, (*state.position, *state.orientation))):
+                raise UnstablePhysics(f"the state of the robot '{name}' is not finite at {self.time:g} s")
 
     def run(self, until: float) -> None:
         """Simulate to the first step at or after a time, whatever happens."""
@@ -304,10 +312,10 @@ class Simulation(Stateful):
         return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
     def stop_robot(self, robot: str, reason: str = "") -> None:
-        """Stop a robot; the goals that it had end as canceled, or as aborted for a reason."""
+        """Stop a robot; the goals that it had end as canceled, or as interrupted for a reason."""
         ended = self.robot(robot).stop()
         if reason:
-            ended = (replace(end, outcome=Outcome.ABORTED, message=reason) for end in ended)
+            ended = (replace(end, outcome=Outcome.ABORTED, message=reason, interrupted=True) for end in ended)
         self._report(self.robot(robot), ended)
 
     def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
@@ -344,7 +352,15 @@ class Simulation(Stateful):
             self._tell_end(end)
 
     def _tell_end(self, end: Ended) -> None:
-        self._happen(Occurrence(id=end.id, time=self.time, outcome=end.outcome, message=end.message))
+        self._happen(
+            Occurrence(
+                id=end.id,
+                time=self.time,
+                outcome=end.outcome,
+                message=end.message,
+                interrupted=end.interrupted,
+            )
+        )
 
     def measurements(self) -> Measurements:
         """What was measured of the robots that drive, since they were put there."""

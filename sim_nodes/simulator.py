@@ -119,7 +119,9 @@ class Simulator:
         yield
         told = {each.occurrence.id for each in self.log.after(number) if each.occurrence is not None}
         for goal in sorted(before - self._goals() - told):
-            self.log.add(Occurrence(id=goal, time=self.time, outcome=Outcome.ABORTED, message=FORGOTTEN))
+            self.log.add(
+                Occurrence(id=goal, time=self.time, outcome=Outcome.ABORTED, message=FORGOTTEN, interrupted=True)
+            )
 
     def _goals(self) -> set[str]:
         robots = {} if self._simulation is None else self._simulation.robots
@@ -244,6 +246,7 @@ class Simulator:
             step=1.0 / self._engine.steps_per_second,
             state=self._state,
             world_number=self.log.worlds,
+            warnings=() if self._simulation is None else self._simulation.world.warnings,
         )
 
     @property

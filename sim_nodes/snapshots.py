@@ -14,8 +14,9 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from seoro.bridges.wire import MAX_MESSAGE, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
+from seoro.bridges.wire import SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.input_files import Kind, read_input
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
 from sim_nodes.simulation import Simulation
@@ -76,9 +77,7 @@ def read(path: Path) -> Snapshot:
         RequestRefused: The file cannot be read, or holds no snapshot.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_MESSAGE + 1)
-        return decode(Snapshot, content)
+        return decode(Snapshot, read_input(path, Kind.SNAPSHOT))
     except OSError as error:
         raise RequestRefused(Result.NOT_FOUND, f"{path} cannot be read: {error.strerror}") from error
     except WireError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from seoro.bridges.models import files_in
+from seoro.input_files import resolved
 
 FILE = "file://"
 
@@ -15,7 +16,7 @@ def folders_of(sources: Sequence[str]) -> tuple[list[Path], list[str]]:
     """The folders, each given by its absolute path or as `file://PATH`, and a sentence on each that is none."""
     folders = {source: Path(unquote(source.removeprefix(FILE))) for source in sources}
     unknown = [source for source, folder in folders.items() if not (folder.is_absolute() and folder.is_dir())]
-    known = [folder.resolve() for source, folder in folders.items() if source not in unknown]
+    known = [resolved(folder) for source, folder in folders.items() if source not in unknown]
     return known, [f"{source!r} is no folder here" for source in unknown]
 
 

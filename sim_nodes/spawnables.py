@@ -10,6 +10,7 @@ from pathlib import Path
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.input_files import Kind, read_input_text
 from sim_nodes.bounds import BoundingBox, bounding_box
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel
@@ -70,7 +71,7 @@ def _props(world: World) -> Iterator[Found]:
 def _simulable(files: Mapping[str, Path]) -> Iterator[Found]:
     for uri, path in files.items():
         try:
-            model = parse_model(path.read_text(encoding="utf-8"))
+            model = parse_model(read_input_text(path, Kind.MODEL))
         except (RequestRefused, OSError, UnicodeDecodeError):  # it could not be spawned
             continue
         yield _found(uri, path.name, model)

@@ -42,13 +42,17 @@ def failing(place: Path = Path(), named: Path = Path()) -> Iterator[None]:
     except (InvalidUse, BackendError) as error:
         raise ActionFailed(_words(error).replace(str(place), str(named))) from error
     except ExceptionGroup as group:
+        if (lost := group.subgroup(BackendLost)) is not None:
+            raise _first(lost) from group
         told, others = group.split((InvalidUse, BackendError))
         if told is None or others is not None:
             raise
-        first: Exception = told
-        while isinstance(first, ExceptionGroup):
-            first = first.exceptions[0]
-        raise ActionFailed(_words(first).replace(str(place), str(named))) from group
+        raise ActionFailed(_words(_first(told)).replace(str(place), str(named))) from group
+
+
+def _first(error: Exception) -> Exception:
+    """First exception in a group, of any depth."""
+    return _first(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
 
 
 @contextmanager

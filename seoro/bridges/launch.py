@@ -27,9 +27,9 @@ from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.models import ModelPath
-from seoro.bridges.robot.connecting import Claim, held
+from seoro.bridges.robot.connecting import Claim, held, not_reached
 from seoro.bridges.seals import node_seals
-from seoro.bridges.secured import check_reached, node_keys, security_of
+from seoro.bridges.secured import node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
@@ -109,7 +109,8 @@ async def connect_simulator(
 
     Raises:
         RobotsTaken: Others have it.
-        InvalidUse: There is none at the endpoint, or it does not know the world.
+        BackendUnreachable: There is none at the endpoint (yet).
+        InvalidUse: It does not know the world.
     """
     keys = node_keys(endpoint, MOVING)
     security = security_of(endpoint, keys)
@@ -123,8 +124,7 @@ async def connect_simulator(
             async with _all_of(address, holder), _cleared(address, options) as node:
                 yield node
     except SessionError as error:
-        check_reached(endpoint, security)
-        raise InvalidUse(str(error), help="start a simulator there with `seoro sim mujoco`") from error
+        raise not_reached(endpoint, security, error, "start a simulator there with `seoro sim mujoco`") from error
 
 
 @asynccontextmanager

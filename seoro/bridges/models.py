@@ -14,9 +14,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import quote, unquote
 
+from seoro.input_files import Kind, read_input_text
 from seoro.located import Locate, as_named
 
-MAX_MODEL_SIZE = 4 * 1024 * 1024  # [bytes]
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
 
 
@@ -102,8 +102,6 @@ def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:
 
 def _read(path: Path, uri: str) -> str:
     try:
-        if path.stat().st_size > MAX_MODEL_SIZE:
-            raise ModelNotFound(f"the model '{uri}' is larger than {MAX_MODEL_SIZE} bytes")
-        return path.read_text(encoding="utf-8")
+        return read_input_text(path, Kind.MODEL)
     except (OSError, UnicodeDecodeError) as error:
         raise ModelNotFound(f"the model '{uri}' cannot be read: {error}") from error

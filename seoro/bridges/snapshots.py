@@ -6,6 +6,7 @@ from pathlib import Path
 
 from seoro.bridges import wire
 from seoro.errors import InvalidUse
+from seoro.input_files import Kind, read_input
 
 
 def read_snapshot(path: Path) -> wire.Snapshot:
@@ -15,8 +16,7 @@ def read_snapshot(path: Path) -> wire.Snapshot:
         InvalidUse: The file cannot be read, or holds no snapshot.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(wire.MAX_MESSAGE + 1)
+        content = read_input(path, Kind.SNAPSHOT)
     except OSError as error:
         raise InvalidUse(f"the snapshot {path} cannot be read: {error.strerror}") from error
     try:

@@ -21,6 +21,7 @@ from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import InvalidUse
 from seoro.film import Film
+from seoro.input_files import Kind, open_input
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
@@ -127,7 +128,7 @@ class _Packer:
         try:
             check_place(self.place(path))
             source = self._elsewhere.get(path, path)
-            with source.open("rb") as stream:
+            with open_input(source, Kind.BUNDLED) as stream:
                 size = os.fstat(stream.fileno()).st_size
                 if size > wire.MAX_FILE:
                     raise InvalidUse(

@@ -12,6 +12,7 @@ from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed.checking import check_options
 from seoro.embed.options import OF_ROS, ClockName, Lab, Leasing, Options, Ros, Simulator
 from seoro.errors import InvalidUse
+from seoro.input_files import resolved
 from seoro.lab.reading import read_lab
 from seoro.located import Locate, as_named
 
@@ -143,7 +144,7 @@ def _simulator(given: wire.BundledSimulator, folder: Path) -> Simulator:
     return Simulator(
         name=given.name,
         endpoint=given.endpoint,
-        world=given.world if given.world_file is None else _world(given, (folder / given.world_file).resolve()),
+        world=given.world if given.world_file is None else _world(given, resolved(folder / given.world_file)),
         rate=given.rate,
         model_path=[folder / path for path in given.model_path],
         snapshot=None if given.snapshot is None else folder / given.snapshot,
@@ -162,6 +163,6 @@ def _lab(given: wire.BundledLab, folder: Path, locate: Locate) -> Lab:
     world = read_lab(folder / given.file).world
     if world is not None and not is_world_name(world):
         path = locate(Path(world))
-        if not path.is_relative_to(folder.resolve()) or not path.is_file():
+        if not path.is_relative_to(resolved(folder)) or not path.is_file():
             raise InvalidUse(f"the world file {world} of the lab is not sent with it", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

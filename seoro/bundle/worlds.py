@@ -11,6 +11,7 @@ from typing import Final
 from urllib.parse import unquote
 
 from seoro.errors import InvalidUse
+from seoro.input_files import Kind, open_input
 
 TIMEOUT: Final = 60.0  # [s]
 SUFFIXES: Final = frozenset({".yaml", ".yml"})
@@ -66,7 +67,8 @@ def _named_in(file: Path) -> list[Path]:
     from xml.etree import ElementTree  # noqa: PLC0415 - takes long to load
 
     try:
-        tree = ElementTree.parse(file)  # noqa: S314 - of the user's own, and the parser limits what entities become
+        with open_input(file, Kind.WORLD) as stream:
+            tree = ElementTree.parse(stream)  # noqa: S314 - of the user's own, and the parser limits what entities become
     except (OSError, ElementTree.ParseError) as error:
         raise InvalidUse(f"cannot read the world file {file}: {error}") from error
     names = [element.text or "" for element in tree.iter("uri")]

@@ -8,12 +8,13 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import IO
+from typing import IO, Final
 
 from seoro.errors import InvalidUse
-from seoro.lang.loader import MAX_FILE_SIZE
+from seoro.input_files import Kind, open_input
 
 STDIN = "-"
+LARGEST: Final = Kind.SCENARIO.limit or 0  # [bytes] from stdin
 STDIN_NAME = "<stdin>"  # in messages
 SUFFIX = ".osc"
 
@@ -75,9 +76,9 @@ def read_stdin() -> str:
     Raises:
         InvalidUse: It is too large, or no text.
     """
-    data = sys.stdin.buffer.read(MAX_FILE_SIZE + 1)
-    if len(data) > MAX_FILE_SIZE:
-        raise InvalidUse(f"what comes from stdin is larger than {MAX_FILE_SIZE // 2**20} MiB")
+    data = sys.stdin.buffer.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise InvalidUse(f"what comes from stdin is larger than {LARGEST // 2**20} MiB")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
@@ -85,8 +86,12 @@ def read_stdin() -> str:
 
 
 def open_bytes(name: str) -> AbstractContextManager[IO[bytes]]:
-    """Open a file, which is closed after the block, or stdin, which is not."""
-    return nullcontext(sys.stdin.buffer) if name == STDIN else Path(name).open("rb")
+    """Open a trace, which is closed after the block, or stdin, which is not.
+
+    Raises:
+        OSError: It cannot be read, or is no regular file.
+    """
+    return nullcontext(sys.stdin.buffer) if name == STDIN else open_input(Path(name), Kind.TRACE)
 
 
 def count(number: int, what: str = "file") -> str:

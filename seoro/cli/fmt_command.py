@@ -13,6 +13,7 @@ from seoro.cli.exits import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
 from seoro.cli.output import print_error, use_colour
 from seoro.errors import InvalidScenario, InvalidUse
+from seoro.input_files import Kind, read_input, resolved
 from seoro.lang.format.fault import LayoutFault
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
@@ -88,7 +89,7 @@ def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
     text = _format(file)
     if text is None:
         return _Outcome.REFUSED
-    if text.encode() == path.read_bytes():  # which may begin with a byte order mark
+    if text.encode() == read_input(path, Kind.SCENARIO):  # which may begin with a byte order mark
         return _Outcome.SAME
     if options.diff:
         _print_diff(file, text)
@@ -114,7 +115,7 @@ def _format(file: SourceFile) -> str | None:
 
 def _replace(path: Path, text: str) -> None:
     """Write a file at once or not at all, with the permissions that it had; a link stays one."""
-    path = path.resolve()
+    path = resolved(path)
     new = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
         with new.open("xb") as stream:

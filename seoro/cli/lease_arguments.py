@@ -15,7 +15,9 @@ def add_lease_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare them."""
     group = parser.add_argument_group("robots that others may have")
     waiting = group.add_mutually_exclusive_group()
-    waiting.add_argument("--when-free", action="store_true", help="wait until all that the run needs is free")
+    waiting.add_argument(
+        "--when-free", action="store_true", help="wait for busy robots, and for nodes that do not answer yet"
+    )
     waiting.add_argument(
         "--wait", type=positive, metavar="SECONDS", help="wait for that, so long at most (default: not at all)"
     )

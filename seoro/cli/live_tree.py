@@ -21,6 +21,7 @@ from rich.text import Text
 
 from seoro.cli.output import Progress, use_colour
 from seoro.cli.tree import Node, Row, Tree
+from seoro.input_files import Kind, read_input
 from seoro.reasons import printable
 from seoro.runtime.verdict import Verdict
 
@@ -185,6 +186,6 @@ def _source_text(source: str) -> str:
 @cache
 def _lines(name: str) -> list[str]:
     try:
-        return Path(name).read_text(encoding="utf-8", errors="replace").splitlines()
+        return read_input(Path(name), Kind.SCENARIO).decode(errors="replace").splitlines()
     except OSError:
         return []

@@ -11,7 +11,7 @@ from typing import IO, Any, TextIO
 
 from seoro.cli.error_diagnostics import diagnostics_of
 from seoro.cli.results import silence
-from seoro.errors import InvalidUse
+from seoro.errors import BackendUnreachable, InvalidUse
 from seoro.lang.render import render_text
 from seoro.reasons import printable, reason_text
 from seoro.runtime.tally import ItemCoverage
@@ -61,7 +61,7 @@ def error_text(error: Exception, colour: bool = False) -> str:
     if diagnostics := diagnostics_of(error):
         return "\n\n".join(render_text(found, colour=colour) for found in diagnostics)
     match error:
-        case InvalidUse(help=hint) if hint:
+        case InvalidUse(help=hint) | BackendUnreachable(help=hint) if hint:
             return printable(f"error: {error}\n  = help: {hint}")
         case _:
             return printable(f"error: {error}")

@@ -16,6 +16,7 @@ from typing import IO, TYPE_CHECKING, Any, Self
 from seoro.cli.error_diagnostics import diagnostics_of
 from seoro.cli.output_folder import OutputFolder
 from seoro.errors import BackendError, InvalidUse, SeoroError
+from seoro.input_files import resolved
 from seoro.lang.render import to_json as diagnostic_json
 from seoro.runtime.jsonl import JsonLines, to_json
 from seoro.runtime.outputs import RESULT_NAMES
@@ -101,10 +102,10 @@ class ResultFiles:
         options = self._options
         if options.trace == STDOUT and options.json:
             raise InvalidUse("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
-        traces = {path.resolve() for path in self._trace_paths()}
+        traces = {resolved(path) for path in self._trace_paths()}
         results = [*self._junit_paths(), *self._with_folder([], _COVERAGE)]
         for path in results:
-            if path.resolve() in traces and path.resolve().parent != Path("/dev"):
+            if resolved(path) in traces and resolved(path).parent != Path("/dev"):
                 raise InvalidUse(f"both the trace and the result would be written to {path}")
         for path in results:
             check_place(path)
@@ -215,7 +216,7 @@ class ResultFiles:
         """The files that are named, and that of the output folder if it is another."""
         folder = self._options.output_dir
         inside = [folder / name] if folder else []
-        return [*named, *(path for path in inside if path.resolve() not in {other.resolve() for other in named})]
+        return [*named, *(path for path in inside if resolved(path) not in {resolved(other) for other in named})]
 
 
 def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:

@@ -14,6 +14,7 @@ from seoro.embed.file_settings import FileSettings, Given, settings_of_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
+from seoro.input_files import resolved
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
 
@@ -206,8 +207,10 @@ def _world(world: str | None, simulator: str | None) -> str | None:
     if world is None:
         return None
     # What simulators of ROS 2 systems call their worlds is theirs, unless it is a file that is here.
-    is_file = Path(world).is_file() if simulator == OF_ROS else Path(world).suffix in {".yaml", ".yml"}
-    return str(Path(world).resolve()) if is_file else world
+    path = Path(world)
+    is_file = (path.suffix != "" or simulator == OF_ROS) and path.is_file()
+    is_named_so = simulator != OF_ROS and path.suffix in {".yaml", ".yml"}
+    return str(resolved(path)) if is_file or is_named_so else world
 
 
 def overrides_of(settings: Sequence[str]) -> dict[str, str]:

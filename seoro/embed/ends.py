@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias, Union, get_args, get_origin, get_type_
 
 import msgpack
 
-from seoro.errors import BackendError, InvalidScenario, InvalidUse, SeoroError
+from seoro.errors import BackendError, BackendUnreachable, InvalidScenario, InvalidUse, SeoroError
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frozen import Frozen, Value
 from seoro.lang.source import SourceFile, Span
@@ -74,11 +74,13 @@ class NotRun(Value):
         diagnostics: What is wrong with the scenario.
         misuse: What is wrong with how it was to be run.
         backend: What a simulator or a bridge did not do.
+        help: How to start one that cannot be reached.
     """
 
     diagnostics: tuple[Diagnostic, ...] = ()
     misuse: Misuse | None = None
     backend: str = ""
+    help: str = ""
 
     @property
     def error(self) -> SeoroError:
@@ -86,7 +88,9 @@ class NotRun(Value):
         if self.misuse is not None:
             misuse = self.misuse
             return InvalidUse(misuse.message, misuse.span, misuse.help, misuse.places, misuse.code)
-        return InvalidScenario(self.diagnostics) if self.diagnostics else BackendError(self.backend)
+        if self.diagnostics:
+            return InvalidScenario(self.diagnostics)
+        return BackendUnreachable(self.backend, self.help) if self.help else BackendError(self.backend)
 
 
 class _Packed(Value):
@@ -108,6 +112,8 @@ def not_run(error: SeoroError) -> NotRun:
             return NotRun(diagnostics=diagnostics)
         case InvalidUse():
             return NotRun(misuse=Misuse(str(error), error.span, error.help, error.places, error.code))
+        case BackendUnreachable():
+            return NotRun(backend=str(error), help=error.help)
         case _:
             return NotRun(backend=str(error))
 

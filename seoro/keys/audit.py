@@ -22,6 +22,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 
 from seoro.durable import sync_folder
+from seoro.input_files import Kind, open_input
 from seoro.keys.certificates import check_issued, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
@@ -164,7 +165,7 @@ def _signed(said: dict[str, Any]) -> bytes:
 
 def _lines(path: Path) -> Iterator[bytes]:
     try:
-        with path.open("rb") as file:
+        with open_input(path, Kind.AUDIT) as file:
             while line := file.readline(_LONGEST):
                 yield line
     except OSError as error:
@@ -174,7 +175,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 def _last_line(path: Path) -> tuple[int, bytes | None]:
     """How many bytes of a log are whole lines, and the last of them."""
     size = path.stat().st_size
-    with path.open("rb") as file:
+    with open_input(path, Kind.AUDIT) as file:
         start = max(size - 2 * _LONGEST, 0)
         file.seek(start)
         data = file.read()

@@ -6,16 +6,14 @@ import os
 import stat
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
 from cryptography import x509
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from seoro.input_files import Kind, read_input
 from seoro.keys.certificates import PrivateKey
 from seoro.keys.errors import InvalidKeys
-
-MOST: Final = 1 << 20  # [bytes] in a file of keys
 
 
 def make_folder(folder: Path) -> None:
@@ -63,13 +61,9 @@ def read_file(path: Path) -> bytes:
         InvalidKeys: It cannot be read.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST + 1)
+        return read_input(path, Kind.KEYS)
     except OSError as error:
         raise InvalidKeys(f"cannot read {path}: {error.strerror}") from error
-    if len(data) > MOST:
-        raise InvalidKeys(f"{path} is larger than keys are")
-    return data
 
 
 def read_certificate(path: Path) -> x509.Certificate:

@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.robot.connecting import RobotsTaken
-from seoro.errors import InvalidUse
+from seoro.errors import BackendUnreachable, InvalidUse
 from seoro.lab.readiness import hindrances
 from seoro.lab.reading import Lab
 from seoro.lab.wishes import Wish
@@ -37,6 +37,7 @@ def bind(
 
     Raises:
         RobotsTaken: Others have all robots that fit.
+        BackendUnreachable: Robots that may fit are behind nodes that do not answer.
         InvalidUse: No robot fits, or there is no such actor.
     """
     for actor in wishes:
@@ -76,6 +77,12 @@ def _any(
     lab: Lab, actor: str, wish: Wish, states: States, taken: Collection[str], lease: str, *, may_wait: bool
 ) -> str:
     fitting = [name for name in lab.robots if _fits(lab, name, wish.word, states)]
+    unreachable = {name: state for name in lab.robots if isinstance(state := states.get(name), str)}
+    if not fitting and unreachable:
+        why_not = "; ".join(f"{name}: {state}" for name, state in unreachable.items())
+        raise BackendUnreachable(
+            f"`{actor}` is to be any '{wish.word}', and no robot is known to be one ({why_not})"
+        )
     if not fitting:
         words = sorted({word for robot in lab.robots.values() for word in (robot.type, *robot.can) if word})
         raise InvalidUse(
@@ -95,8 +102,10 @@ def _any(
         why.append(f"{name}: {'; '.join((*unready, *occupied))}")
     if patient and may_wait:
         return patient[0]
-    kind = RobotsTaken if patient else InvalidUse
-    raise kind(f"`{actor}` is to be any '{wish.word}', and none can be had: {' - '.join(why)}")
+    message = f"`{actor}` is to be any '{wish.word}', and none can be had: {' - '.join(why)}"
+    if patient:
+        raise RobotsTaken(message)
+    raise BackendUnreachable(message) if unreachable.keys() & set(fitting) else InvalidUse(message)
 
 
 def _fits(lab: Lab, name: str, word: str, states: States) -> bool:

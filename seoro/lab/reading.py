@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from seoro.errors import InvalidUse
+from seoro.input_files import resolved
 from seoro.lab.schema import BridgeFile, LabFile, RobotFile, SimulatorFile
 from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
 
@@ -36,7 +37,7 @@ class Lab:
         """The world of the simulator; a file with its folder."""
         if self.simulator is None or (world := self.simulator[1].world) is None:
             return None
-        return str((self._folder / world).resolve()) if Path(world).suffix in {".yaml", ".yml"} else world
+        return str(resolved(self._folder / world)) if Path(world).suffix in {".yaml", ".yml"} else world
 
     @property
     def bridges(self) -> Mapping[str, BridgeFile]:

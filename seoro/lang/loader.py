@@ -13,6 +13,7 @@ from typing import TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
+from seoro.input_files import Kind, read_input, resolved
 from seoro.lang import ast
 from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic, Message
@@ -25,7 +26,6 @@ from seoro.located import Locate, as_named
 
 MAX_MISSES = 30  # imports that find nothing, until no more are followed
 MAX_PATH = 4096  # characters
-MAX_FILE_SIZE = 4 * 1024 * 1024  # bytes
 
 
 class Unreadable(Value):
@@ -37,14 +37,9 @@ class Unreadable(Value):
 def read_file(path: Path) -> str | Unreadable:
     """The text of a file on disk."""
     try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_FILE_SIZE + 1)
+        data = read_input(path, Kind.SCENARIO)
     except OSError as fault:
         return Unreadable(fault.strerror or str(fault))
-    except ValueError as fault:  # a NUL in the path
-        return Unreadable(str(fault))
-    if len(data) > MAX_FILE_SIZE:
-        return Unreadable(f"it is larger than {MAX_FILE_SIZE // 2**20} MiB")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
@@ -153,7 +148,7 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
     stack: list[tuple[Module, Path, Iterator[ast.Statement]]] = []
 
     def enter(file: SourceFile, path: Path, library: str | None) -> Module:
-        loading.seen.add(path.resolve())
+        loading.seen.add(resolved(path))
         parse = parse_file if library is None else parse_library
         module = Module(file, parse(file, loading.bag), library)
         stack.append((module, path, iter(module.tree.statements)))
@@ -191,7 +186,7 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
         loading.uses |= STANDARD_MODULES[name][1]
     loading.libraries[name] = library
     path = library.path
-    if path.resolve() in loading.seen:
+    if resolved(path) in loading.seen:
         return None
     text = loading.read(path)
     if not isinstance(text, str):
@@ -213,7 +208,7 @@ def _find_file(
         loading.miss(imports.UnknownScheme(statement.span, statement.uri.partition(":")[0]))
         return None
     full = loading.locate(path) if path.is_absolute() else where.parent / path
-    if full.resolve() in loading.seen:
+    if resolved(full) in loading.seen:
         return None
     text = loading.read(full)
     if not isinstance(text, str):

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 from urllib.parse import unquote, urlsplit
 
+from seoro.input_files import resolved
 from seoro.lang.loader import Reader, Unreadable, read_file
 
 Texts: TypeAlias = Mapping[Path, str]  # of open documents, by resolved path
@@ -92,7 +93,7 @@ def reader(texts: Texts) -> Reader:
 
     def read(path: Path) -> str | Unreadable:
         try:
-            text = texts.get(path.resolve())
+            text = texts.get(resolved(path))
         except (ValueError, OSError, RuntimeError) as fault:
             return Unreadable(str(fault))
         return read_file(path) if text is None else text

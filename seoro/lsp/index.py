@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import cast
 
+from seoro.input_files import resolved
 from seoro.lang.check.checker import Checked
 from seoro.lang.loader import Module
 from seoro.lang.source import SourceFile, Span
@@ -54,7 +55,7 @@ class Files:
 
     def __init__(self, modules: Iterable[Module]) -> None:
         self._paths = {
-            module.file: module.file.path.resolve() for module in modules if module.file.path is not None
+            module.file: resolved(module.file.path) for module in modules if module.file.path is not None
         }
         self.by_path = {path: file for file, path in self._paths.items()}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from seoro.input_files import resolved
 from seoro.lang import ast
 from seoro.lang.check.labels import labelled
 from seoro.lang.libraries import library_file
@@ -88,6 +89,6 @@ def imported(statement: ast.Statement, module: Module) -> ImportedFile | None:
         case _:
             pass
     try:
-        return ImportedFile(path.resolve(), library) if path is not None else None
+        return ImportedFile(resolved(path), library) if path is not None else None
     except (ValueError, OSError, RuntimeError):  # a NUL, or links in a circle: the import is reported
         return None

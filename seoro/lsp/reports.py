@@ -14,6 +14,7 @@ from lsprotocol.types import (
     Location,
 )
 
+from seoro.input_files import resolved
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.source import Span
 from seoro.lsp.analysis import Analysis
@@ -107,7 +108,7 @@ def _imports(analysis: Analysis) -> Mapping[Path, list[tuple[Span, Path]]]:
     for module in analysis.checked.sources.modules:
         if module.file.path is not None:
             found = [(span, meaning.path) for span, meaning in imports(module)]
-            edges[module.file.path.resolve()] = found
+            edges[resolved(module.file.path)] = found
     return edges
 
 

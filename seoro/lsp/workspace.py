@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from seoro.input_files import resolved
 from seoro.lang.loader import read_file
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.documents import Texts
@@ -29,7 +30,7 @@ def files_with(word: str, folders: Iterable[Path]) -> Iterator[Path]:
                 path = Path(where, name)
                 text = read_file(path)
                 if isinstance(text, str) and word in text:
-                    yield path.resolve()
+                    yield resolved(path)
 
 
 def analyse_users(word: str, folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]) -> list[Analysis]:

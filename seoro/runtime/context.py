@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar, cast
 
-from seoro.errors import ActionFailed
+from seoro.errors import ActionFailed, BackendLost
 from seoro.runtime.agenda import Agenda, Waiter
 from seoro.runtime.contracts import GoalStatus, Report
 from seoro.runtime.invocations import invocations
@@ -222,7 +222,11 @@ class ActionContext:
             flow.asking = False
 
     async def report(self, pending: Pending) -> Report:
-        """Wait for a report of a backend."""
+        """Wait for a report of a backend.
+
+        Raises:
+            BackendLost: The backend ended the goal for a reason of its own, which ends the run as an error.
+        """
         self._check_task()
         if pending._report is None:
             waiter = Waiter(self._place.flow)
@@ -232,8 +236,11 @@ class ActionContext:
                 await self._wait(waiter)
             finally:
                 self._place.agenda.expect(-1)
-        assert pending._report is not None
-        return pending._report
+        report = pending._report
+        assert report is not None
+        if report.interrupted:  # here, so that no action can take it for a failure of the robot
+            raise BackendLost(report.message or "the backend ended the goal for a reason of its own")
+        return report
 
     async def follow(self, listen: Listen, act: Callable[[], None]) -> NoReturn:
         """Do something each time that the outside world has something, until the action is ended.

@@ -187,10 +187,15 @@ class GoalStatus(Enum):
 
 
 class Report(Value):
-    """A backend's word that a goal has ended, or that what was watched for has happened."""
+    """A backend's word that a goal has ended, or that what was watched for has happened.
+
+    A goal is `interrupted` if the backend ended it for a reason of its own, such as a lost connection: no action
+    sees that report (`ActionContext.report` raises instead), so none can take it for a failure of the robot.
+    """
 
     status: GoalStatus
     message: str = ""
+    interrupted: bool = False
 
 
 Reporter = Callable[[Report], None]

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from seoro.input_files import Kind, open_input, read_input
 from seoro.traces.read import Unreadable, read_trace
 
 MEASUREMENTS = "measurements.json"
 TRACE = "trace.jsonl"
-_MAX_SIZE = 10_000_000  # [bytes] of measurements
 
 
 def measured(folder: Path) -> dict[str, object]:
@@ -30,9 +30,7 @@ def measured(folder: Path) -> dict[str, object]:
 def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
     """A run that has come to no end, or that had no simulator, has none."""
     try:
-        if path.stat().st_size > _MAX_SIZE:
-            return
-        robots = json.loads(path.read_bytes())["robots"]
+        robots = json.loads(read_input(path, Kind.OUTPUT))["robots"]
     except (OSError, ValueError, KeyError, TypeError):
         return
     for robot, values in robots.items():
@@ -43,7 +41,7 @@ def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
 def _of_items(path: Path) -> Iterator[tuple[str, object]]:
     if not path.exists():
         return
-    with path.open("rb") as file:
+    with open_input(path, Kind.TRACE) as file:
         for record in read_trace(file):
             if not isinstance(record, Unreadable) and record["kind"] in ("cover", "record"):
                 yield from _columns(record)

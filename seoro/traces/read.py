@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import IO, Any, Final, TypeAlias
 
 MAX_LINE: Final = 64 * 1024 * 1024  # bytes; no run writes such a record
+LATEST: Final = 1e12  # [s]; longer than any run, and small enough for all that is computed from it
 
 Record: TypeAlias = dict[str, Any]
 
@@ -71,13 +71,26 @@ def _record(line: bytes) -> Record | str:
         return "it is no JSON"
     if not isinstance(found, dict):
         return "it is no JSON object"
+    if b"\\ud" in line.lower():
+        found = _mended(found)
     time, kind = found.get("t"), found.get("kind")
-    if not (isinstance(time, int | float) and math.isfinite(time) and isinstance(kind, str)):
+    if not (isinstance(time, int | float) and isinstance(kind, str)):
         return "it is no record of a trace, which have `t` and `kind`"
+    if not abs(time) <= LATEST:
+        return f"its time is not between 0 s and {LATEST:g} s"
+    if not isinstance(found.get("arguments"), dict | None):
+        return f"it is no record of a trace: `arguments` of a `{kind}` is of the wrong type"
     for name, type_ in _FIELDS.get(kind, {}).items():
         if not isinstance(found.get(name), type_):
             return f"it is no record of a trace: `{name}` of a `{kind}` is missing or of the wrong type"
-    return found
+    return dict(found)
+
+
+def _mended(record: Record) -> Record:
+    """The record with `?` for each half of a surrogate pair, which JSON can hold and no text has."""
+    text = json.dumps(record, ensure_ascii=False).encode("utf-8", "replace")
+    mended: Record = json.loads(text)
+    return mended
 
 
 class Paths:

@@ -66,7 +66,7 @@ class Arm(Stateful):
         is_loose: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine
-        self._planner = Planner(placed, declaration, engine, seed)
+        self._planner = Planner(placed, declaration, engine)
         self._chain = self._planner.chain
         self._acceleration = np.array([joint.max_acceleration for joint in declaration.joints])
         self.gripper = Gripper(placed.name, declaration.gripper, engine, is_loose)

@@ -76,6 +76,31 @@ class Chain:
         arms = tool[:3, 3] - np.array([frame[:3, 3] for frame in frames[:-1]])
         return tool, np.vstack([np.cross(axes, arms).T, axes.T])
 
+    def jacobians(self, configurations: Array) -> tuple[Array, Array]:
+        """As `jacobian`, of many configurations at once: shapes (m, 4, 4) and (m, 6, n), from (m, n)."""
+        count = len(configurations)
+        pose = np.broadcast_to(np.eye(4), (count, 4, 4))
+        axes, origins = [], []
+        for link, angles in zip(self._links, configurations.T, strict=True):
+            pose = pose @ link.mount @ _turns(link.axis, angles)
+            axes.append(pose[:, :3, :3] @ link.axis)
+            origins.append(pose[:, :3, 3])
+        tool = pose @ self._tool
+        arms = tool[:, None, :3, 3] - np.stack(origins, axis=1)
+        turning = np.stack(axes, axis=1)
+        return tool, np.concatenate([np.cross(turning, arms), turning], axis=2).transpose(0, 2, 1)
+
+    @property
+    def shoulder(self) -> Array:
+        """Origin of the first joint in the base [m], which no joint moves; shape (3,)."""
+        return self._links[0].mount[:3, 3]
+
+    @property
+    def reach(self) -> float:
+        """Distance from the shoulder beyond which the tool is in no posture [m]: that of the arm, stretched."""
+        mounts = [link.mount for link in self._links[1:]]
+        return float(sum(np.linalg.norm(mount[:3, 3]) for mount in (*mounts, self._tool)))
+
     def _frames(self, configuration: Array) -> list[Array]:
         """The poses of the joints, turned, and of the tool, in the base."""
         pose, frames = np.eye(4), []
@@ -111,6 +136,17 @@ def _turn(axis: Array, angle: float) -> Array:
             [0.0, 0.0, 0.0, 1.0],
         ]
     )
+
+
+def _turns(axis: Array, angles: Array) -> Array:
+    """Rotations about one unit vector, shape (m, 4, 4)."""
+    x, y, z = axis.tolist()
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turns = np.zeros((len(angles), 4, 4))
+    turns[:, 3, 3] = 1.0
+    sin, rest = np.sin(angles)[:, None, None], 1.0 - np.cos(angles)[:, None, None]
+    turns[:, :3, :3] = np.eye(3) + sin * cross + rest * (cross @ cross)
+    return turns
 
 
 def _way(robot: Element, base_link: str, tool_link: str) -> list[Element]:

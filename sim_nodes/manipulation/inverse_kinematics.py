@@ -3,6 +3,9 @@
 Own code, because it is the engines' common ground: those that come with engines differ, or need one of them. Steps
 are those of Levenberg and Marquardt; joints are clipped at their limits. A solution depends on where the search
 starts, so that one that starts at the present configuration stays on its branch.
+
+Where the first starts lead to nothing, many more are tried: a search from one start comes to a solution in one of
+ten cases for arms of seven joints with narrow limits.
 """
 
 from __future__ import annotations
@@ -22,6 +25,9 @@ MAX_ITERATIONS = 60
 MAX_STEP = 0.5  # [rad] of a joint in one iteration
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
 STARTS = 16  # drawn at random beside the given ones
+MORE_STARTS, BATCH = 512, 128  # that are tried where those lead to nothing, and how many of them at once
+HALF_TURN = 1e-6  # sine of an angle at which a rotation is nearly none, or half a turn
+NEAR = 1e-2  # [m], [rad] of an error from which `solve` comes to a solution
 SAME = 1e-3  # [rad]; solutions that are nearer than this are one
 
 
@@ -79,7 +85,79 @@ def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noi
             near = nearest_turns(chain, solution, start)
             if all(np.abs(near - other).max() > SAME for other in (*found, *others)):
                 others.append(near)
+    if not found and not others:
+        others = _search(chain, target, start, noise)
     yield from sorted(others, key=lambda configuration: float(np.abs(configuration - start).max()))
+
+
+def out_of_reach(chain: Chain, target: Array) -> float:
+    """How far a pose is beyond the stretched arm [m]; 0 where that does not rule it out."""
+    return max(0.0, float(np.linalg.norm(target[:3, 3] - chain.shoulder)) - chain.reach)
+
+
+def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Array]:
+    """Solutions from many starts; those of the first batch in which there are any."""
+    if out_of_reach(chain, target) > 0.0:
+        return []
+    # A joint that makes less than a turn has all its range, since no other position is the same posture.
+    is_free = chain.limits.upper - chain.limits.lower >= 2.0 * math.pi
+    lower = np.where(is_free, np.maximum(chain.limits.lower, -math.pi), chain.limits.lower)
+    upper = np.where(is_free, np.minimum(chain.limits.upper, math.pi), chain.limits.upper)
+    for batch in range(MORE_STARTS // BATCH):
+        drawn = noise.at(batch + 1).uniform(lower, upper, size=(BATCH, len(start)))
+        found: list[Array] = []
+        for begin in _approach(chain, target, drawn):
+            solution = solve(chain, target, begin)
+            if solution is not None:
+                near = nearest_turns(chain, solution, start)
+                if all(np.abs(near - other).max() > SAME for other in found):
+                    found.append(near)
+        if found:
+            return found
+    return []
+
+
+def _approach(chain: Chain, target: Array, starts: Array) -> Array:
+    """Do what `solve` does from many starts at once; returns the configurations that come near the target."""
+    configurations, damping = starts, np.full(len(starts), 1e-3)
+    poses, jacobians = chain.jacobians(configurations)
+    errors = _errors(poses, target)
+    near: list[Array] = []
+    for _ in range(MAX_ITERATIONS):
+        is_near = np.abs(errors).max(axis=1) < NEAR
+        near.extend(configurations[is_near])
+        goes_on = ~is_near & (damping <= MAX_DAMPING)
+        if not goes_on.any():
+            break
+        configurations, damping = configurations[goes_on], damping[goes_on]
+        jacobians, errors = jacobians[goes_on], errors[goes_on]
+        turned = jacobians.transpose(0, 2, 1)
+        system = jacobians @ turned + damping[:, None, None] * np.eye(6)
+        steps = (turned @ np.linalg.solve(system, errors[:, :, None]))[:, :, 0]
+        steps *= np.minimum(1.0, MAX_STEP / np.maximum(np.abs(steps).max(axis=1), 1e-12))[:, None]
+        tried = np.clip(configurations + steps, chain.limits.lower, chain.limits.upper)
+        poses, tried_jacobians = chain.jacobians(tried)
+        tried_errors = _errors(poses, target)
+        better = (tried_errors**2).sum(axis=1) < (errors**2).sum(axis=1)
+        configurations = np.where(better[:, None], tried, configurations)
+        jacobians = np.where(better[:, None, None], tried_jacobians, jacobians)
+        errors = np.where(better[:, None], tried_errors, errors)
+        damping = np.where(better, np.maximum(damping / 10.0, MIN_DAMPING), damping * 10.0)
+    return np.array(near).reshape(-1, starts.shape[1])
+
+
+def _errors(poses: Array, target: Array) -> Array:
+    """As `_error`, of many poses, shape (m, 6)."""
+    turns = target[:3, :3] @ poses[:, :3, :3].transpose(0, 2, 1)
+    skew = np.stack(
+        [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]], axis=1
+    )
+    sine = np.linalg.norm(skew, axis=1) / 2.0
+    angle = np.arctan2(sine, (turns.trace(axis1=1, axis2=2) - 1.0) / 2.0)
+    vectors = skew * (angle / np.maximum(2.0 * sine, 1e-12))[:, None]
+    for index in np.flatnonzero(sine <= HALF_TURN):  # where that says little
+        vectors[index] = rotation_vector(turns[index])
+    return np.concatenate([target[:3, 3] - poses[:, :3, 3], vectors], axis=1)
 
 
 def nearest_turns(chain: Chain, configuration: Array, start: Array) -> Array:

@@ -16,7 +16,15 @@ from seoro.bridges.wire import ArmResult, Result
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, quaternion_of, rotation_matrix
 from sim_nodes.manipulation.chain import Chain, inverse, pose_matrix
-from sim_nodes.manipulation.inverse_kinematics import pose_error, rotation_vector, solutions, solve
+from sim_nodes.manipulation.inverse_kinematics import (
+    MORE_STARTS,
+    STARTS,
+    out_of_reach,
+    pose_error,
+    rotation_vector,
+    solutions,
+    solve,
+)
 from sim_nodes.manipulation.links import colliding_pairs, hand
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.noise import Noise
@@ -59,16 +67,15 @@ class Planner:
         placed: The robot that has it.
         arm: What is declared of it.
         engine: The engine that it is in.
-        seed: Seed of the simulation.
     """
 
-    def __init__(self, placed: PlacedRobot, arm: ArmDeclaration, engine: Engine, seed: int) -> None:
+    def __init__(self, placed: PlacedRobot, arm: ArmDeclaration, engine: Engine) -> None:
         self._robot, self._engine = placed.name, engine
         urdf, names = placed.declaration.urdf, [joint.name for joint in arm.joints]
         self.chain = Chain(urdf, placed.declaration.base_link, arm.tool_link, names)
         self._own, self._hand = colliding_pairs(urdf), hand(urdf, arm.gripper.links)
         self._home = np.array([joint.home for joint in arm.joints])
-        self._noise = Noise(seed, f"{placed.name}/inverse kinematics")
+        self._noise = Noise(0, f"{placed.name}/inverse kinematics")  # whatever the seed: what is found decides
         self.pose_base_in_map = pose_matrix(placed.state.position, rotation_matrix(placed.state.orientation))
 
     def through(self, now: Circumstances, configurations: Sequence[Array]) -> Path:
@@ -101,8 +108,19 @@ class Planner:
                 return self.through(now, [configuration])
             except RequestRefused as error:
                 refused = refused or error
-        raise refused or RequestRefused(
-            ArmResult.UNREACHABLE, f"the tool of {self._robot} cannot reach {_place(target)}"
+        raise refused or RequestRefused(ArmResult.UNREACHABLE, self._unreached(target, aim))
+
+    def _unreached(self, target: Array, aim: Array) -> str:
+        """Why there is no way to a pose: it is proved to be out of reach, or was not found."""
+        beyond = out_of_reach(self.chain, aim)
+        if beyond > 0.0:
+            return (
+                f"the tool of {self._robot} cannot reach {_place(target)}, which is {beyond:.3f} m beyond the "
+                f"stretched arm of {self.chain.reach:.3f} m"
+            )
+        return (
+            f"the tool of {self._robot} cannot reach {_place(target)} in this orientation: no posture was found "
+            f"from {STARTS + MORE_STARTS + 2} starts"
         )
 
     def straight(self, now: Circumstances, target: Array) -> Path:

@@ -19,6 +19,7 @@ from sim_nodes.geometry import Quaternion, quaternion, quaternion_of, rotation_m
 from sim_nodes.inertia import volume
 from sim_nodes.models.reading import (
     FRICTIONS,
+    INERTIAS,
     MASSES,
     MAX_DEPTH,
     ORIGIN,
@@ -28,11 +29,13 @@ from sim_nodes.models.reading import (
     check_attributes,
     check_centre,
     check_children,
+    check_inertia,
     inside,
     named,
     no_meshes,
     numbers,
     read_colour,
+    symmetric,
     vector,
     weighed,
     wrong,
@@ -166,6 +169,10 @@ def _weighed(body: Any, geoms: list[_Geom]) -> list[_Geom]:
         raise wrong(f"{named(body)} has a mass, but no geom whose shape it could fill")
     check_attributes(inertial, {"pos", "mass", "diaginertia", "fullinertia"} | TURNS)
     (mass,) = numbers(inertial.get("mass"), f"mass of {named(body)}", 1, MASSES)
+    for name, count in (("diaginertia", 3), ("fullinertia", 6)):
+        if inertial.get(name) is not None:
+            found = numbers(inertial.get(name), f"{name} of {named(body)}", count, INERTIAS)
+            check_inertia(named(body), symmetric([*found, *[0.0] * (6 - count)]))
     parts = weighed((geom.part for geom in geoms), mass)
     check_centre(named(body), vector(inertial.get("pos"), f"pos of <inertial> in {named(body)}"), parts)
     return [replace(geom, part=part) for part, geom in zip(parts, geoms, strict=True)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from defusedxml import DefusedXmlException, ElementTree
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.colours import Colour
-from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.inertia import volume
 from sim_nodes.physics import IDENTITY, BodyModel, Part
 
@@ -23,6 +23,9 @@ SIZES = (0.01, 20.0)  # [m] of an edge, radius or length
 PLACES = (-1000.0, 1000.0)  # [m], [rad] or degrees
 MASSES = (1e-3, 1e4)  # [kg]
 FRICTIONS = (0.0, 10.0)
+MOST_INERTIA = 1e6  # [kg m^2]
+INERTIAS = (-MOST_INERTIA, MOST_INERTIA)
+ROUNDED = 1e-6  # part of a moment of inertia that rounding in a file explains
 ORIGIN: tuple[Vector, Quaternion] = ((0.0, 0.0, 0.0), IDENTITY)
 CENTRE_TOLERANCE = 0.01  # [m] between the centre of mass that a file says and that of evenly filled shapes
 
@@ -57,6 +60,33 @@ def named(element: Any) -> str:
     """How messages call an element."""
     name = element.get("name")
     return f"<{element.tag} name={name!r}>" if name else f"<{element.tag}>"
+
+
+def check_inertia(what: str, tensor: Array) -> None:
+    """Refuse a tensor of inertia that no body has, with `what` it is of; shape (3, 3) [kg m^2].
+
+    Its principal moments are positive, and none is larger than the sum of the other two.
+    """
+    if not np.all(np.isfinite(tensor)):
+        raise wrong(f"the inertia of {what} has a value that is no finite number")
+    moments = np.sort(np.linalg.eigvalsh(tensor))
+    shown = ", ".join(f"{moment:.6g}" for moment in moments)
+    if moments[0] <= 0.0 or moments[2] > MOST_INERTIA:
+        raise wrong(
+            f"the inertia of {what} has the principal moments {shown} kg m^2; expected more than 0, and at most "
+            f"{MOST_INERTIA:g}"
+        )
+    if moments[0] + moments[1] < moments[2] * (1.0 - ROUNDED):
+        raise wrong(
+            f"the inertia of {what} has the principal moments {shown} kg m^2; expected that none is larger than "
+            "the sum of the other two, which holds for all bodies"
+        )
+
+
+def symmetric(values: Sequence[float]) -> Array:
+    """The tensor with the elements xx, yy, zz, xy, xz and yz, shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = values
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def check_children(element: Any, known: frozenset[str]) -> None:

@@ -15,6 +15,7 @@ from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models.reading import (
     FRICTIONS,
+    INERTIAS,
     MASSES,
     MAX_PARTS,
     ORIGIN,
@@ -22,10 +23,12 @@ from sim_nodes.models.reading import (
     SIZES,
     Frame,
     check_children,
+    check_inertia,
     inside,
     no_meshes,
     numbers,
     read_colour,
+    symmetric,
     wrong,
 )
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
@@ -67,6 +70,8 @@ def _model(model: Any, *, static: bool) -> BodyModel:
     parts = tuple(_part(collision, frame) for collision in collisions)
     for inertial in link.findall("inertial"):
         check_children(inertial, INERTIAL_ELEMENTS)
+        for inertia in inertial.findall("inertia"):
+            _check_inertia(inertia)
     frictions = {_friction(collision) for collision in collisions}
     if len(frictions) > 1:
         raise wrong("the collisions of <link> have different friction: give all the same")
@@ -91,6 +96,14 @@ def _friction(collision: Any) -> float:
 
 def _colour(diffuse: Any) -> Colour | None:
     return None if diffuse is None else read_colour(diffuse.text, "<diffuse>")
+
+
+def _check_inertia(inertia: Any) -> None:
+    """Refuse what no body has, although inertia follows from mass and shapes here."""
+    usual = {"ixx": "1", "iyy": "1", "izz": "1"}  # as the specification of SDF has it
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    values = [inertia.findtext(name, usual.get(name, "0")) for name in names]
+    check_inertia("<link>", symmetric(numbers(" ".join(values), "<inertia>", 6, INERTIAS)))
 
 
 def _part(collision: Any, frame: Frame) -> Part:

@@ -13,6 +13,7 @@ from typing import Any
 from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models.reading import (
+    INERTIAS,
     MASSES,
     MAX_DEPTH,
     ORIGIN,
@@ -21,11 +22,13 @@ from sim_nodes.models.reading import (
     body_of,
     check_centre,
     check_children,
+    check_inertia,
     inside,
     named,
     no_meshes,
     numbers,
     read_colour,
+    symmetric,
     vector,
     weighed,
     wrong,
@@ -116,6 +119,7 @@ def _parts(link: Any, frame: Frame, *, static: bool) -> tuple[Part, ...]:
     check_children(link, LINK_ELEMENTS)
     own = [_part(collision) for collision in link.findall("collision")]
     inertial = link.find("inertial")
+    _check_inertia(link)
     if own and not static:
         if inertial is None:
             raise wrong(f"{named(link)} collides, but has no <inertial> with a <mass>")
@@ -124,6 +128,14 @@ def _parts(link: Any, frame: Frame, *, static: bool) -> tuple[Part, ...]:
     elif inertial is not None and not own:
         raise wrong(f"{named(link)} has a mass, but no <collision> whose shape it could fill")
     return tuple(_moved(part, frame) for part in own)
+
+
+def _check_inertia(link: Any) -> None:
+    """Refuse what no body has, although inertia follows from mass and shapes here."""
+    for inertia in link.findall("inertial/inertia"):
+        values = [inertia.get(name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
+        found = numbers(" ".join(values), f"inertia of {named(link)}", 6, INERTIAS)
+        check_inertia(named(link), symmetric(found))
 
 
 def _mass(link: Any, inertial: Any) -> float:

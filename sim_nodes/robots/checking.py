@@ -5,6 +5,8 @@ Engines forgive much in silence: one leaves out what it does not know, another g
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -16,15 +18,17 @@ from sim_nodes.models.reading import (
     ORIGIN,
     Frame,
     check_children,
+    check_inertia,
     inside,
     named,
     numbers,
     parse_xml,
+    symmetric,
     vector,
     wrong,
 )
 from sim_nodes.models.urdf import read_origin, read_shape
-from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, DriveDeclaration, MobileDeclaration, RobotDeclaration
 
 ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
@@ -58,6 +62,7 @@ def check_urdf(declaration: RobotDeclaration) -> None:
     _check_names(declaration, links, joints)
     if declaration.mobile is not None:
         _check_base(declaration.mobile, joints)
+        _check_wheels(declaration.mobile.drive, links, joints)
     if declaration.arm is not None:
         _check_arm(declaration, declaration.arm)
 
@@ -91,6 +96,8 @@ def _check_link(link: Any) -> None:
         numbers(inertia.get(moment), f"{moment} of {named(link)}", 1, MOMENTS)
     for product in ("ixy", "ixz", "iyz"):
         numbers(inertia.get(product), f"{product} of {named(link)}", 1, (-MOMENTS[1], MOMENTS[1]))
+    elements = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    check_inertia(named(link), symmetric([float(inertia.get(each)) for each in elements]))
 
 
 def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
@@ -145,7 +152,10 @@ def _check_arm(declaration: RobotDeclaration, arm: ArmDeclaration) -> None:
         chain = Chain(declaration.urdf, declaration.base_link, arm.tool_link, [joint.name for joint in arm.joints])
     except ValueError as error:
         raise wrong(str(error)) from error
-    for joint, lower, upper in zip(arm.joints, chain.limits.lower, chain.limits.upper, strict=True):
+    limits = chain.limits
+    for joint, lower, upper, speed in zip(arm.joints, limits.lower, limits.upper, limits.speed, strict=True):
+        if not 0.0 < speed < math.inf:
+            raise wrong(f"the velocity limit of {joint.name} is {speed:g} rad/s: it has to be above 0")
         if not lower <= joint.home <= upper:
             raise wrong(
                 f"{joint.name} goes from {lower:.3f} to {upper:.3f} rad, and its `home` is {joint.home:.3f} rad"
@@ -182,6 +192,19 @@ def _check_base(mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
         )
 
 
+def _check_wheels(drive: DriveDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
+    """Wheels have to be as large as the declaration, by which speeds are computed, has them."""
+    for name in (drive.left_joint, drive.right_joint):
+        link = links[joints[name].find("child").get("link")]
+        for shape in (*link.findall("collision/geometry/cylinder"), *link.findall("collision/geometry/sphere")):
+            (radius,) = numbers(shape.get("radius"), f"radius of the wheel {named(link)}", 1, SHAPES)
+            if abs(radius - drive.wheel_radius) > TOLERANCE:
+                raise wrong(
+                    f"the wheel {named(link)} has a radius of {radius:.4f} m: the declaration's `wheel_radius` is "
+                    f"{drive.wheel_radius:.4f} m"
+                )
+
+
 def _place(link: str, joints: Mapping[str, Any]) -> Frame:
     """The frame of a link in that of the base, all joints at zero."""
     above = {joint.find("child").get("link"): joint for joint in joints.values()}
@@ -192,3 +215,13 @@ def _place(link: str, joints: Mapping[str, Any]) -> Frame:
         frame = inside(read_origin(above[link]), frame)
         link = above[link].find("parent").get("link")
     raise wrong(f"the link {link!r} hangs on itself, or on more than {MAX_DEPTH} others")
+
+
+def line_of(urdf: str, message: str) -> int | None:
+    """The line of a URDF in which what a message names first stands; None if it names nothing."""
+    found = re.search(r"<(\w+) name='([^']*)'>", message)
+    if found is None:
+        return None
+    tag, name = map(re.escape, found.groups())
+    there = re.search(rf"<{tag}\b[^>]*\bname\s*=\s*[\"']{name}[\"']", urdf)
+    return None if there is None else urdf.count("\n", 0, there.start()) + 1

@@ -27,7 +27,7 @@ OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motor
 
 
 class _Declared(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class DriveDeclaration(_Declared):

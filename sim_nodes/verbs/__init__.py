@@ -91,4 +91,4 @@ def handle(simulator: Simulator, verb: str, payload: bytes, permit: Permit = _pe
     try:
         return wire.encode(handler(simulator, request))
     except UnstablePhysics as error:
-        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+        raise RequestRefused(wire.LabResult.FAULT, str(error)) from error

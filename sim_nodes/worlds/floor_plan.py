@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 from pydantic import ValidationError
 
+from seoro.input_files import Kind, open_input
 from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.schema import FloorPlanFile, check_extent
 
-MAX_FILE = 16_000_000  # [bytes]
 MAX_PIXELS = 4_000_000
 MAX_BOXES = 2000
 OPAQUE_16_BIT = 65535.0
@@ -28,7 +28,9 @@ Box = tuple[int, int, int, int]  # first column, first row, and those behind the
 Extent = tuple[float, float, float, float]
 
 
-def load_floor_plan(plan: FloorPlanFile | str, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
+def load_floor_plan(
+    plan: FloorPlanFile | str, folder: Path, height: float
+) -> tuple[tuple[Wall, ...], Extent, tuple[str, ...]]:
     """The walls of a floor plan, and what it covers.
 
     Args:
@@ -37,24 +39,33 @@ def load_floor_plan(plan: FloorPlanFile | str, folder: Path, height: float) -> t
         height: Of the walls [m].
 
     Returns:
-        The walls, and lower x, lower y, upper x, upper y of the picture [m].
+        The walls; lower x, lower y, upper x, upper y of the picture [m]; and warnings.
 
     Raises:
         FileError: There is no such file, or walls cannot be made of it.
     """
+    ignored: tuple[str, ...] = ()
     try:
         if isinstance(plan, str):
             path = folder / plan
-            plan, folder = _described(path), path.parent
-        return _walls(plan, folder, height)
+            (plan, ignored), folder = _described(path), path.parent
+        return *_walls(plan, folder, height), ignored
     except FileError as error:
         raise FileError(f"floor_plan: {error}") from error
 
 
-def _described(path: Path) -> FloorPlanFile:
+def _described(path: Path) -> tuple[FloorPlanFile, tuple[str, ...]]:
+    """Read a map file; keys that it does not know are ignored with a warning, as the map server does."""
     text = read_text(path)
+    content = read_yaml(text, str(path))
+    ignored: tuple[str, ...] = ()
+    if isinstance(content, dict):
+        unknown = [key for key in content if key not in FloorPlanFile.model_fields]
+        lines = Lines(text, str(path))
+        ignored = tuple(f"{lines.at([key])}: unknown key `{key}` of a map is ignored" for key in unknown)
+        content = {key: value for key, value in content.items() if key not in unknown}
     try:
-        return FloorPlanFile.model_validate(read_yaml(text, str(path)))
+        return FloorPlanFile.model_validate(content), ignored
     except ValidationError as error:
         raise FileError(problems(error, Lines(text, str(path)), FloorPlanFile)) from error
 
@@ -79,14 +90,14 @@ def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall
 def _read(path: Path) -> NDArray[np.float64]:
     """How dark the pixels of a picture are, 0 white to 1 black, shape (rows, columns), the top row first."""
     try:
-        if path.stat().st_size > MAX_FILE:
-            raise FileError(f"{path} is larger than the {MAX_FILE} bytes that a floor plan may have")
-        with Image.open(path, formats=("PNG", "PPM")) as image:
+        with open_input(path, Kind.FLOOR_PLAN) as file, Image.open(file, formats=("PNG", "PPM")) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise FileError(
                     f"{path} has {image.width} by {image.height} pixels, more than {MAX_PIXELS} altogether"
                 )
             return _darkness(image)
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        raise FileError(f"{path} has more than {MAX_PIXELS} pixels") from error
     except UnidentifiedImageError as error:
         raise FileError(f"{path} is neither PNG nor PGM") from error
     except (OSError, ValueError, SyntaxError) as error:  # what Pillow raises for broken files

@@ -12,18 +12,20 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.input_files import Kind, read_input_text
 from sim_nodes.extents import lowest_of, outline
 from sim_nodes.files import FileError, Lines, problems, read_yaml
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.robots.checking import check_urdf
+from sim_nodes.robots.checking import check_urdf, line_of
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.places import check_places
 from sim_nodes.worlds.poses import NamedPose, read_pose
 from sim_nodes.worlds.props import Prop, read_prop
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
 
-MAX_FILE = 1_000_000  # [bytes]
+SUFFIXES = frozenset({".yaml", ".yml"})  # of world files
 OVERHEAD = 0.5  # [m] above the floor; what begins higher is in no robot's way, and above what its lidar sees
 
 
@@ -39,7 +41,8 @@ class WorldError(Exception):
 class World:
     """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m].
 
-    `description` and `tags` are what its file says of it; `entity_tags` are those of entities, by their names.
+    `description` and `tags` are what its file says of it; `entity_tags` are those of entities, by their names;
+    `warnings` are about what its files say and what is ignored.
     """
 
     name: str
@@ -52,6 +55,7 @@ class World:
     entity_tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     description: str = ""
     tags: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def scene(self) -> Scene:
@@ -84,18 +88,35 @@ def load_world(world: str) -> World:
         text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
         return parse_world(text, f"{world}.yaml", Path(__file__).parent)
     path = Path(world)
-    if path.suffix != ".yaml":
-        known = ", ".join(available_worlds())
-        raise WorldError(
-            f"there is no world {world!r}: known are {known}, or give the path of a .yaml file", missing=True
-        )
+    if path.suffix not in SUFFIXES:
+        raise _no_world_file(world, path)
     try:
-        if path.stat().st_size > MAX_FILE:
-            raise WorldError(f"{world} is larger than the {MAX_FILE} bytes that a world file may have")
-        text = path.read_text(encoding="utf-8")
+        text = read_input_text(path, Kind.WORLD)
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError(f"cannot read the world file {world}: {error}", missing=True) from error
     return parse_world(text, world, path.parent)
+
+
+def _no_world_file(world: str, path: Path) -> WorldError:
+    known = ", ".join(available_worlds())
+    if path.is_file():
+        return WorldError(
+            f"{world} is no world file of seoro (.yaml), in which `props` name models in SDF, URDF and MJCF by "
+            "`model`, and `floor_plan` names pictures by `image`; worlds in SDF or MJCF are unsupported"
+        )
+    return WorldError(
+        f"there is no world {world!r}: known are {known}, or give the path of a .yaml file", missing=True
+    )
+
+
+def _check_no_map(content: object, source: str) -> None:
+    """Refuse a map of the map server in the place of a world, and say how a world names it."""
+    if isinstance(content, dict) and {"image", "resolution"} <= content.keys() and "name" not in content:
+        name = Path(source).name
+        raise WorldError(
+            f"{source} is a map, not a world; expected a world file that names it: "
+            f"`name: hall`, `floor_plan: {name}`, and `robots: [{{name: turtlebot4, robot: turtlebot4}}]`"
+        )
 
 
 def parse_world(text: str, source: str, folder: Path = Path()) -> World:
@@ -124,6 +145,7 @@ def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
     """
     try:
         content = read_yaml(text, source)
+        _check_no_map(content, source)
         lines = Lines(text, source)
         return WorldFile.model_validate(content), lines
     except FileError as error:
@@ -133,14 +155,17 @@ def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
 
 
 def _world(file: WorldFile, folder: Path) -> World:
+    warnings: tuple[str, ...] = ()
     walls = tuple(part for wall in file.walls for part in _standing(wall, file))
     extent = file.extent
     if file.floor_plan is not None:
         from sim_nodes.worlds.floor_plan import load_floor_plan  # noqa: PLC0415 - pictures, for worlds with one
 
-        planned, covered = load_floor_plan(file.floor_plan, folder, file.wall_height)
+        planned, covered, warnings = load_floor_plan(file.floor_plan, folder, file.wall_height)
         walls, extent = (*planned, *walls), extent or covered
     assert extent is not None, "the schema asks for one or the other"
+    robots = _robots(file, folder)
+    check_places(robots, extent)
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
     poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
@@ -148,13 +173,14 @@ def _world(file: WorldFile, folder: Path) -> World:
         file.name,
         extent,
         walls,
-        _robots(file, folder),
+        robots,
         cameras,
         props,
         poses,
         _entity_tags(file),
         file.description,
         file.tags,
+        warnings,
     )
 
 
@@ -198,11 +224,13 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
 def _own_robot(path: Path, place: str) -> RobotDeclaration:
     try:
         declaration = read_robot(path)
-        check_urdf(declaration)
     except FileError as error:
         raise FileError(f"{place}: {error}") from error
+    try:
+        check_urdf(declaration)
     except RequestRefused as error:
-        raise FileError(f"{place}: the URDF of {path}: {error.message}") from error
+        where = f" (line {line})" if (line := line_of(declaration.urdf, error.message)) is not None else ""
+        raise FileError(f"{place}: the URDF of {path}{where}: {error.message}") from error
     return declaration
 
 

@@ -41,8 +41,8 @@ def test_what_names_no_model_is_told_the_form(uri: str) -> None:
         ModelPath().read(uri)
 
 
-def test_too_large_a_model_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seoro.bridges.models.MAX_MODEL_SIZE", 3)
-    (tmp_path / "big.sdf").write_text("1234")
-    with pytest.raises(ModelNotFound, match="larger than 3 bytes"):
+def test_too_large_a_model_is_refused(tmp_path: Path) -> None:
+    with (tmp_path / "big.sdf").open("wb") as file:
+        file.truncate(5 << 20)
+    with pytest.raises(ModelNotFound, match="larger than 4 MiB"):
         ModelPath().read(f"file://{tmp_path}/big.sdf")

@@ -253,7 +253,6 @@ def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.C
         (["--json", "--trace", "-"], "both write to stdout"),
         (["--trace", "a", "--junit", "./a"], "both the trace and the result would be written to a"),
         (["-o", ".", "--trace", "test.xml"], "both the trace and the result would be written to test.xml"),
-        (["--connect", "tcp/127.0.0.1:1"], "cannot connect to tcp/127.0.0.1:1"),
     ],
 )
 def test_what_cannot_be_done_is_said(
@@ -264,6 +263,15 @@ def test_what_cannot_be_done_is_said(
     assert message in err
     assert "Traceback" not in err
     assert out == ""
+
+
+def test_a_simulator_that_is_not_there_is_an_error_and_no_verdict(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["exec", write(GREETING), "--connect", "tcp/127.0.0.1:1"]) == 3
+    err = capsys.readouterr().err
+    assert "cannot connect to tcp/127.0.0.1:1: nothing answers there" in err
+    assert "= help: start a simulator there with `seoro sim mujoco`" in err
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ def test_which_of_several_simulators_is_meant_has_to_be_said(
     file, lab = tmp_path / "both.osc", tmp_path / "lab.yaml"
     file.write_text(TWO_ROBOTS)
     lab.write_text(LAB.format(router=router, simulator="sim-c"))
-    assert main(["exec", str(file), "--lab", str(lab)]) == 2
+    assert main(["exec", str(file), "--lab", str(lab)]) == 3
     err = capsys.readouterr().err
     assert "there is no simulator node 'sim-c'" in err
     lab.write_text(LAB.format(router=router, simulator="sim-c").replace("name: sim-c, ", ""))

@@ -11,7 +11,7 @@ import pytest
 import seoro
 from seoro.bridges import wire
 from seoro.bridges.robot.connecting import RobotsTaken
-from seoro.errors import InvalidUse
+from seoro.errors import BackendUnreachable, InvalidUse
 from seoro.lab.binding import bind
 from seoro.lab.reading import Lab, read_lab
 from seoro.lab.wishes import Wish, split_wishes
@@ -175,3 +175,12 @@ def test_a_robot_drives_home_after_the_run(two: Rails, tmp_path: Path) -> None:
     velocities = [velocity for _, name, velocity in two.commands()[before:] if name == "line"]
     assert [velocity for velocity in velocities if velocity] == [0.5, 0.5]  # to its goal, then home
     assert velocities[-1] == 0.0
+
+
+def test_robots_behind_nodes_that_do_not_answer_may_come_back(lab: Lab) -> None:
+    silent = states(tb1=state("tb1", battery=0.12), tb2="nothing answers")
+    with pytest.raises(BackendUnreachable, match=r"tb1: its battery is at .* - tb2: nothing answers"):
+        bind(lab, {"robot"}, {"robot": ANY}, silent, "", may_wait=True)
+    unknown = Wish("forklift", is_name=False)
+    with pytest.raises(BackendUnreachable, match=r"no robot is known to be one \(tb2: nothing answers\)"):
+        bind(lab, {"robot"}, {"robot": unknown}, silent, "", may_wait=True)

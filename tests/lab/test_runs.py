@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -152,3 +154,22 @@ def test_a_robot_in_a_simulator_drives_beside_one_behind_a_bridge(rails: Rails, 
     verdict = run(tmp_path, MIXED, lab_of(tmp_path, f"{text}  follower: {{in: sim, as: turtlebot4}}\n"))
     assert verdict.status is RunStatus.PASSED, verdict.reason
     assert rails.commands()[-1][2] == 0.0
+
+
+class Hang:
+    """Holds up the process of the run once a robot drives, as a loaded machine does."""
+
+    def record(self, record: dict[str, object]) -> None:
+        if record.get("kind") == "behavior.start" and "nav_to_pose" in str(record.get("name")):
+            asyncio.get_running_loop().call_later(0.3, time.sleep, 0.9)
+
+
+@pytest.mark.parametrize("handler", ["", " with:\n                failure_is_success()"])
+def test_a_hold_that_was_lost_is_an_error_whatever_the_scenario_makes_of_failures(
+    rails: Rails, tmp_path: Path, handler: str
+) -> None:
+    text = ALONE.partition("        parallel:")[0]
+    text += f"        leader.nav_to_pose(pose_3d(position: position_3d(x: 50m))){handler}\n"
+    verdict = run(tmp_path, text, lab_of(tmp_path, floor(rails, "leader=line")), observers=(Hang(),))
+    assert verdict.status is RunStatus.ERROR, verdict.reason
+    assert "no sign of life for 0.4 s" in verdict.reason

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -76,7 +77,9 @@ def replaced(old: str, new: str) -> Change:
         (replaced('<origin xyz="0 0 0.12"/>', '<origin xyz="0 0"/>'), "xyz of <inertial>"),
         (replaced('<axis xyz="0 0 1"/>', '<dynamics damping="much"/>'), "damping of <joint"),
         (replaced('<mass value="6"/>', '<mass value="6"/><mass value="7"/>'), "<mass> 2 times"),
-        (replaced('ixy="0" ', ""), "ixy of <link name='base_link'>"),
+        (replaced('ixy="0" ', ""), r"\(line 4\): ixy of <link name='base_link'>"),
+        (replaced('ixx="0.053"', 'ixx="0.9"'), r"none is larger than the sum of the other two"),
+        (replaced('ixy="0" ', 'ixy="5" '), "principal moments -4.9"),
         (replaced('<joint name="rear', '<gazebo/><joint name="rear'), "<gazebo>"),
         (replaced("<robot", "<sdf"), "no well-formed XML"),
         (replaced('<robot name="cart">', "<robot>"), "with a name"),
@@ -89,7 +92,7 @@ def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tm
         return
     with pytest.raises(WorldError, match=words) as error:
         load_world(path)
-    assert f"{path}:3: robots.0.robot: the URDF of {tmp_path / 'robots' / 'cart.yaml'}: " in str(error.value)
+    assert f"{path}:3: robots.0.robot: the URDF of {tmp_path / 'robots' / 'cart.yaml'}" in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -99,6 +102,12 @@ def test_a_urdf_that_does_not_fit_is_refused(urdf: Change, words: str | None, tm
         (replaced("urdf: cart.urdf\n", ""), "has to name its `urdf`"),
         (replaced("model: cart", "model: [cart"), "no valid YAML"),
         (replaced("wheel_radius: 0.06", "wheel_radius: -1"), "mobile.drive.wheel_radius"),
+        (replaced("wheel_radius: 0.06", "wheel_radius: 0.6"), "`wheel_radius` is 0.6000 m"),
+        (
+            lambda text: re.sub("motor_torque: .*", "motor_torque: .inf", text),
+            "mobile.drive.motor_torque: .*finite",
+        ),
+        (lambda text: re.sub("distance_noise: [^,}]*", "distance_noise: .nan", text), "distance_noise: .*finite"),
         (replaced("wheel_radius", "wheel_diameter"), "wheel_diameter: unknown key"),
         (replaced("left_joint: left_wheel_joint", "left_joint: wheel"), "no joint 'wheel', which the declaration"),
         (replaced("rear_caster", "caster"), "no link 'caster', which the declaration"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from seoro.errors import BackendError, BackendRefused
 from seoro.runtime.capabilities import Simulation
@@ -32,6 +32,20 @@ class SimulatedBackend(Backend, TimeServer, Protocol):
 
 
 Make = Callable[[], AbstractAsyncContextManager[SimulatedBackend]]
+
+
+@runtime_checkable
+class Levelled(Protocol):
+    """A backend that lacks some of the contracts whose methods it has."""
+
+    def serves(self, contract: type) -> bool:
+        """Whether it keeps a contract."""
+        ...
+
+
+def has(backend: SimulatedBackend, contract: type) -> bool:
+    """Whether a backend keeps a contract, as far as it says."""
+    return isinstance(backend, contract) and (not isinstance(backend, Levelled) or backend.serves(contract))
 
 
 class Reports:

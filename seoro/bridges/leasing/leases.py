@@ -131,7 +131,7 @@ class Leases:
         if hold is None:
             others = sorted({called(other.holder) for other in self._holds.values()})
             now = f"{' and '.join(others)} has them" if others else "this node was started anew"
-            raise RequestRefused(Result.INCORRECT_STATE, f"the robots are not held by this run any more: {now}")
+            raise RequestRefused(LabResult.NOT_HELD, f"the robots are not held by this run any more: {now}")
         hold.last, hold.is_alive = self._clock(), True
         return hold
 
@@ -176,13 +176,15 @@ class Leases:
         """
         hold = next((hold for hold in self._holds.values() if hold.has(robot)), None)
         if hold is not None and hold.is_stopping:
-            raise RequestRefused(Result.INCORRECT_STATE, f"the robot '{robot}' is being stopped")
+            raise RequestRefused(LabResult.NOT_HELD, f"the robot '{robot}' is being stopped")
         if hold is not None and hold.is_alive:
             if hold.holder.holder != sender:
-                raise RequestRefused(LabResult.HELD, f"the robot '{robot}' is held by {called(hold.holder)}")
+                code = self._unless_lost(sender, LabResult.HELD)
+                raise RequestRefused(code, f"the robot '{robot}' is held by {called(hold.holder)}")
             return
         if has_to_hold:
-            raise RequestRefused(Result.INCORRECT_STATE, f"nobody holds the robot '{robot}': take it first")
+            code = self._unless_lost(sender, Result.INCORRECT_STATE)
+            raise RequestRefused(code, f"nobody holds the robot '{robot}': take it first")
         for lease in self._present_leases():
             if robot in lease.robots:
                 raise RequestRefused(LabResult.HELD, f"the robot '{robot}' is {_said(lease)}")
@@ -195,13 +197,18 @@ class Leases:
         """
         for hold in self._holds.values():
             if hold.is_alive and hold.holder.holder != sender:
-                raise RequestRefused(LabResult.HELD, _held(hold, hold.holder.robots))
+                raise RequestRefused(self._unless_lost(sender, LabResult.HELD), _held(hold, hold.holder.robots))
         hold_of_sender = self._holds.get(sender)
         if hold_of_sender is not None and hold_of_sender.holder.robots:
             raise RequestRefused(
                 LabResult.HELD,
                 f"this is about all robots, and only {listed(hold_of_sender.holder.robots)} are held",
             )
+
+    def _unless_lost(self, sender: str, code: int) -> int:
+        """Result code of a refusal: `code`, or NOT_HELD if the sender lost all that it held."""
+        hold = self._holds.get(sender)
+        return LabResult.NOT_HELD if sender and (hold is None or not hold.is_alive) else code
 
     # ------------------------------------------------------------ signs of life
 

@@ -16,9 +16,9 @@ from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.seals import node_seals
 from seoro.bridges.secured import check_reached, node_keys, security_of
-from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.bridges.session import AsyncSession, InvalidEndpoint, Security, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.errors import BackendError, BackendRefused, InvalidUse
+from seoro.errors import BackendError, BackendRefused, BackendUnreachable, InvalidUse
 from seoro.keys.roles import MOVING
 
 if TYPE_CHECKING:
@@ -89,7 +89,8 @@ async def connect_robots(
     Raises:
         RobotsTaken: Others have them.
         NoSuchRobot: There is none of a name.
-        InvalidUse: There is no bridge, or they cannot be had.
+        BackendUnreachable: There is no bridge (yet).
+        InvalidUse: They cannot be had.
     """
     keys = node_keys(endpoint, MOVING)
     security = security_of(endpoint, keys)
@@ -101,8 +102,25 @@ async def connect_robots(
         ):
             yield node
     except SessionError as error:
-        check_reached(endpoint, security)
-        raise InvalidUse(str(error), help=START) from error
+        raise not_reached(endpoint, security, error, START) from error
+
+
+def not_reached(endpoint: str, security: Security | None, error: SessionError, start: str) -> Exception:
+    """Exception for a session that cannot be opened.
+
+    Args:
+        endpoint: Where.
+        security: Of the session.
+        error: Why, as the session says.
+        start: How a node is started there.
+
+    Raises:
+        InvalidUse: The keys here do not fit those of the endpoint.
+    """
+    if isinstance(error, InvalidEndpoint):
+        return InvalidUse(str(error), help=start)
+    check_reached(endpoint, security)
+    return BackendUnreachable(str(error), help=start)
 
 
 @asynccontextmanager

@@ -11,9 +11,9 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of
+from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of, report_of
 from seoro.errors import BackendError, BackendLost, BackendStopped
-from seoro.runtime.contracts import WARNING, GoalStatus, Happened, Report
+from seoro.runtime.contracts import WARNING, Happened
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
 PATIENCE = 3.0  # [s] that the connection to the bridge may be broken; the robots stand still meanwhile
@@ -88,7 +88,7 @@ class HoldingRequests(Requests):
                 occurrence = happening.occurrence
                 report = self._reporters.pop(occurrence.id, None)
                 if report is not None:
-                    report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
+                    report(report_of(occurrence))
 
 
 def _ignore(name: str, arguments: Mapping[str, object]) -> None:

@@ -9,11 +9,13 @@ BackendError
     |-- NoServiceServer     nobody serves it
     |-- NoResponse          the server took too long, or went away
     `-- ServerFailed        the server said that it could not respond
+BackendLost
+`-- SystemLost          the connection to the ROS 2 system is lost
 """
 
 from __future__ import annotations
 
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, BackendLost, InvalidUse
 
 
 class WrongType(InvalidUse):
@@ -57,3 +59,7 @@ class NoResponse(CallFailed):
 
 class ServerFailed(CallFailed):
     """The server said that it could not respond."""
+
+
+class SystemLost(BackendLost):
+    """The connection to the ROS 2 system is lost: that nobody responds is no verdict on its nodes."""

@@ -10,7 +10,7 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.agreement import agree
-from seoro.bridges.ros2.errors import NoResponse, NoServiceServer, ServerFailed
+from seoro.bridges.ros2.errors import NoResponse, NoServiceServer, ServerFailed, SystemLost
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment
@@ -23,6 +23,7 @@ WAITING = Bound(64, lose="newest")  # requests that no handler has begun with
 AT_ONCE = 256  # handlers of one server; those of an action wait for as long as its goals take
 BUSY = b"the server has too many requests"
 GOING = b"the server is ending"
+LOSS_NOTICE = 0.2  # [s] after a server has gone, until the session has noticed that its router has
 FOREVER = 1e7  # [s], a call without a timeout: Zenoh wants a number
 
 
@@ -57,6 +58,7 @@ class Client:
         try:
             await self._graph.wait_for(lambda graph: graph.servers(self.service), timeout)
         except TimeoutError:
+            await self._check_connected()
             raise NoServiceServer(f"nobody serves {self.service} after {timeout:g} s") from None
 
     async def call(self, request: Mapping[str, Any] | Message, timeout: float | None = None) -> Message:
@@ -71,11 +73,13 @@ class Client:
             NoServiceServer: Nobody serves it at this time.
             WrongType, DefinitionMismatch: It is not the service that was meant.
             NoResponse: The server took too long, or went away.
+            SystemLost: There is no connection to the ROS 2 system.
             ServerFailed: The server said that it could not respond.
             InvalidPayload: The response is not of this type.
         """
         servers = self._graph.servers(self.service)
         if not servers:
+            await self._check_connected()
             raise NoServiceServer(f"nobody serves {self.service}")
         dialect = self._graph.dialect
         type_hash, types = agree(self.service, self.type, servers, self._types)
@@ -86,13 +90,25 @@ class Client:
         try:
             response = await self._session.query(key, payload, limit, attachment)
         except NoAnswer:
+            await self._check_connected()
             raise NoResponse(f"{self.service} has not responded within {limit:g} s") from None
         except NoServer:
+            await self._check_connected(LOSS_NOTICE)
             raise NoResponse(f"the server of {self.service} went away, or dropped the request") from None
         except Refused as refusal:
             reason = refusal.payload.decode(errors="replace")
             raise ServerFailed(f"the server of {self.service} failed: {reason}") from None
         return types.decode(f"{self.type}_Response", response)
+
+    async def _check_connected(self, within: float = 0.0) -> None:
+        """Raise `SystemLost` if it is the connection that is lost, or is found to be within a time [s]."""
+        deadline = time.monotonic() + within
+        while not self._session.is_cut_off:
+            if time.monotonic() >= deadline:
+                return
+            await anyio.sleep(LOSS_NOTICE / 10)
+        what = f"the connection to the ROS 2 system is lost: {self.service} cannot be called"
+        raise SystemLost(what) from None
 
 
 class Server:

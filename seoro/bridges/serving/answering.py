@@ -10,7 +10,7 @@ import anyio.to_thread
 
 from seoro.bridges import wire
 from seoro.bridges.session import Request
-from seoro.bridges.wire import Result
+from seoro.bridges.wire import LabResult, Result
 from seoro.bridges.wire.refusal import RequestRefused
 
 AT_ONCE: Final = 1 << 16  # [bytes] that are sent without waiting for one who takes nothing
@@ -43,7 +43,7 @@ async def answer(
         _refuse(request, refused.code, refused.message)
     except Exception as error:
         log.exception("fault in %s", verb)
-        _refuse(request, Result.OPERATION_FAILED, f"fault in the {called}: {type(error).__name__}: {error}")
+        _refuse(request, LabResult.FAULT, f"fault in the {called}: {type(error).__name__}: {error}")
     except BaseException:
         _refuse(request, ended, f"the {called} ends")
         raise

@@ -13,7 +13,7 @@ from seoro.changes import Changes
 ARRIVED = 0.01  # [s] for a sign of life that has arrived to be read, where it is this process that is slow
 
 Stop = Callable[[Hold, str], Awaitable[None]]
-"""Stops the robots of a client for a reason, and ends their goals as aborted."""
+"""Stops the robots of a client for a reason, and ends their goals as interrupted."""
 
 
 class Watchdog:

@@ -77,7 +77,7 @@ async def _served(
     server: RobotServer, name: str, boot: str, tasks: TaskGroup, session: AsyncSession
 ) -> AsyncIterator[None]:
     """Be the node at a session; `boot` tells this start of it from the next."""
-    busy = wire.encode(wire.Refusal(code=Result.OPERATION_FAILED, message="the node is busy: ask again later"))
+    busy = wire.encode(wire.Refusal(code=wire.LabResult.UNAVAILABLE, message="the node is busy: ask again later"))
     server.watchdog.lose_sight()
     async with (
         session.tokens(wire.holder_tokens(wire.NAMESPACE)) as tokens,
@@ -159,12 +159,12 @@ class RobotServer:
         return frozenset(self._own).union(*self._theirs.values())
 
     async def end(self, reason: str) -> None:
-        """Stop all robots, whose goals end as aborted for a reason, and refuse what is asked for then."""
+        """Stop all robots, whose goals end as interrupted for a reason, and refuse what is asked for then."""
         self._ended = reason
         await self.stop(reason)
 
     async def stop(self, reason: str) -> None:
-        """Stop all robots, whose goals end as aborted for a reason."""
+        """Stop all robots, whose goals end as interrupted for a reason."""
         await self._stop_robots(tuple(self._robots), reason)
 
     async def _stop_held(self, hold: Hold, reason: str) -> None:
@@ -174,7 +174,7 @@ class RobotServer:
         async with anyio.create_task_group() as tasks:
             for name in names:
                 tasks.start_soon(self._halt, name)
-            tasks.start_soon(self._work.abort, reason, names)
+            tasks.start_soon(self._work.interrupt, reason, names)
 
     async def _halt(self, name: str) -> None:
         """Command zero velocity, after which nothing that was asked for before moves the robot."""
@@ -195,7 +195,7 @@ class RobotServer:
 
     async def _carry_out(self, sender: str, name: str, payload: bytes) -> wire.Message:
         if self._ended:
-            raise RequestRefused(Result.OPERATION_FAILED, self._ended)
+            raise RequestRefused(wire.LabResult.UNAVAILABLE, self._ended)
         if name in self._own:
             verb, carry = self._own[name]
             return await carry(decoded(verb, payload))
@@ -223,7 +223,7 @@ class RobotServer:
             finally:
                 del self._carried[scope]
         self._latch.check()
-        raise RequestRefused(Result.INCORRECT_STATE, f"the robot '{robot}' was stopped")
+        raise RequestRefused(wire.LabResult.NOT_HELD, f"the robot '{robot}' was stopped")
 
     def _addressed(self, sender: str, verb: str, request: wire.Message) -> str:
         """The robot that a request is about; without a name, the first that the client has and that can do it."""
@@ -338,7 +338,7 @@ class RobotServer:
         return wire.EmergencyStopped(stopped=names, took=took, unsettled=self._work.busy(names))
 
     async def _abort_all(self, over: anyio.Event) -> None:
-        await self._work.abort(self._latch.reason, tuple(self._robots))
+        await self._work.interrupt(self._latch.reason, tuple(self._robots))
         over.set()
 
     async def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:

@@ -23,6 +23,10 @@ class Aborted(Exception):
     """A goal cannot be reached; says why."""
 
 
+class Interrupted(Exception):
+    """A goal was ended by the bridge or by the connection to the robot; no verdict on the robot."""
+
+
 @dataclass
 class _Item:
     """A goal or a watch: of which robot and part (none for a watch), what cancels it, and when it is over."""
@@ -31,7 +35,7 @@ class _Item:
     part: str
     scope: anyio.CancelScope = field(default_factory=anyio.CancelScope)
     over: anyio.Event = field(default_factory=anyio.Event)
-    reason: str = ""  # why it is ended from outside, if that is to be told as aborted
+    reason: str = ""  # why the node ends it; then it is interrupted
 
 
 class Work:
@@ -55,7 +59,8 @@ class Work:
 
         Args:
             identifier: Its id.
-            work: Succeeds when it returns, with a sentence for people, and aborts by `Aborted`. When it is
+            work: Succeeds when it returns, with a sentence for people, aborts by `Aborted`, and is interrupted by
+                `Interrupted`, by any other exception, and by `interrupt`. When it is
                 cancelled, it leaves everything in order before it goes on with that.
             robot: Whose goal it is; None for a watch.
             part: Of the robot, which has one goal at a time, such as its gripper.
@@ -98,8 +103,8 @@ class Work:
         item.scope.cancel()
         await item.over.wait()
 
-    async def abort(self, reason: str, robots: Container[str]) -> None:
-        """End all goals of robots as aborted for a reason; waits until they are in order."""
+    async def interrupt(self, reason: str, robots: Container[str]) -> None:
+        """End all goals of robots as interrupted for a reason; waits until they are in order."""
         ended = [item for item in self._items.values() if item.robot is not None and item.robot in robots]
         for item in ended:
             item.reason = reason
@@ -132,21 +137,30 @@ class Work:
                 await item.over.wait()
 
     async def _carry(self, identifier: str, item: _Item, work: Callable[[], Awaitable[str]]) -> None:
-        outcome, message = Outcome.CANCELED, ""
+        outcome, message, interrupted = Outcome.CANCELED, "", False
         try:
             with item.scope:
                 message = await work()
                 outcome = Outcome.SUCCEEDED
         except Aborted as aborted:
             outcome, message = Outcome.ABORTED, str(aborted)
+        except Interrupted as reason:
+            outcome, message, interrupted = Outcome.ABORTED, str(reason), True
         except Exception as error:
             log.exception("fault in goal or watch %s", identifier)
             outcome, message = Outcome.ABORTED, f"fault in the bridge: {type(error).__name__}: {error}"
+            interrupted = True
         finally:
             del self._items[identifier]
             if outcome is Outcome.CANCELED and item.reason:
-                outcome, message = Outcome.ABORTED, item.reason
-            self._happenings.tell(
-                occurrence=Occurrence(id=identifier, time=self._happenings.now, outcome=outcome, message=message)
-            )
+                outcome, message, interrupted = Outcome.ABORTED, item.reason, True
+            self._tell_end(identifier, outcome, message, interrupted=interrupted)
             item.over.set()
+
+    def _tell_end(self, identifier: str, outcome: Outcome, message: str, *, interrupted: bool) -> None:
+        now = self._happenings.now
+        self._happenings.tell(
+            occurrence=Occurrence(
+                id=identifier, time=now, outcome=outcome, message=message, interrupted=interrupted
+            )
+        )

@@ -60,6 +60,11 @@ class AsyncSession:
         """What this session is called in tokens: Zenoh's id of it."""
         return str(self._session.handle.zid())
 
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether the connection is lost, and was not made again yet."""
+        return self._session.is_cut_off
+
     def abandon(self) -> None:
         """Give up all requests that wait for an answer, because there will be none; they end with `NoServer`."""
         for cancel in list(self._pending):

@@ -138,6 +138,12 @@ class Session:
         """The peers that are connected, by what Zenoh calls them; not routers, and not clients."""
         return frozenset(str(peer) for peer in self._zenoh.info.peers_zid())
 
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether a session that connects has lost its connection, and has not connected again yet."""
+        info = self._zenoh.info
+        return not self._is_hub and not (list(info.routers_zid()) or list(info.peers_zid()))
+
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
         self._kept.append(declared)

@@ -11,6 +11,7 @@ from seoro.bridges.sim.arms import ArmRequests
 from seoro.bridges.sim.cameras import CameraRequests
 from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.faults import FaultRequests
+from seoro.bridges.sim.levels import lacking
 from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.passing import GRANT_TIMEOUT, PassingRequests
@@ -18,8 +19,10 @@ from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.sensors import SensorRequests
 from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
+from seoro.input_files import resolved
 from seoro.located import Locate
-from seoro.runtime.contracts import Happened, Lost
+from seoro.runtime.capabilities import Faults
+from seoro.runtime.contracts import WARNING, Happened, Lost
 
 ANYTHING = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})
@@ -61,6 +64,10 @@ class SimulatorNode(
         """The robots of its world."""
         return self._features.robots
 
+    def serves(self, contract: type) -> bool:
+        """Whether the node has all verbs of a contract, as it says."""
+        return not lacking(contract, self._features.features)
+
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Let nobody live in a robot but those who were given it."""
         self._taken[robot.name] = robot.kinds[0]
@@ -82,6 +89,8 @@ class SimulatorNode(
     async def start_run(self, happened: Happened, lost: Lost) -> None:
         """Remember whom to tell of contacts, and of the end of the node."""
         self._happened, self._lost = happened, lost
+        for warning in self._features.warnings:
+            happened(WARNING, {"message": warning})
         if self._loss is not None:
             lost(self._loss)
 
@@ -120,12 +129,13 @@ class SimulatorNode(
         await self.end_run()
         for number in tuple(self._reporters):  # of goals, too, all of which have ended with `end_run`
             await self.cancel_watch(number)
-        for robot in self._features.robots:
-            await self.clear_faults(robot.name, "")
+        if self.serves(Faults):
+            for robot in self._features.robots:
+                await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 
 
 def _anywhere(world: str, locate: Locate) -> str:
     """A world by its name, or by a path that leads to its file from any folder: the node may run in another."""
     path = Path(world)
-    return str(locate(path).resolve()) if path.suffix in WORLD_FILES else world
+    return str(resolved(locate(path))) if path.suffix in WORLD_FILES else world

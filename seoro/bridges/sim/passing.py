@@ -13,8 +13,9 @@ from collections.abc import Mapping
 
 from seoro.bridges import wire
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
-from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress
-from seoro.runtime.contracts import GoalStatus, Happened, Report
+from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, report_of
+from seoro.bridges.sim.rules import TimeRules
+from seoro.runtime.contracts import Happened
 
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 FAMILIAR = 4  # grants in a row, between which nothing was asked for, until the node simulates ahead
@@ -71,15 +72,25 @@ class PassingRequests(RecordingRequests):
         return self._time
 
     def set_clock(self, features: wire.SimulatorFeatures) -> None:
-        """Take the time of the run from what the node says of itself."""
-        self._steps_per_second = round(1.0 / features.step)
+        """Take the time of the run from what the node says of itself.
+
+        Raises:
+            RuleBroken: It cannot be so.
+        """
+        self._rules = TimeRules(self.name, features, self._given.__contains__)
+        self._steps_per_second = max(1, round(1.0 / features.step))
         self._rewinds = wire.REWIND.name in features.features
         self._time = features.time
         self._ahead: wire.Advanced | None = None  # what comes next; nothing happens before
         self._back: float | None = None  # where the run is, while the node may have gone ahead [s]
 
     async def advance(self, until: float) -> float:
-        """Grant time; tells reporters what happened before the answer's time."""
+        """Grant time; tells reporters what happened before the answer's time.
+
+        Raises:
+            RuleBroken: The answer breaks a rule.
+            BackendLost: The node is gone.
+        """
         advanced, may_be_ahead = self._ahead, True
         if advanced is None:
             horizon = self._horizon(until)
@@ -110,6 +121,7 @@ class PassingRequests(RecordingRequests):
         self._back = None if horizon is None else self._end_of(until)
         request = wire.Advance(until=until, horizon=horizon)
         advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
+        self._rules.check(self._time, self._end_of(until if horizon is None else horizon), advanced)
         if horizon is not None:
             self._foresight.ended(advanced.time - until)
         return advanced
@@ -135,7 +147,7 @@ class PassingRequests(RecordingRequests):
         for occurrence in advanced.occurrences:
             report = self._reporters.pop(occurrence.id, None)
             if report is not None:
-                report(Report(GoalStatus(occurrence.outcome.value), occurrence.message))
+                report(report_of(occurrence))
         await self.write_film(advanced.film, advanced.film_error)
 
 

@@ -14,8 +14,8 @@ from seoro.bridges.seals import Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.wire.proving import STALE, is_open, is_sealed
 from seoro.bridges.wire.refusal import said_in
-from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, InvalidUse
-from seoro.runtime.contracts import Lost, Reporter
+from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, InvalidUse
+from seoro.runtime.contracts import GoalStatus, Lost, Report, Reporter
 
 REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; more than the lease of the session, which tells more
 LOSS_NOTICE = 0.5  # [s] after a request has failed
@@ -50,7 +50,9 @@ class NodeAddress:
         except BackendRefused as error:
             raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
         except SessionError as error:
-            raise BackendLost(f"the {self.called} node '{self.node}' does not prove who it is: {error}") from error
+            raise BackendUnreachable(
+                f"the {self.called} node '{self.node}' does not prove who it is: {error}"
+            ) from error
 
     async def beside(self, verb: str, key: str, payload: bytes) -> bytes | None:
         """What goes beside a request: a seal where one is needed, else the name of who asks.
@@ -75,6 +77,7 @@ class Requests:
         self._address = address
         self._reporters: dict[str, Reporter] = {}
         self._ids = count(1)
+        self._given: set[str] = set()
         self._lost: Lost = _ignore_loss
         self._loss: BackendError | None = None
         self._gone = anyio.Event()
@@ -88,7 +91,10 @@ class Requests:
     def new_id(self, kind: str) -> str:
         """An id for a goal or a watch, which nobody else gives there."""
         identifier = f"{kind}-{next(self._ids)}"
-        return own_id(self._address.sender, identifier) if self._address.sender else identifier
+        if self._address.sender:
+            identifier = own_id(self._address.sender, identifier)
+        self._given.add(identifier)
+        return identifier
 
     def report_loss(self, loss: BackendError) -> None:
         """Say that the node is gone, or obeys nobody any more; for whoever watches it."""
@@ -141,7 +147,8 @@ async def ask(
 
     Raises:
         BackendRefused: It said no.
-        BackendLost: It is gone, does not answer, or what it answers is no valid message.
+        BackendLost: It does not obey this client any more, or what it answers is no valid message.
+        BackendUnreachable: It is gone, is busy, or does not answer.
     """
     key = wire.node_command(address.namespace, address.node, verb.name)
     called = f"the {address.called} node '{address.node}'"
@@ -157,11 +164,11 @@ async def ask(
     except Refused as refused:
         raise refusal_of(refused) from None
     except NoServer:
-        raise BackendLost(f"{called} is gone") from None
+        raise BackendUnreachable(f"{called} is gone") from None
     except NoAnswer:
-        raise BackendLost(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
+        raise BackendUnreachable(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
     except SessionError as error:
-        raise BackendLost(f"{called} cannot be asked: {error}") from error
+        raise BackendUnreachable(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
 
@@ -175,11 +182,24 @@ def _ignore_request(request: wire.Message) -> None:
     """Nobody has said what may not be asked for."""
 
 
-def refusal_of(refused: Refused) -> BackendRefused:
-    """What a node said when it refused something."""
+def refusal_of(refused: Refused) -> BackendError:
+    """Exception for the refusal of a node; refusals that are no answer of the robot are losses of the backend."""
     said = said_in(refused.payload)
-    kind = BackendStopped if said.code == wire.LabResult.STOPPED else BackendRefused
-    return kind(said.message, said.code)
+    match said.code:
+        case wire.LabResult.STOPPED:
+            return BackendStopped(said.message, said.code)
+        case wire.LabResult.NOT_HELD | wire.LabResult.FAULT:
+            return BackendLost(said.message)
+        case wire.LabResult.UNAVAILABLE:
+            return BackendUnreachable(said.message)
+        case _:
+            return BackendRefused(said.message, said.code)
+
+
+def report_of(occurrence: wire.Occurrence) -> Report:
+    """Report of the end of a goal, or of a watch."""
+    status = GoalStatus(occurrence.outcome.value)
+    return Report(status, occurrence.message, occurrence.interrupted)
 
 
 def _ignore_loss(loss: BackendError) -> None:

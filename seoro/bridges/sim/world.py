@@ -8,6 +8,7 @@ from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.sim.messages import pose_message, pose_value, twist_message
 from seoro.bridges.sim.requests import NodeAddress, Requests
+from seoro.bridges.sim.rules import check_pose
 from seoro.errors import BackendRefused
 from seoro.runtime.contracts import Pose3D, Velocity6D
 
@@ -64,7 +65,9 @@ class WorldRequests(Requests):
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""
         request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
-        return pose_value(await self.ask(wire.GET_RELATIVE_POSE, request))
+        pose = pose_value(await self.ask(wire.GET_RELATIVE_POSE, request))
+        check_pose(self.name, f"the pose of '{frame:.100}' in '{parent_frame:.100}'", pose)
+        return pose
 
     async def delete_entity(self, name: str) -> None:
         """See `Simulation`."""

@@ -19,12 +19,17 @@ class Outcome(StrEnum):
 
 
 class Occurrence(Message):
-    """A goal that ended or a watch that fired, by the id its client gave it."""
+    """A goal that ended or a watch that fired, by the id its client gave it.
+
+    A goal that the node ended for a reason of its own is `interrupted`: its holder was lost, an emergency stop
+    came, or the node has a fault. That is no verdict on the robot.
+    """
 
     id: str
     time: float
     outcome: Outcome
     message: str = ""
+    interrupted: bool = False
 
 
 class Contact(Message):

@@ -60,3 +60,6 @@ class LabResult(IntEnum):
 
     HELD = 201  # another has them, or comes first
     STOPPED = 202  # by an emergency stop
+    NOT_HELD = 203  # the client does not hold them, or they were stopped because its hold was lost
+    UNAVAILABLE = 204  # the node is busy or ends: a later attempt may succeed
+    FAULT = 205  # the node has a fault: its own code raised an exception

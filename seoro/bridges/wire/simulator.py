@@ -48,6 +48,7 @@ class SimulatorFeatures(Message):
     step: float  # length of one physics step [s]
     state: SimulationState
     world_number: int = 0
+    warnings: tuple[str, ...] = ()  # about the files of the world: what in them is ignored
 
 
 class LoadWorld(Message):

@@ -139,6 +139,9 @@ class _Reader:
             around = self._nodes.get(parent)
         kind, name, path, source = (str(record[name]) for name in ("type", "name", "path", "source"))
         arguments = record.get("arguments") or {}
+        if not isinstance(arguments, dict):
+            self._wrong(f"`arguments` of behavior {number} are no object", mark.seq)
+            arguments = {}
         node = Node(number, around, kind, name, path, source, mark, mark, arguments=arguments)
         self._nodes[number] = self._open[number] = node
         if around is not None:

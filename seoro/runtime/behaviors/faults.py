@@ -39,8 +39,12 @@ def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
 
 
 def _cause(error: Exception) -> Exception:
-    """What went wrong; of what several tasks of an action raised, a fault before a failure."""
+    """What went wrong; of what several tasks of an action raised, a fault or a lost backend before a failure."""
     if not isinstance(error, ExceptionGroup):
         return error
     causes = [_cause(part) for part in error.exceptions]
-    return next((cause for cause in causes if not isinstance(cause, ActionFailed)), causes[0])
+    return next((cause for cause in causes if not _is_failure(cause)), causes[0])
+
+
+def _is_failure(error: Exception) -> bool:
+    return isinstance(error, ActionFailed | BackendRefused) and not isinstance(error, BackendStopped)

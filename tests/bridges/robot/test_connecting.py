@@ -10,7 +10,7 @@ import anyio
 import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
-from seoro.errors import BackendError, BackendRefused, InvalidUse
+from seoro.errors import BackendError, BackendRefused, BackendUnreachable, InvalidUse
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
 from tests.bridges.robot.conftest import Rails
 
@@ -98,6 +98,7 @@ async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails
         assert rails.stopped_after(started) is not None
         report = await end.wait()
         assert report.status is GoalStatus.ABORTED
+        assert report.interrupted
         assert "the robots were stopped, a test: no sign of life for 0.4 s" in report.message
         again = Ends()
         await node.drive("line", 0.1, 0.0, 0.05, again)
@@ -121,9 +122,9 @@ async def test_the_end_of_the_bridge_is_told(
 
 async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.bridges.finding.TIMEOUT", 0.3)
-    with pytest.raises(InvalidUse, match="cannot connect to"):
+    with pytest.raises(BackendUnreachable, match="cannot connect to"):
         async with connect_robots(f"{rails.endpoint}-that-is-not-there", "a test"):
             pass
-    with pytest.raises(InvalidUse, match="there is no bridge to robots 'road' at"):
+    with pytest.raises(BackendUnreachable, match="there is no bridge to robots 'road' at"):
         async with connect_robots(rails.endpoint, "a test", "road"):
             pass

@@ -5,7 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from sim_nodes.manipulation.inverse_kinematics import nearest_turns, pose_error, rotation_vector, solutions, solve
+from sim_nodes.manipulation.chain import Chain
+from sim_nodes.manipulation.inverse_kinematics import (
+    _errors,
+    _search,
+    nearest_turns,
+    out_of_reach,
+    pose_error,
+    rotation_vector,
+    solutions,
+    solve,
+)
 from sim_nodes.noise import Noise
 from tests.sim_nodes.manipulation.bench import CHAIN, HOME, configurations, downward
 
@@ -67,3 +77,64 @@ def test_rotation_vectors_are_axis_times_angle(angle: float) -> None:
         assert either < 1e-7
         if angle < 3.1:
             np.testing.assert_allclose(vector, angle * unit, atol=1e-9)
+
+
+SEVEN = (  # joints of an arm with an elbow: place, turn, limits
+    ("0 0 0.333", "0 0 0", -2.9, 2.9),
+    ("0 0 0", "-1.5708 0 0", -1.76, 1.76),
+    ("0 -0.316 0", "1.5708 0 0", -2.9, 2.9),
+    ("0.0825 0 0", "1.5708 0 0", -3.07, -0.07),
+    ("-0.0825 0.384 0", "-1.5708 0 0", -2.9, 2.9),
+    ("0 0 0", "1.5708 0 0", -0.02, 3.75),
+    ("0.088 0 0", "1.5708 0 0", -2.9, 2.9),
+)
+
+
+@pytest.fixture(scope="module")
+def seven() -> Chain:
+    text = '<robot name="seven"><link name="l0"/>'
+    for number, (place, turn, lower, upper) in enumerate(SEVEN, 1):
+        text += (
+            f'<link name="l{number}"/><joint name="j{number}" type="revolute"><origin xyz="{place}" rpy="{turn}"/>'
+            f'<parent link="l{number - 1}"/><child link="l{number}"/><axis xyz="0 0 1"/>'
+            f'<limit lower="{lower}" upper="{upper}" velocity="2" effort="80"/></joint>'
+        )
+    text += '<link name="tool"/><joint name="tip" type="fixed"><origin xyz="0 0 0.107"/><parent link="l7"/>'
+    text += '<child link="tool"/></joint></robot>'
+    return Chain(text, "l0", "tool", [f"j{number}" for number in range(1, 8)])
+
+
+def test_an_arm_of_seven_joints_reaches_a_pose_whatever_is_drawn(seven: Chain) -> None:
+    target, start = downward(0.45, 0.0, 0.25), np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+    for seed in range(4):
+        found = _search(seven, target, start, Noise(seed, "test"))
+        assert found
+        for configuration in found:
+            assert pose_error(seven.tool_pose(configuration), target)[0] < 1e-6
+
+
+@pytest.mark.slow
+def test_poses_of_an_arm_of_seven_joints_are_found(seven: Chain) -> None:
+    draw, limits = np.random.default_rng(3), seven.limits
+    start = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+    for seed in range(20):
+        target = seven.tool_pose(draw.uniform(limits.lower, limits.upper))
+        assert next(solutions(seven, target, start, start, Noise(seed, "test")), None) is not None
+
+
+def test_many_configurations_at_once_are_as_each_by_itself(seven: Chain) -> None:
+    drawn = np.random.default_rng(0).uniform(seven.limits.lower, seven.limits.upper, size=(20, 7))
+    poses, jacobians = seven.jacobians(drawn)
+    target = poses[0]
+    for index, configuration in enumerate(drawn):
+        pose, jacobian = seven.jacobian(configuration)
+        np.testing.assert_allclose(poses[index], pose, atol=1e-12)
+        np.testing.assert_allclose(jacobians[index], jacobian, atol=1e-12)
+        expected = np.concatenate([target[:3, 3] - pose[:3, 3], rotation_vector(target[:3, :3] @ pose[:3, :3].T)])
+        np.testing.assert_allclose(_errors(poses, target)[index], expected, atol=1e-8)
+
+
+def test_a_pose_beyond_the_stretched_arm_is_known_to_be_out_of_reach(seven: Chain) -> None:
+    assert seven.reach == pytest.approx(0.316 + math.hypot(0.0825, 0.384) + 0.0825 + 0.088 + 0.107)
+    assert out_of_reach(seven, downward(2.0, 0.0, 0.333)) == pytest.approx(2.0 - seven.reach)
+    assert out_of_reach(seven, downward(0.5, 0.0, 0.3)) == 0.0

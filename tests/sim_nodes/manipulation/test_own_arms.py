@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -54,3 +55,11 @@ def test_an_arm_that_does_not_fit_its_urdf_is_refused(tmp_path: Path, old: str, 
     with pytest.raises(WorldError) as refused:
         load_world(world_with(tmp_path, old, new))
     assert words in str(refused.value)
+
+
+def test_a_joint_that_cannot_move_is_refused(tmp_path: Path) -> None:
+    path = world_with(tmp_path)
+    urdf = (tmp_path / "ur10e.urdf").read_text()
+    (tmp_path / "ur10e.urdf").write_text(re.sub(r'velocity="[^"]*"', 'velocity="0"', urdf, count=1))
+    with pytest.raises(WorldError, match="limit of shoulder_pan_joint is 0 rad/s: it has to be above 0"):
+        load_world(path)

@@ -14,8 +14,8 @@ from typing import Final, TypeAlias
 
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.names import PARTS, is_interface_name, is_package_name
-from seoro.bridges.ros2.interfaces.syntax import MAX_FILE
 from seoro.errors import InvalidUse
+from seoro.input_files import Kind, read_input_text
 
 DATA: Final = Path(__file__).with_name("data")
 _EDITIONS: Final = "editions"
@@ -92,9 +92,7 @@ class PackageFolder:
         if file is None:
             return None
         try:
-            if file.stat().st_size > 4 * MAX_FILE:
-                raise InvalidDefinition(f"{file}: larger than the limit of {MAX_FILE} characters")
-            return Source(file.read_text(encoding="utf-8-sig"), str(file))
+            return Source(read_input_text(file, Kind.DEFINITION), str(file))
         except UnicodeDecodeError:
             raise InvalidDefinition(f"{file}: no text in UTF-8") from None
         except OSError as error:

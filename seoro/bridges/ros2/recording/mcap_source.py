@@ -18,6 +18,7 @@ from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
 from seoro.bridges.ros2.recording.profiles import read_profiles
 from seoro.bridges.ros2.recording.scanning import DAMAGES, MOST_RECORD, is_whole, scan
 from seoro.bridges.ros2.recording.sources import BagMessage
+from seoro.input_files import Kind, open_input
 
 
 class McapSource:
@@ -70,7 +71,7 @@ class McapSource:
     @contextmanager
     def _reading(self) -> Iterator[IO[bytes]]:
         try:
-            with self.path.open("rb") as stream:
+            with open_input(self.path, Kind.RECORDING) as stream:
                 yield stream
         except OSError as error:
             raise UnreadableBag(f"{self.path} cannot be read: {error.strerror}") from None

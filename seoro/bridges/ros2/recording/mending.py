@@ -8,6 +8,7 @@ from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import information, write_metadata
 from seoro.bridges.ros2.recording.reader import MCAP, Bag, files_of, open_bag
 from seoro.bridges.ros2.recording.scanning import DAMAGES, is_whole, mend
+from seoro.input_files import Kind, open_input
 
 
 def mend_bag(path: Path) -> Bag:
@@ -35,7 +36,7 @@ def mend_bag(path: Path) -> Bag:
 
 def _mend_file(file: Path) -> None:
     try:
-        with file.open("rb") as stream:
+        with open_input(file, Kind.RECORDING) as stream:
             whole = is_whole(stream)
         if not whole:
             mend(file)

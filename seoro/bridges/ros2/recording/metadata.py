@@ -15,11 +15,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.profiles import profile, read_profiles
 from seoro.bridges.ros2.wire import Qos
+from seoro.input_files import Kind, read_input_text
 
 FILE_NAME: Final = "metadata.yaml"
 ROOT: Final = "rosbag2_bagfile_information"
 VERSION: Final = 9
-MOST_METADATA: Final = 16 * 1024 * 1024  # [bytes]
 
 # The C part of PyYAML, where there is one, writes and reads ten times as fast.
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
@@ -194,9 +194,7 @@ def read_metadata(folder: Path) -> Metadata | None:
     """
     path = folder / FILE_NAME
     try:
-        if path.stat().st_size > MOST_METADATA:
-            raise UnreadableBag(f"{path}: it is larger than {MOST_METADATA >> 20} MB")
-        data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a safe loader
+        data = yaml.load(read_input_text(path, Kind.METADATA), Loader=_Loader)  # noqa: S506 - a safe loader
         return Metadata.model_validate(data[ROOT])
     except FileNotFoundError:
         return None

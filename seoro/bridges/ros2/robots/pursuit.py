@@ -15,10 +15,10 @@ from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.recall import recall, wait_ended
 from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.serving.work import Aborted, Work
+from seoro.bridges.serving.work import Aborted, Interrupted, Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.errors import BackendError, SeoroError
+from seoro.errors import BackendError, BackendLost, SeoroError
 from seoro.runtime.contracts import GoalStatus
 from seoro.runtime.ros_system import GoalResult
 
@@ -80,6 +80,9 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
                 if end.status is GoalStatus.CANCELED:
                     link.standstills.check(number)  # in which the guard does that
                 return _judged(goal, end)
+        except BackendLost as error:
+            answer.refusal = str(error)
+            raise Interrupted(str(error)) from error
         except SeoroError as error:
             answer.refusal = str(error)
             raise Aborted(str(error)) from error

@@ -10,7 +10,7 @@ import threading
 import time
 from typing import Final
 
-from seoro.bridges.serving.work import Aborted
+from seoro.bridges.serving.work import Interrupted
 
 SILENCE: Final = 0.3  # [s] without a sign of life, after which a bridge stands still
 STOOD_STILL: Final = "the bridge stood still"
@@ -50,7 +50,7 @@ class Standstills:
         """Check that there was none since there were so many.
 
         Raises:
-            Aborted: There was one.
+            Interrupted: There was one.
         """
         if self.number != since:
-            raise Aborted(STOOD_STILL)
+            raise Interrupted(STOOD_STILL)

@@ -91,7 +91,9 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
             await node.navigate("tb", [at(50.0)], stop_at_each=False, report=end)
             first.kill()
             first.wait()
-            assert (await end.wait()).status is GoalStatus.ABORTED
+            ended = await end.wait()
+            assert ended.status is GoalStatus.ABORTED
+            assert ended.interrupted
             assert [value for _, value in Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")] == [1.0]
             with router_process(router):
                 with anyio.fail_after(5.0):

@@ -1,0 +1,100 @@
+"""Rules that the answers of a simulator node have to keep; a node that breaks one ends the run as an error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+from seoro.bridges import wire
+from seoro.errors import BackendLost
+from seoro.runtime.contracts import Pose3D
+
+LONGEST_STEP = 1.0  # [s]
+STALLED = 1000  # grants in a row after which a clock that has not moved is taken for one that stands
+
+
+class RuleBroken(BackendLost):
+    """A node broke a rule of the protocol; says which node, what it answered, and what was expected."""
+
+
+class TimeRules:
+    """Rules about the clock of a node, and about what it reports with the answers to grants.
+
+    Args:
+        node: What messages call the node.
+        features: What it said of itself when its world was loaded.
+        is_given: Whether this run has given an id to a goal or a watch.
+
+    Raises:
+        RuleBroken: The step or the time of the node is invalid.
+    """
+
+    def __init__(self, node: str, features: wire.SimulatorFeatures, is_given: Callable[[str], bool]) -> None:
+        self._node = node
+        self._step = features.step
+        self._is_given = is_given
+        self._still = 0  # grants in a row in which the clock did not move
+        if not (math.isfinite(self._step) and 0.0 < self._step <= LONGEST_STEP):
+            self._broken(f"a step of {self._step} s", f"a step above 0 s, and at most {LONGEST_STEP:g} s")
+        if not (math.isfinite(features.time) and features.time >= 0.0):
+            self._broken(f"a time of {features.time} s when its world was loaded", "a finite time from 0 s on")
+
+    def check(self, before: float, granted: float, advanced: wire.Advanced) -> None:
+        """Check the answer to a grant.
+
+        Args:
+            before: The time of the run before it [s].
+            granted: The time to which the node was allowed to simulate [s].
+            advanced: The answer.
+
+        Raises:
+            RuleBroken: It breaks a rule.
+        """
+        time, latest = advanced.time, max(before, granted) + self._step
+        grant = f"the answer to a grant from {before:.9g} s to {granted:.9g} s"
+        if not math.isfinite(time):
+            self._broken(f"a time of {time} s in {grant}", "a finite time")
+        if time < before:
+            self._broken(f"a time of {time:.9g} s in {grant}", "a clock that never goes back")
+        if time > latest:
+            self._broken(f"a time of {time:.9g} s in {grant}", "a time within the grant, or a step beyond")
+        self._still = self._still + 1 if time == before < granted else 0
+        if self._still >= STALLED:
+            self._broken(f"a clock that stands at {time:.9g} s in {STALLED} grants", "a clock that advances")
+        for what, when in _told(advanced):
+            if not before - self._step <= when <= time + self._step:
+                self._broken(
+                    f"{what} of {when:.9g} s in an answer from {before:.9g} s to {time:.9g} s",
+                    "occurrences within the time that has passed",
+                )
+        for occurrence in advanced.occurrences:
+            if not self._is_given(occurrence.id):
+                self._broken(f"the end of a goal or a watch '{occurrence.id:.100}'", "ids that this run has given")
+
+    def _broken(self, found: str, expected: str) -> None:
+        raise RuleBroken(f"{self._node} broke the protocol: it sent {found}; expected {expected}")
+
+
+def _told(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
+    """What an answer reports, in words, each with its time [s]."""
+    yield from ((f"the end of '{each.id:.100}'", each.time) for each in advanced.occurrences)
+    yield from ((f"a contact of '{each.first:.100}'", each.time) for each in advanced.contacts)
+    yield from ((f"feedback of '{each.robot:.100}'", each.time) for each in advanced.feedback)
+
+
+def check_pose(node: str, what: str, pose: Pose3D) -> None:
+    """Check a pose that a node has sent.
+
+    Args:
+        node: What messages call the node.
+        what: Whose pose it is.
+        pose: The pose.
+
+    Raises:
+        RuleBroken: A part of it is no finite number.
+    """
+    place, turned = pose.position, pose.orientation
+    values = (place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
+    if not all(map(math.isfinite, values)):
+        shown = ", ".join(f"{value:g}" for value in values)
+        raise RuleBroken(f"{node} broke the protocol: it sent {what} as ({shown}); expected finite numbers")

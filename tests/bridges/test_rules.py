@@ -1,0 +1,125 @@
+"""Nodes of others that break the protocol: each way ends the run as an error that names the node and the rule."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+import seoro
+from seoro.bridges.conformance import check_backend
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
+from seoro.errors import BackendError
+from seoro.runtime.verdict import RunStatus, Verdict
+from tests.routers import process
+
+ODD_NODE = Path(__file__).with_name("odd_node.py")
+TEXT = """import osc.helpers
+
+scenario main:
+    timeout(60s)
+    do wait elapsed(3s)
+"""
+
+Run = Callable[[str], Verdict]
+
+
+@contextmanager
+def odd_node(folder: Path, fault: str) -> Iterator[str]:
+    endpoint = f"unixsock-stream/{folder}/odd"
+    with process(str(ODD_NODE), endpoint, fault):
+        yield endpoint
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Iterator[Run]:
+    """Runs a scenario with a node that has a fault."""
+    (tmp_path / "main.osc").write_text(TEXT)
+    with ExitStack() as stack:
+
+        def run_with(fault: str) -> Verdict:
+            endpoint = stack.enter_context(odd_node(tmp_path, fault))
+            return seoro.run(seoro.load(tmp_path / "main.osc"), simulator=seoro.Simulator(endpoint=endpoint))
+
+        yield run_with
+
+
+def test_a_node_that_keeps_the_rules_runs(run: Run) -> None:
+    verdict = run("nothing")
+    assert verdict.status is RunStatus.PASSED, verdict.reason
+    assert verdict.duration == 3.0
+
+
+@pytest.mark.parametrize(
+    ("fault", "found", "expected"),
+    [
+        ("nan", "a time of nan s in the answer to a grant from 0 s to 1 s", "a finite time"),
+        ("infinite", "a time of inf s", "a finite time"),
+        ("back", "a time of 0.5 s in the answer to a grant from 1 s to 2 s|a time of 1.5 s", "never goes back"),
+        ("beyond", "a time of 6 s in the answer to a grant from 0 s to 1 s", "a time within the grant"),
+        ("stands", "a clock that stands at 0 s in 1000 grants", "a clock that advances"),
+        ("ahead", "a contact of 'robot' of 1.5 s in an answer from 0 s to 1 s", "within the time that has passed"),
+        ("late", "a contact of 'robot' of -0.5 s", "within the time that has passed"),
+        ("time of nothing", "a contact of 'robot' of nan s", "within the time that has passed"),
+        ("goal", "the end of a goal or a watch 'goal-7'", "ids that this run has given"),
+    ],
+)
+def test_a_node_that_breaks_a_rule_ends_the_run_as_an_error(
+    run: Run, fault: str, found: str, expected: str
+) -> None:
+    verdict = run(fault)
+    assert verdict.status is RunStatus.ERROR, verdict.reason
+    assert verdict.reason.startswith("simulator 'odd' broke the protocol: it sent ")
+    assert any(each in verdict.reason for each in found.split("|")), verdict.reason
+    assert expected in verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("step 0", "it sent a step of 0.0 s; expected a step above 0 s, and at most 1 s"),
+        ("step nan", "it sent a step of nan s"),
+        ("step -1", "it sent a step of -1.0 s"),
+        ("first time", "it sent a time of nan s when its world was loaded; expected a finite time from 0 s on"),
+    ],
+)
+def test_a_node_whose_features_cannot_be_is_an_error_before_the_run(run: Run, fault: str, message: str) -> None:
+    with pytest.raises(BackendError, match="simulator 'odd' broke the protocol: ") as caught:
+        run(fault)
+    assert message in str(caught.value)
+
+
+def test_a_node_of_another_version_is_named(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.finding.TIMEOUT", 0.5)
+    with pytest.raises(
+        BackendError, match=r"the node 'odd' at .* speaks version 2 of the protocol; expected version 1"
+    ):
+        run("version")
+
+
+def test_conformance_checks_what_a_node_says_that_it_can(tmp_path: Path) -> None:
+    options = SimulatorOptions(None, 1, ModelPath())
+    with odd_node(tmp_path, "nothing") as endpoint:
+        lacks = asyncio.run(check_backend(lambda: connect_simulator(endpoint, options)))
+    assert {"DrivenRobots", "Simulation", "Faults"} < set(lacks)
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("beyond", "no more than a step beyond. But simulator 'odd' broke the protocol: it sent a time of 5.02 s"),
+        (
+            "step 0",
+            "at time zero, with its robots at rest. But simulator 'odd' broke the protocol: it sent a",
+        ),
+    ],
+)
+def test_conformance_says_which_rule_a_node_breaks(tmp_path: Path, fault: str, message: str) -> None:
+    options = SimulatorOptions(None, 1, ModelPath())
+    with odd_node(tmp_path, fault) as endpoint, pytest.raises(AssertionError) as caught:
+        asyncio.run(check_backend(lambda: connect_simulator(endpoint, options)))
+    assert message in str(caught.value)

@@ -1,0 +1,105 @@
+"""Robots and props that no world has: outside of it, in one another, of an impossible inertia, nowhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.wire import LabResult
+from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.models import parse_model
+from sim_nodes.worlds.loader import WorldError, load_world
+from tests.sim_nodes.client import Client
+
+WORLD = """name: w
+extent: [-3, -3, 3, 3]
+robots:
+  - {name: one, robot: turtlebot4, pose: {x: 1.0}}
+  - {name: other, robot: ROBOT, pose: {POSE}}
+"""
+
+
+def world(folder: Path, pose: str, robot: str = "turtlebot4") -> str:
+    path = folder / "w.yaml"
+    path.write_text(WORLD.replace("ROBOT", robot).replace("POSE", pose))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("pose", "robot", "words"),
+    [
+        (
+            "x: 9.0, y: 9.0",
+            "turtlebot4",
+            "'other' is at x 9 m, y 9 m, outside of the world; expected x from",
+        ),
+        ("x: -3.1", "ur10e", "outside of the world"),
+        ("x: 1.0", "turtlebot4", "'other' is 0.000 m from 'one'; expected 0.3"),
+        ("x: 1.2, y: 0.1", "turtlebot4", "so that they do not overlap"),
+        ("x: 1.1", "ur10e", "so that they do not overlap"),
+    ],
+)
+def test_robots_are_in_the_world_and_not_in_one_another(tmp_path: Path, pose: str, robot: str, words: str) -> None:
+    path = world(tmp_path, pose, robot)
+    with pytest.raises(WorldError, match=words) as caught:
+        load_world(path)
+    assert str(caught.value).startswith(f"{path}:5: robots.1.pose: ")
+
+
+@pytest.mark.parametrize(("pose", "robot"), [("x: 1.4", "turtlebot4"), ("x: 1.0, z: 0.8", "ur10e")])
+def test_robots_beside_and_above_one_another_are_fine(tmp_path: Path, pose: str, robot: str) -> None:
+    assert len(load_world(world(tmp_path, pose, robot)).robots) == 2
+
+
+URDF = """<robot name="a"><link name="b"><inertial><mass value="1"/><inertia {}/></inertial>
+<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"""
+SDF = """<sdf version="1.9"><model name="a"><link name="b"><inertial><mass>1</mass><inertia>{}</inertia></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link></model></sdf>"""
+MJCF = """<mujoco><worldbody><body name="a"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="{}"/>
+<geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>"""
+
+
+def in_urdf(x: float, y: float, z: float) -> str:
+    return URDF.format(f'ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"')
+
+
+def in_sdf(x: float, y: float, z: float) -> str:
+    return SDF.format(f"<ixx>{x}</ixx><iyy>{y}</iyy><izz>{z}</izz>")
+
+
+def in_mjcf(x: float, y: float, z: float) -> str:
+    return MJCF.format(f"{x} {y} {z}")
+
+
+@pytest.mark.parametrize("write", [in_urdf, in_sdf, in_mjcf])
+def test_props_have_an_inertia_that_bodies_can_have(write: Callable[[float, float, float], str]) -> None:
+    parse_model(write(0.01, 0.01, 0.01))
+    for moments, words in (
+        ((0.01, 0.01, 0.5), "expected that none is larger than the sum of the other two"),
+        ((-0.01, 0.01, 0.01), "expected more than 0"),
+        ((0.0, 0.01, 0.01), "expected more than 0"),
+        ((math.nan, 0.01, 0.01), "supported from"),
+        ((1e30, 1e30, 1e30), "supported from"),
+    ):
+        with pytest.raises(RequestRefused, match=words):
+            parse_model(write(*moments))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_robot_that_is_nowhere_is_a_fault_of_the_node(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip(engine)
+    client = Client("maze", engine=engine)
+    simulation = client.simulator.simulation
+    found = simulation.engine.body_state("turtlebot4")
+    lost = replace(found, position=(math.nan, 0.0, 0.0))
+    monkeypatch.setattr(type(simulation.engine), "body_state", lambda self, name: lost)
+    monkeypatch.setattr(
+        type(simulation), "_pass", lambda self, until: setattr(self, "_steps", self._steps + 10**6)
+    )
+    with pytest.raises(RequestRefused, match="the state of the robot 'turtlebot4' is not finite at") as caught:
+        client.advance(1.0)
+    assert caught.value.code == LabResult.FAULT
