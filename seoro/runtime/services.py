@@ -22,6 +22,7 @@ from seoro.lang.plan import (
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow
 from seoro.runtime.common import Common
+from seoro.runtime.contacts import Contacts
 from seoro.runtime.conditions import Conditions
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
@@ -124,6 +125,15 @@ class Services:
     def common(self) -> Common:
         """What actions have in common."""
         return Common(self.agenda, self.trace, self.grace, self.decide)
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """The contacts of robots."""
+        return Contacts(self._warn)
+
+    def _warn(self, message: str) -> None:
+        span = self.entry.instance.declaration.span if self.entry is not None else None
+        self.trace.log(message, "warning", span)
 
     @cached_property
     def conditions(self) -> Conditions:

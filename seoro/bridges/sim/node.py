@@ -61,6 +61,10 @@ class SimulatorNode(
         """The robots of its world."""
         return self._features.robots
 
+    def senses_contacts(self, robot: str) -> bool:
+        """See `ContactSensing`."""
+        return any(each.senses_contacts for each in self._features.robots if each.name == robot)
+
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Let nobody live in a robot but those who were given it."""
         self._taken[robot.name] = robot.kinds[0]
