@@ -199,26 +199,23 @@ class Strikes(Stateful):
         """How fast something moves towards the other at a point [m/s]."""
         if moving is None:
             return 0.0
-        velocity, slide = self._velocity(name, point, moving)
-        return float(velocity @ point.normal) + slide
+        return float(self._velocity(name, point, moving) @ point.normal)
 
     def _speed(self, name: str, point: TouchPoint, moving: Sample | None) -> float:
         """How fast something moves at a point [m/s]."""
         if moving is None:
             return 0.0
-        velocity, slide = self._velocity(name, point, moving)
-        return math.hypot(*velocity.tolist()) + slide
+        return math.hypot(*self._velocity(name, point, moving).tolist())
 
-    def _velocity(self, name: str, point: TouchPoint, moving: Sample) -> tuple[Array, float]:
-        """The velocity of something at a point [m/s], and how fast a finger slides there."""
+    def _velocity(self, name: str, point: TouchPoint, moving: Sample) -> Array:
+        """The velocity of something at a point [m/s]."""
         base = moving.base
         arm = np.subtract(point.position, base.position)
         velocity: Array = np.add(base.linear, np.cross(base.angular, arm))
         robot = self._robots.get(name)
         if robot is None or not point.link:
-            return velocity, 0.0
-        own, slide = robot.arm.velocity_at(point.link, point.position, moving.joints, moving.rates)
-        return velocity + own, slide
+            return velocity
+        return velocity + robot.arm.velocity_at(point.link, point.position, moving.joints, moving.rates)
 
 
 def _other(pair: Pair, name: str) -> str:
