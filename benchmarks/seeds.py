@@ -145,7 +145,9 @@ def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
 def main() -> int:
     """Make the runs and print the table; exit with 1 if a run did not end as its scenario says."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="scenarios (default: all of the project)")
+    parser.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE", help="scenarios (default: all of the project)"
+    )
     parser.add_argument("--results", type=Path, default=Path("seeds.jsonl"), metavar="FILE")
     parser.add_argument("--seeds", type=int, default=30, metavar="N", help="how many (default: 30)")
     parser.add_argument("--first", type=int, default=1000, metavar="N", help="the first of them (default: 1000)")

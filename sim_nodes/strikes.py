@@ -13,7 +13,8 @@ it was at rest. A contact has strikers by the first of these rules that fits:
 A robot that is pushed by another striker into a third thing is not to blame for that contact.
 
 A contact that lasts has a striker again when a robot pushes: when the velocity that its wheels are told, or that
-its joints have, leads into the other with more than 0.01 m/s.
+its joints have, leads into the other with more than 0.01 m/s. A robot that was struck has half a second to react
+before that counts.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ from sim_nodes.physics import Engine, TouchPoint
 from sim_nodes.robots.motion import Sample
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
 
 MOVING = 0.01  # [m/s] from which something approaches another, or moves at all
+REACTION = 0.5  # [s] after which a robot that was struck pushes
 DOWNWARD = math.cos(math.pi / 4)  # part of a normal that is vertical, where something is set down
 
 Pair = tuple[str, str]
@@ -62,7 +65,7 @@ class Strikes(Stateful):
         tick_steps: Physics steps of a tick.
     """
 
-    STATE = ("_samples", "_placed", "_strikers")
+    STATE = ("_samples", "_placed", "_strikers", "_since")
 
     def __init__(self, engine: Engine, entities: Entities, robots: Mapping[str, Robot], tick_steps: int) -> None:
         self._engine, self._entities, self._robots = engine, entities, robots
@@ -70,6 +73,7 @@ class Strikes(Stateful):
         self._samples: dict[str, Sample] = {}
         self._placed: dict[str, int] = {}  # step after which something was put somewhere
         self._strikers: dict[Pair, tuple[str, ...]] = {}  # of contacts that last
+        self._since: dict[Pair, int] = {}  # ticks in which these began
 
     def sample(self, robots: Iterable[str], tick: int) -> None:
         """Note how robots move, and everything that can be pushed."""
@@ -95,14 +99,13 @@ class Strikes(Stateful):
         strikers, position = self._strikers_of(pair, points, step, held)
         strikers = tuple(name for name in strikers if not self._is_pushed(name, pair, touching))
         self._keep(touching)
-        self._strikers[pair] = strikers
+        self._strikers[pair], self._since[pair] = strikers, step // self._tick_steps
         return Strike(strikers, position, held)
 
     def pushes(self, robot: str, touching: frozenset[Pair], tick: int) -> Iterator[tuple[Pair, Strike]]:
         """Judge contacts of a robot that last: those in which it begins to push, sorted."""
         self._keep(touching)
-        pairs = [pair for pair in sorted(touching) if robot in pair and robot not in self._strikers.get(pair, ())]
-        pairs = [pair for pair in pairs if self._held(pair).get(_other(pair, robot)) != robot]
+        pairs = [pair for pair in sorted(touching) if robot in pair and self._may_push(robot, pair, tick)]
         if not pairs:
             return
         points = self._engine.touch_points(robot)
@@ -112,7 +115,14 @@ class Strikes(Stateful):
             pressed = [point for point in there if self._approach(robot, point, told) > MOVING]
             if pressed:
                 self._strikers[pair] = (*self._strikers.get(pair, ()), robot)
+                self._since.setdefault(pair, tick)
                 yield pair, Strike((robot,), pressed[0].position, self._held(pair))
+
+    def _may_push(self, robot: str, pair: Pair, tick: int) -> bool:
+        """Whether a robot would be to blame for pushing, and is not yet."""
+        strikers = self._strikers.get(pair, ())
+        reacts = bool(strikers) and (tick - self._since[pair]) * TICK < REACTION
+        return robot not in strikers and not reacts and self._held(pair).get(_other(pair, robot)) != robot
 
     # ------------------------------------------------------------ who
 
@@ -167,6 +177,7 @@ class Strikes(Stateful):
         """Forget contacts that are over."""
         if not self._strikers.keys() <= touching:
             self._strikers = {pair: who for pair, who in self._strikers.items() if pair in touching}
+            self._since = {pair: tick for pair, tick in self._since.items() if pair in touching}
 
     def _held(self, pair: Pair) -> dict[str, str]:
         """What of two is held, and by which robot."""

@@ -64,7 +64,9 @@ class Contacts:
         self._warn = warn
         self._allowances: list[Allowance] = []
         self._watches: list[_Watch] = []
-        self.unobserved: dict[str, None] = {}  # robots that were moved and cannot be checked, as messages call them
+        self.unobserved: dict[
+            str, None
+        ] = {}  # robots that were moved and cannot be checked, as messages call them
 
     def tell(self, backend: Backend, arguments: Mapping[str, Any]) -> None:
         """A backend reports a contact."""
@@ -107,7 +109,9 @@ class Contacts:
             self._allowances.remove(allowance)
 
     @contextmanager
-    def guard(self, position: Position, home: Home, entities: Names, found: Callable[[str], None]) -> Iterator[None]:
+    def guard(
+        self, position: Position, home: Home, entities: Names, found: Callable[[str], None]
+    ) -> Iterator[None]:
         """Watch over a robot that is moved while the block lasts.
 
         Args:

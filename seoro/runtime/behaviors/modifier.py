@@ -183,7 +183,6 @@ class _Context:
         finally:
             del waits[waiter.flow]
 
-
     def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
         place = self._place
         return place.services.contacts.allow(place.position, None, frozenset(entities) or None)
@@ -208,9 +207,7 @@ class _Context:
             yield
 
 
-async def _interruptible(
-    place: Place, interrupt: Interrupt, behave: Callable[[], Awaitable[Outcome]]
-) -> Outcome:
+async def _interruptible(place: Place, interrupt: Interrupt, behave: Callable[[], Awaitable[Outcome]]) -> Outcome:
     """Carry something out, and cancel it when an interrupt is made."""
     agenda = place.agenda
     with agenda.scope(place.flow) as scope:
