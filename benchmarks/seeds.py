@@ -2,9 +2,9 @@
 
     python benchmarks/seeds.py [--results FILE] [--seeds 30] [--first 1000] [--sim NAME] [FILE ...]
 
-It prints the table of `docs/catalogue.md`. Every run is appended to the results, a file of JSON lines, and is not made
-again as long as its scenario file is the same: to go on after an interruption, call it again. `--table` prints the
-table of what is there. It works with one run at a time, at low priority.
+It prints the table of `docs/catalogue.md`. Every run is appended to the results, a file of JSON lines, and is not
+made again as long as its scenario file is the same: to go on after an interruption, call it again. `--table` prints
+the table of what is there. It works with one run at a time, at low priority.
 """
 
 from __future__ import annotations

@@ -148,13 +148,13 @@ class ModifierContext(Protocol):
         ...
 
     def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
-        """Let robots touch entities within the modified behavior, while the block lasts; anything if none is named."""
+        """Let robots touch entities within the behavior while the block lasts; anything if none is named."""
         ...
 
     def forbid_contact(
         self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
     ) -> AbstractContextManager[None]:
-        """Interrupt the modified behavior when a robot strikes something that is not allowed, while the block lasts.
+        """Interrupt the behavior when a robot strikes something that is not allowed, while the block lasts.
 
         Args:
             robots: Names of robots, as their simulator calls them; all in which actors live if none is named.

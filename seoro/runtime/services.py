@@ -22,8 +22,8 @@ from seoro.lang.plan import (
 from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow
 from seoro.runtime.common import Common
-from seoro.runtime.contacts import Contacts
 from seoro.runtime.conditions import Conditions
+from seoro.runtime.contacts import Contacts
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
 from seoro.runtime.events import Event, Events
@@ -132,8 +132,7 @@ class Services:
         return Contacts(self._warn)
 
     def _warn(self, message: str) -> None:
-        span = self.entry.instance.declaration.span if self.entry is not None else None
-        self.trace.log(message, "warning", span)
+        self.trace.log(message, "warning", self.plan.scenarios[self.plan.entry].span)
 
     @cached_property
     def conditions(self) -> Conditions:

@@ -7,10 +7,10 @@ independent. How many particles there are follows from how far they are spread (
 and scans are all that the filter goes by: the true pose never enters.
 
 A robot that does not know where it is looks for itself on the whole map: many particles, and weights so even that
-a place is not given up for one scan. Particles may still gather in a place that only looks alike. So a place counts
-as found only if nearly all beams of the scan end near something of the map; otherwise, and when the particles gather
-nowhere for long, the search starts over. It demands less each time after the third, since things that are not on the
-map may hide it. Random particles while scans fit worse than they did (augmented filter, table
+a place is not given up for one scan. Particles may still gather in a place that only looks alike. So a place
+counts as found only if nearly all beams of the scan end near something of the map; otherwise, and when the
+particles gather nowhere for long, the search starts over. It demands less each time after the third, since things
+that are not on the map may hide it. Random particles while scans fit worse than they did (augmented filter, table
 8.3) are off unless a robot's declaration asks for them, as in Nav2.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from enum import StrEnum
 
 from seoro.bridges.wire.feedback import NavigationFeedback
@@ -46,7 +47,7 @@ class Contact(Message):
     second: str
     strikers: tuple[str, ...] | None = None
     position: Vector3 | None = None
-    held: dict[str, str] = {}
+    held: Mapping[str, str] = {}
     pushes: bool = False
 
 
