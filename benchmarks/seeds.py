@@ -3,8 +3,8 @@
     python benchmarks/seeds.py [--results FILE] [--seeds 30] [--first 1000] [--sim NAME] [FILE ...]
 
 It prints the table of `docs/catalogue.md`. Every run is appended to the results, a file of JSON lines, and is not
-made again as long as its scenario file is the same: to go on after an interruption, call it again. `--table` prints
-the table of what is there. It works with one run at a time, at low priority.
+made again as long as its scenario file is the same: to go on after an interruption, call it again. `--table`
+prints the table of what is there. It works with one run at a time, at low priority.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ import seoro
 from seoro.bridges.launch import SIMULATORS
 
 LIMIT = 600.0  # [s] of wall time for a run
-RUNS = 40  # of a node, before another is started: nodes grow a little with every run
 NICE = 15
 
 
@@ -111,23 +110,21 @@ def read(results: Path) -> list[Result]:
     return [each for each in found if digest_of(PROJECT / each.scenario) == each.digest]
 
 
-def carry_out(files: Sequence[Path], engine: str, seeds: Sequence[int], results: Path) -> None:
-    """Make the runs of an engine that are missing, the seeds one after another."""
+def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> None:
+    """Make the runs with a seed that are missing, all on one node."""
     done = {each.key for each in read(results)}
     missing = [
-        (file, seed)
-        for seed in seeds
-        for file in files
-        if (str(file.relative_to(PROJECT)), digest_of(file), engine, seed) not in done
+        file for file in files if (str(file.relative_to(PROJECT)), digest_of(file), engine, seed) not in done
     ]
-    for begin in range(0, len(missing), RUNS):
-        with node(engine) as endpoint, results.open("a") as out:
-            for file, seed in missing[begin : begin + RUNS]:
-                result = asyncio.run(run(file, engine, seed, endpoint))
-                out.write(json.dumps(asdict(result)) + "\n")
-                out.flush()
-                if not result.good:
-                    print(f"{result.scenario} {engine} {seed}: {result.status}: {result.reason}", flush=True)
+    if not missing:
+        return
+    with node(engine) as endpoint, results.open("a") as out:
+        for file in missing:
+            result = asyncio.run(run(file, engine, seed, endpoint))
+            out.write(json.dumps(asdict(result)) + "\n")
+            out.flush()
+            if not result.good:
+                print(f"{result.scenario} {engine} {seed}: {result.status}: {result.reason}", flush=True)
 
 
 def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
@@ -159,9 +156,9 @@ def main() -> int:
     engines = options.sim or list(SIMULATORS)
     if not options.table:
         os.nice(NICE)
-        for engine in engines:
-            seeds = range(options.first, options.first + options.seeds)
-            carry_out(files, engine, seeds, options.results)
+        for seed in range(options.first, options.first + options.seeds):
+            for engine in engines:
+                carry_out(files, engine, seed, options.results)
     found = read(options.results)
     print("\n".join(table(found, engines)))
     return 0 if all(each.good for each in found) else 1
