@@ -297,7 +297,10 @@ class Simulation(Stateful):
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
         """Command a robot's velocity; no name is the first robot that drives."""
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
-        self.robot(name).mobile.command(velocity, self.tick)
+        base = self.robot(name).mobile
+        if not any(base.wheels.told):  # else the command before goes on
+            self.strikes.commanded(name)
+        base.command(velocity, self.tick)
 
     def feedback(self, robot: str) -> NavigationFeedback:
         """How far a robot is on its way."""

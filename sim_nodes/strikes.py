@@ -88,9 +88,7 @@ class Strikes(Stateful):
 
     def commanded(self, robot: str) -> None:
         """Note that a robot was told something new: what it pushes from now on, it strikes again."""
-        self._strikers = {
-            pair: tuple(name for name in strikers if name != robot) for pair, strikers in self._strikers.items()
-        }
+        self._strikers = {pair: _without(robot, strikers) for pair, strikers in self._strikers.items()}
 
     def begins(self, pair: Pair, step: int, touching: frozenset[Pair]) -> Strike:
         """Judge a contact that began in a step."""
@@ -105,7 +103,7 @@ class Strikes(Stateful):
     def pushes(self, robot: str, touching: frozenset[Pair], tick: int) -> Iterator[tuple[Pair, Strike]]:
         """Judge contacts of a robot that last: those in which it begins to push, sorted."""
         self._keep(touching)
-        pairs = [pair for pair in sorted(touching) if robot in pair and self._may_push(robot, pair, tick)]
+        pairs = [pair for pair in sorted(touching) if robot in pair and not self._holds(robot, pair)]
         if not pairs:
             return
         points = self._engine.touch_points(robot)
@@ -113,16 +111,21 @@ class Strikes(Stateful):
         for pair in pairs:
             there = [point for point in points if point.entity == _other(pair, robot)]
             pressed = [point for point in there if self._approach(robot, point, told) > MOVING]
-            if pressed:
+            if not pressed:
+                self._strikers[pair] = _without(robot, self._strikers.get(pair, ()))
+            elif self._may_push(robot, pair, tick):
                 self._strikers[pair] = (*self._strikers.get(pair, ()), robot)
-                self._since.setdefault(pair, tick)
                 yield pair, Strike((robot,), pressed[0].position, self._held(pair))
 
     def _may_push(self, robot: str, pair: Pair, tick: int) -> bool:
         """Whether a robot would be to blame for pushing, and is not yet."""
         strikers = self._strikers.get(pair, ())
-        reacts = bool(strikers) and (tick - self._since[pair]) * TICK < REACTION
-        return robot not in strikers and not reacts and self._held(pair).get(_other(pair, robot)) != robot
+        reacts = bool(strikers) and (tick - self._since.get(pair, tick)) * TICK < REACTION
+        return robot not in strikers and not reacts
+
+    def _holds(self, robot: str, pair: Pair) -> bool:
+        """Whether a robot holds the other of two."""
+        return self._held(pair).get(_other(pair, robot)) == robot
 
     # ------------------------------------------------------------ who
 
@@ -231,3 +234,7 @@ class Strikes(Stateful):
 
 def _other(pair: Pair, name: str) -> str:
     return pair[1] if pair[0] == name else pair[0]
+
+
+def _without(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(other for other in names if other != name)
