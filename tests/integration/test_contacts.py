@@ -56,7 +56,10 @@ def test_an_action_that_moves_the_robot_into_something_fails(
 
 def test_contacts_that_are_allowed_and_forbidden(tmp_path: Path) -> None:
     """In one run, one after another: each step fails where it says so."""
-    allowed = [f"{PUSH} with:\n            allow_contact(['parcel'])", f"{PUSH} with:\n            allow_contact()"]
+    allowed = [
+        f"{PUSH} with:\n            allow_contact(['parcel'])",
+        f"{PUSH} with:\n            allow_contact()",
+    ]
     blocks = [
         f"serial:\n            {PUSH}\n        with:\n            forbid_contact(allowed: ['parcel'])",
         f"serial:\n            {allowed[0].replace('            allow', '                allow')}\n"
