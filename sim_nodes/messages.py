@@ -11,6 +11,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
 from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
+from sim_nodes.strikes import Pair, Strike
 
 FARTHEST = 1000.0  # [m]
 
@@ -72,6 +73,21 @@ def bounds_of(*corners: Sequence[float]) -> wire.Bounds:
 def flat_pose(pose: Pose2) -> wire.Pose:
     """A pose in the plane as it is said."""
     return wire.Pose(position=wire.Vector3(x=pose.x, y=pose.y), orientation=wire.Orientation(yaw=pose.yaw))
+
+
+def contact_message(time: float, pair: Pair, strike: Strike, *, pushes: bool = False) -> wire.Contact:
+    """A contact of two entities at a time [s]."""
+    first, second = pair
+    where = strike.position
+    return wire.Contact(
+        time=time,
+        first=first,
+        second=second,
+        strikers=strike.strikers,
+        position=None if where is None else wire.Vector3(x=where[0], y=where[1], z=where[2]),
+        held=dict(strike.held),
+        pushes=pushes,
+    )
 
 
 def feedback_message(robot: str, time: float, feedback: Feedback) -> wire.NavigationFeedback:

@@ -158,10 +158,19 @@ class Overlap:
 
 @dataclass(frozen=True)
 class TouchPoint:
-    """Where an entity touches a robot, in the map [m]."""
+    """A point in which an entity touches another, in the map.
+
+    Attributes:
+        entity: The other entity.
+        position: Of the point [m].
+        normal: Unit vector from the entity that was asked for to the other.
+        link: The link of an arm that touches; empty for everything else.
+    """
 
     entity: str
     position: Vector
+    normal: Vector
+    link: str = ""
 
 
 class UnstablePhysics(Exception):
@@ -203,8 +212,11 @@ class Engine(Protocol):
         In the steps of one call of `step` before its last they are those of before the call.
         """
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
-        """The points in which a robot touched others in the last step; the floor is left out."""
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+        """The points in which a robot or an added body touched others in the last step, without the floor.
+
+        Of added bodies they need not be known in a state that was brought back, before the next step.
+        """
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """The entities other than the floor that an entity interpenetrates now, sorted."""

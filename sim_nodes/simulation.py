@@ -8,13 +8,12 @@ collected.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from threading import Event
 from typing import Any
 
 from seoro.bridges.wire import (
-    Contact,
     Fault,
     Measurements,
     NavigationFeedback,
@@ -35,16 +34,17 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.happenings import Happened, Log, Pending, What
 from sim_nodes.manipulation.arm import Arm
-from sim_nodes.messages import feedback_message
+from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.notes import Notes
-from sim_nodes.physics import Engine, UnstablePhysics
+from sim_nodes.physics import BodyState, Engine, UnstablePhysics
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
+from sim_nodes.strikes import Strikes
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
@@ -64,6 +64,7 @@ class Simulation(Stateful):
         "_epoch",
         "_watches",
         "_touched",
+        "strikes",
         "entities",
         "camera_faults",
         "robots",
@@ -102,6 +103,7 @@ class Simulation(Stateful):
         about = Knowledge(self.known, self.entities.is_loose, cameras)
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
         self.frames = Frames(self.engine, self.robots, self.entities)
+        self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
         self.notes = self._new_notes({robot.name: robot.pose for robot in placed})
         self.streams.use(self.robots)
 
@@ -225,9 +227,9 @@ class Simulation(Stateful):
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)
         self._report(self.camera_faults, self.camera_faults.tick(tick))
-        for robot in self.robots.values():
-            if tick % IDLE_TICKS and self._rests(robot):
-                continue
+        awake = [robot for robot in self.robots.values() if not tick % IDLE_TICKS or not self._rests(robot)]
+        self._note_motion([robot.name for robot in awake], tick)
+        for robot in awake:
             self._report(robot, robot.tick(tick))
             self.notes.passed(robot, self.time, tick)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
@@ -243,9 +245,28 @@ class Simulation(Stateful):
         streams.use(self.robots)
 
     def _note_contacts(self) -> None:
-        for first, second in self._touched.note(self.engine.touching(), self._steps):
-            self._happen(Contact(time=self.time, first=first, second=second))
+        touching = self.engine.touching()
+        for first, second in self._touched.note(touching, self._steps):
+            strike = self.strikes.begins((first, second), self._steps, touching)
+            self._happen(contact_message(self.time, (first, second), strike))
             self.notes.touched(first, second)
+
+    def _note_motion(self, robots: Sequence[str], tick: int) -> None:
+        """Note how things move, and which robots begin to push what they touch."""
+        for name in filter(self._touched.touches, robots):
+            for pair, strike in self.strikes.pushes(name, self._touched.touching, tick):
+                self._happen(contact_message(self.time, pair, strike, pushes=True))
+        if robots:
+            self.strikes.sample(robots, tick)
+
+    def move(self, entity: str, state: BodyState) -> None:
+        """Put an entity somewhere.
+
+        Raises:
+            RequestRefused: See `Entities.move`.
+        """
+        self.entities.move(entity, state)
+        self.strikes.placed(entity, self._steps)
 
     # ------------------------------------------------------------ goals
 
@@ -271,6 +292,7 @@ class Simulation(Stateful):
         """Send a robot to a goal; its end is reported."""
         self._claim(goal.id)
         self.robot(robot).mobile.navigate(goal)
+        self.strikes.commanded(robot)
         self.notes.sent(robot, goal)
 
     def drive(self, robot: str, goal: str, velocity: Velocity, duration: float) -> None:
@@ -278,11 +300,15 @@ class Simulation(Stateful):
         self._claim(goal)
         end = self._steps + duration * self.engine.steps_per_second
         self.robot(robot).mobile.drive(goal, velocity, math.ceil(round(end) / self._tick_steps))
+        self.strikes.commanded(robot)
 
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
         """Command a robot's velocity; no name is the first robot that drives."""
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
-        self.robot(name).mobile.command(velocity, self.tick)
+        base = self.robot(name).mobile
+        if not any(base.wheels.told):  # else the command before goes on
+            self.strikes.commanded(name)
+        base.command(velocity, self.tick)
 
     def feedback(self, robot: str) -> NavigationFeedback:
         """How far a robot is on its way."""
@@ -291,7 +317,9 @@ class Simulation(Stateful):
     def arm_of(self, robot: str, goal: str) -> Arm:
         """The arm of a robot, to be given a goal by an id that is not in use; its end is reported."""
         self._claim(goal)
-        return self.robot(robot).arm
+        arm = self.robot(robot).arm
+        self.strikes.commanded(robot)
+        return arm
 
     def hold_entity(self, robot: str, goal: str, entity: str, duration: float) -> None:
         """Report whether a gripper holds an entity for a duration [s]; an empty name is what it holds."""

@@ -264,6 +264,7 @@ class Simulator:
                 kinds=robot.declaration.kinds,
                 frames=simulation.frames.of(robot),
                 devices=robot.faults.devices,
+                senses_contacts=True,
             )
 
     def _serves(self, verb: str) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Pose2, Vector, quaternion, yaw_of
+from sim_nodes.geometry import Array, Pose2, quaternion, yaw_of
 from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
 from sim_nodes.physics import OVERLAP, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Sphere, TouchPoint
 from sim_nodes.robots.diff_drive import base_motion
@@ -208,18 +208,21 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         """See `Engine.touching`."""
         return self._touching
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
-        """See `Engine.touch_points`; each is where the other is nearest."""
-        others = {other for pair in self._touching if robot in pair for other in pair} - {robot}
-        return tuple(TouchPoint(other, self._nearest(robot, other)) for other in sorted(others))
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+        """See `Engine.touch_points`; each is where the other is nearest. Bodies move into nothing."""
+        if name not in self._robots:
+            return ()
+        others = {other for pair in self._touching if name in pair for other in pair} - {name}
+        return tuple(self._nearest(name, other) for other in sorted(others))
 
-    def _nearest(self, robot: str, other: str) -> Vector:
+    def _nearest(self, robot: str, other: str) -> TouchPoint:
         """The point of something that is nearest to a robot's middle."""
         origin = self._robots[robot].state.planar
         ranges = np.array([solid.rays(origin, ALL_ROUND) for solid in self._solids(other)]).min(axis=0)
         nearest = int(ranges.argmin())
-        x, y, _ = origin.compose(Pose2(0.0, 0.0, ALL_ROUND[nearest])).compose(Pose2(ranges[nearest], 0.0, 0.0))
-        return (x, y, BODY_HEIGHT)
+        towards = origin.compose(Pose2(0.0, 0.0, ALL_ROUND[nearest]))
+        x, y, yaw = towards.compose(Pose2(ranges[nearest], 0.0, 0.0))
+        return TouchPoint(other, (x, y, BODY_HEIGHT), (math.cos(yaw), math.sin(yaw), 0.0))
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""

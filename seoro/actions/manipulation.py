@@ -34,7 +34,7 @@ async def move_tool(
     def start(report: Reporter) -> Awaitable[str]:
         return arms.move_tool(name, goal_pose, frame_id, manner, report, straight=straight)
 
-    await pursue(ctx, arm, ARM, start, arms.cancel_goal)
+    await pursue(ctx, arm, ARM, start, arms.cancel_goal, may_touch=may_touch)
 
 
 @action("arm.grip", home=Arms, uses=GRIPPER)
@@ -42,7 +42,7 @@ async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> Non
     """Close the gripper on something."""
     arms, name = ctx.home(arm, Arms)
     closing = partial(arms.move_gripper, name, 0.0, force, Manner())
-    await pursue(ctx, arm, GRIPPER, closing, arms.cancel_goal)
+    await pursue(ctx, arm, GRIPPER, closing, arms.cancel_goal, may_touch=[entity] if entity else None)
     held = (await ctx.ask(arms.arm_state(name))).held
     if not held:
         wanted = f" '{entity}'" if entity else " anything that can be lifted"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Collection, Coroutine
 from typing import Any, TypeVar
 
 from seoro.errors import ActionFailed
 from seoro.runtime.context import ActionContext, Pending
 from seoro.runtime.contracts import GoalStatus, Report, Reporter
+from seoro.runtime.values import Actor
 
 T = TypeVar("T")
 DONE = Report(GoalStatus.SUCCEEDED)
@@ -34,6 +35,52 @@ async def finish(
     finally:
         if not pending.settled:
             await ctx.ask(cancel(number))
+    return succeeded(report)
+
+
+async def move(
+    ctx: ActionContext,
+    actor: Actor,
+    start: Callable[[Reporter], Awaitable[str]],
+    cancel: Callable[[str], Awaitable[None]],
+    may_touch: Collection[str] | None,
+) -> Report:
+    """As `finish`, for what moves the robot of an actor; it fails, too, when that moves into something.
+
+    Args:
+        ctx: Of the action.
+        actor: The actor.
+        start: Starts the motion, given whom to report to; returns its id.
+        cancel: Calls it off by its id.
+        may_touch: Entities that the robot may touch, besides what modifiers allow; None for all.
+
+    Raises:
+        ActionFailed: The backend reports that the motion did not succeed, or the robot touched something else.
+    """
+    pending = Pending()
+    struck: list[str] = []
+
+    def touched(reason: str) -> None:
+        if not pending.settled:
+            struck.append(reason)
+            pending.settle(Report(GoalStatus.ABORTED, reason))
+
+    with ctx.guard(actor, may_touch, touched):
+        number = await ctx.ask(start(lambda report: None if struck else pending.settle(report)))
+        try:
+            report = await ctx.report(pending)
+        finally:
+            if struck or not pending.settled:
+                await ctx.ask(cancel(number))
+    return succeeded(report)
+
+
+def succeeded(report: Report) -> Report:
+    """A report of a success.
+
+    Raises:
+        ActionFailed: It is none, with its reason.
+    """
     if report.status is not GoalStatus.SUCCEEDED:
         raise ActionFailed(report.message or report.status.value)
     return report

@@ -1,4 +1,4 @@
-"""Actions of `osc.sim`: the simulator by the terms of ROS `simulation_interfaces`.
+"""`osc.sim`: the simulator by the terms of ROS `simulation_interfaces`, and contacts in it.
 
 `set_simulation_state` and `unload_world` are not among them: a run grants its simulator every step of time, so
 that there is nothing that a scenario could pause or play, and without a world no time would pass.
@@ -6,12 +6,16 @@ that there is nothing that a scenario could pause or play, and without a world n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from seoro.errors import ActionFailed
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import Simulation, Worlds
 from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Velocity6D
+from seoro.runtime.contracts import Child, Interrupt, ModifierContext, Pose3D, Velocity6D
+from seoro.runtime.modifiers import modifier
 from seoro.runtime.values import Struct
+from seoro.runtime.verdict import Outcome, Status
 
 
 @action("spawn_entity", anywhere=Simulation, uris=("uri",))
@@ -63,3 +67,26 @@ async def load_world(ctx: ActionContext, uri: str) -> None:
 async def step_simulation(ctx: ActionContext, steps: int) -> None:
     """Make physics steps while paused."""
     await ctx.ask(ctx.anywhere(Simulation).step_simulation(steps))
+
+
+# ---------------------------------------------------------------- contacts
+
+
+@modifier("allow_contact")
+async def allow_contact(ctx: ModifierContext, child: Child, entities: Sequence[str]) -> Outcome:
+    """Let robots touch entities within the behavior; anything if none is named."""
+    with ctx.allow_contact(entities):
+        outcome = await child.run()
+    assert outcome is not None, "it has no limit"
+    return outcome
+
+
+@modifier("forbid_contact")
+async def forbid_contact(
+    ctx: ModifierContext, child: Child, robots: Sequence[str], allowed: Sequence[str], also_struck: bool
+) -> Outcome:
+    """Fail as soon as a robot strikes something that is not allowed."""
+    found = Interrupt()
+    with ctx.forbid_contact(robots, allowed, found, also_struck=also_struck):
+        outcome = await child.run(interrupt=found)
+    return Outcome(Status.FAILED, found.reason) if outcome is None else outcome

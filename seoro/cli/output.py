@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import IO, Any, TextIO
 
@@ -75,6 +75,19 @@ def print_reason(verdict: Verdict) -> None:
         print("\n" + text, file=sys.stderr)
 
 
+def _touch(arguments: Mapping[str, Any]) -> str:
+    """A contact in a line: who moved into whom, where that is known."""
+    first, second = arguments["first"], arguments["second"]
+    strikers = arguments.get("strikers")
+    if not strikers or len(strikers) > 1:
+        return f"{first} touches {second}"
+    [striker] = strikers
+    if striker not in (first, second):
+        return f"{first} touches {second}, moved by {striker}"
+    other = second if striker == first else first
+    return f"{striker} {'pushes' if arguments.get('pushes') else 'moves into'} {other}"
+
+
 class Progress:
     """Prints what happens in a run, as it happens, without holding up the run.
 
@@ -108,7 +121,7 @@ class Progress:
                 self._line(record["t"], _LEVELS.get(record["level"], ""), " ", str(record["message"]))
             case "event" if record["name"] == "contact":
                 arguments = record["arguments"]
-                self._line(record["t"], _RED, "!", f"{arguments['first']} touches {arguments['second']}")
+                self._line(record["t"], _RED, "!", _touch(arguments))
             case "event" if record["name"] == "navigation_feedback":
                 self._recoveries(record)
 
@@ -172,6 +185,8 @@ class Progress:
         self._clean_ups(
             [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
         )
+        if verdict.unobserved:
+            self.say(f"  contacts unobserved: {', '.join(verdict.unobserved)}")
         self._coverage([item for item in verdict.coverage if item.grade is not None])
 
     def _clean_ups(self, cancelled: Sequence[Cancelled]) -> None:

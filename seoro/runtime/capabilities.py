@@ -86,6 +86,15 @@ class DrivenRobots(Protocol):
         ...
 
 
+@runtime_checkable
+class ContactSensing(Protocol):
+    """Robots whose contacts are reported as `contact`, with what a `contracts.Contact` has."""
+
+    def senses_contacts(self, robot: str) -> bool:
+        """Whether those of a robot are, all of them and with who moved into whom."""
+        ...
+
+
 class Manner(Value):
     """How an arm is to move.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Collection, Sequence
-from contextlib import AbstractAsyncContextManager
+from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar, cast
@@ -304,6 +304,22 @@ class ActionContext:
         if not isinstance(home.backend, contract):
             raise ActionFailed(f"{home.backend.name}, where `{actor.name}` lives, cannot do this")
         return home.backend, home.name
+
+    def guard(
+        self, actor: Actor, entities: Collection[str] | None, found: Callable[[str], None]
+    ) -> AbstractContextManager[None]:
+        """Watch over the contacts of an actor's robot, which the action moves while the block lasts.
+
+        Args:
+            actor: The actor.
+            entities: What it may touch, besides what modifiers allow; None for everything.
+            found: Called with the reason when the robot moves into something else; more than once, maybe.
+        """
+        services = self._place.services
+        home = services.homes.of(actor)
+        assert home is not None, "the action has asked for it"
+        names = None if entities is None else frozenset(entities)
+        return services.contacts.guard(self._place.position, home, names, found)
 
     def anywhere(self, contract: type[C]) -> C:
         """A backend of the run that serves a contract; for actions that said so at `@action`."""

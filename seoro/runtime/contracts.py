@@ -8,6 +8,7 @@ Implementations live elsewhere: clocks in `clock.py`, observers in `trace.py` an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from enum import Enum
 from typing import Any, NoReturn, Protocol
 
@@ -90,7 +91,7 @@ class Observer(Protocol):
 class Child(Protocol):
     """The behavior that a modifier is applied to, with the modifiers that stand closer to it."""
 
-    async def run(self, limit: float | None = None) -> Outcome | None:
+    async def run(self, limit: float | None = None, interrupt: Interrupt | None = None) -> Outcome | None:
         """Called by a modifier: run the behavior from its start, again if it has run before.
 
         A modifier that is cancelled while it waits here has cancelled the behavior, too.
@@ -98,11 +99,32 @@ class Child(Protocol):
         Args:
             limit: When the behavior is to be cancelled [s after it is started, on the run's clock]; it acts when
                 the instant has otherwise settled, so that 0 leaves the behavior the instant in which it starts.
+            interrupt: What may end it before its end.
 
         Returns:
-            How the behavior ended, succeeded or failed; None if it was cancelled at the limit, and has cleaned up.
+            How the behavior ended, succeeded or failed; None if it was cancelled at the limit or by the interrupt,
+            and has cleaned up.
         """
         ...
+
+
+class Interrupt:
+    """Ends a behavior that a modifier runs, at once and with a reason; for what is not a matter of time."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self._act: Callable[[], None] | None = None
+
+    def when_made(self, act: Callable[[], None] | None) -> None:
+        """Have something called when it is made, in place of what was to be called before."""
+        self._act = act
+
+    def make(self, reason: str) -> None:
+        """End the behavior; only the first call has an effect."""
+        if not self.reason:
+            self.reason = reason
+            if self._act is not None:
+                self._act()
 
 
 class ModifierContext(Protocol):
@@ -123,6 +145,26 @@ class ModifierContext(Protocol):
 
     async def hold(self) -> NoReturn:
         """Wait until the modifier is cancelled: the modified behavior has no end of its own."""
+        ...
+
+    def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
+        """Let robots touch entities within the behavior while the block lasts; anything if none is named."""
+        ...
+
+    def forbid_contact(
+        self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
+    ) -> AbstractContextManager[None]:
+        """Interrupt the behavior when a robot strikes something that is not allowed, while the block lasts.
+
+        Args:
+            robots: Names of robots, as their simulator calls them; all in which actors live if none is named.
+            allowed: What they may touch, besides what is allowed around the behavior and within it.
+            interrupt: Of the modified behavior.
+            also_struck: Whether contacts count in which others struck the robot.
+
+        Raises:
+            ActionFailed: No actor lives in a robot of such a name.
+        """
         ...
 
 
@@ -200,6 +242,53 @@ class Report(Value):
 
 Reporter = Callable[[Report], None]
 """Called by a backend at most once, on the event loop, between instants."""
+
+
+class Contact(Value):
+    """Two entities touch, as a backend reports it.
+
+    Args:
+        first: Name of one.
+        second: Name of the other.
+        time: Of the backend's clock [s].
+        strikers: Who moved into the other; None if the backend cannot say.
+        position: Where [m]; None if the backend cannot say.
+        held: What of the two a robot holds, and which robot.
+    """
+
+    first: str
+    second: str
+    time: float
+    strikers: tuple[str, ...] | None = None
+    position: tuple[float, ...] | None = None
+    held: Mapping[str, str] = {}
+
+    @classmethod
+    def of(cls, arguments: Mapping[str, Any]) -> Contact:
+        """The contact in the arguments of what happened."""
+        strikers, position = arguments.get("strikers"), arguments.get("position")
+        return cls(
+            arguments["first"],
+            arguments["second"],
+            arguments["time"],
+            None if strikers is None else tuple(strikers),
+            None if position is None else tuple(position),
+            arguments.get("held") or {},
+        )
+
+    def sides(self, robot: str) -> tuple[str, str | None]:
+        """What of a robot touches, itself or what it holds, and the other; None if it is not among the two."""
+        for mine, other in ((self.first, self.second), (self.second, self.first)):
+            if mine == robot:
+                return mine, other
+        for mine, other in ((self.first, self.second), (self.second, self.first)):
+            if self.held.get(mine) == robot:
+                return mine, other
+        return "", None
+
+    def is_struck_by(self, robot: str) -> bool:
+        """Whether a robot has moved into the other, or may have, where nobody can say."""
+        return self.strikers is None or robot in self.strikers
 
 
 Happened = Callable[[str, Mapping[str, Any]], None]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from types import UnionType
 from typing import Any, TypeAlias, TypeVar
 
-from seoro.errors import InvalidUse
+from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.frozen import Value
 from seoro.runtime.contracts import Backend
 from seoro.runtime.values import Actor
@@ -93,6 +93,19 @@ class Homes:
             for name, home in self._homes.items()
             if home.name != name and name not in self._placements
         }
+
+    def robots(self, names: Sequence[str]) -> tuple[Home, ...]:
+        """The homes of actors that have some names; all homes if none is given.
+
+        Raises:
+            ActionFailed: No actor lives in a robot of such a name.
+        """
+        homes = list(dict.fromkeys(self._homes.values()))
+        known = [home.name for home in homes]
+        for name in names:
+            if name not in known:
+                raise ActionFailed(f"unknown robot '{name}' (robots of this run: {', '.join(known) or 'none'})")
+        return tuple(home for home in homes if not names or home.name in names)
 
     def anywhere(self, contract: type[P]) -> P | None:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""

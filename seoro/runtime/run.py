@@ -29,6 +29,7 @@ from seoro.runtime.behaviors.invoke import OF_TYPE
 from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, within
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
+from seoro.runtime.contacts import EVENT as CONTACT
 from seoro.runtime.contracts import WARNING, Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
 from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
@@ -194,8 +195,10 @@ class Execution:
         self._services.decide(RunStatus.CANCELLED, reason, None)
         self._agenda.hurry()
 
-    def _tell(self, name: str, arguments: Mapping[str, Any]) -> None:
+    def _tell(self, backend: Backend, name: str, arguments: Mapping[str, Any]) -> None:
         """Record what a backend says of its own accord."""
+        if name == CONTACT:
+            self._services.contacts.tell(backend, arguments)
         if name == WARNING:
             source = self._entry.declaration.span
             self._agenda.tell(partial(self._trace.log, arguments["message"], "warning", source))
@@ -240,7 +243,7 @@ class Execution:
             watch.start_soon(self._stop_when_cancelled)
             with anyio.CancelScope(shield=True):
                 for backend in self._settings.backends:
-                    await backend.start_run(self._tell, self.fail_backend)
+                    await backend.start_run(partial(self._tell, backend), self.fail_backend)
                 self._settings.clock.start()
                 self._has_started = True
                 async with anyio.create_task_group() as group:
@@ -331,6 +334,7 @@ class Execution:
             cancelled=tuple(services.cancelled),
             coverage=self._coverage.results(),
             logs=self._trace.last_logs,
+            unobserved=tuple(services.contacts.unobserved),
             explanation=decision.explanation,
         )
 
@@ -350,6 +354,7 @@ class Execution:
             source=str(verdict.span) if verdict.span else "",
             explanation=verdict.explanation.plain() if verdict.explanation else None,
             duration=verdict.duration,
+            **({"unobserved": list(verdict.unobserved)} if verdict.unobserved else {}),
             # In whole tenths of seconds, so that traces do not differ by what the machine had else to do.
             cancelled=[each.plain() | {"clean_up": int(each.clean_up * 10) / 10} for each in verdict.cancelled],
         )

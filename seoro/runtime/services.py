@@ -23,6 +23,7 @@ from seoro.lang.source import Span
 from seoro.runtime.agenda import Agenda, Flow
 from seoro.runtime.common import Common
 from seoro.runtime.conditions import Conditions
+from seoro.runtime.contacts import Contacts
 from seoro.runtime.endless import EndlessInstants
 from seoro.runtime.environment import Seed
 from seoro.runtime.evaluate import Environment, EvaluationError, HasFields
@@ -122,6 +123,14 @@ class Services:
     def common(self) -> Common:
         """What actions have in common."""
         return Common(self.agenda, self.trace, self.grace, self.decide)
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """The contacts of robots."""
+        return Contacts(self._warn)
+
+    def _warn(self, message: str) -> None:
+        self.trace.log(message, "warning", self.plan.scenarios[self.plan.entry].span)
 
     @cached_property
     def conditions(self) -> Conditions:

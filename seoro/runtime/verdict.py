@@ -104,6 +104,7 @@ class Verdict(Value):
         cancelled: What was cancelled, in the order in which it had cleaned up, by the end of the run.
         coverage: What was sampled by `cover` and `record`, in the order in which items were met.
         logs: The last logs, as people read them.
+        unobserved: Robots that were moved, and whose contacts nobody observes.
         explanation: What was waited for and carried out when it was decided; None for a run that passed.
     """
 
@@ -118,6 +119,7 @@ class Verdict(Value):
     cancelled: tuple[Cancelled, ...] = ()
     coverage: tuple[ItemCoverage, ...] = ()
     logs: tuple[str, ...] = ()
+    unobserved: tuple[str, ...] = ()
     explanation: Explanation | None = None
 
     def __repr__(self) -> str:

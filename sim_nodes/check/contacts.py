@@ -84,6 +84,8 @@ def robots_touch_where_they_are(make: Make) -> None:
             wanted = REACHED if point.entity in ("barrier", ROBOT) else -REACHED
             expect_near(f"the point of {robot} and {point.entity} ahead of {robot} [m]", ahead, wanted, 0.02)
             expect_near(f"the point of {robot} and {point.entity} beside it [m]", point.position[1], y, 0.05)
+            towards = 1.0 if wanted > 0.0 else -1.0
+            expect_near(f"the normal of {robot} and {point.entity}, ahead", point.normal[0], towards, 0.1)
             height = point.position[2]
             expect(0.0 < height < 0.36, f"the point of {robot} and {point.entity} is {height:.3f} m high")
 

@@ -14,6 +14,7 @@ from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.goals import NOBODY, Ended
 from sim_nodes.manipulation.chain import inverse, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
+from sim_nodes.manipulation.links import joint_counts
 from sim_nodes.manipulation.motion import Course, Motion
 from sim_nodes.manipulation.planner import Circumstances, Load, Planner, check_count
 from sim_nodes.manipulation.servos import Servos
@@ -71,6 +72,8 @@ class Arm(Stateful):
         self._acceleration = np.array([joint.max_acceleration for joint in declaration.joints])
         self.gripper = Gripper(placed.name, declaration.gripper, engine, is_loose)
         self.joints = (*self._chain.joints, *declaration.gripper.joints)
+        self._depths = joint_counts(placed.declaration.urdf, self._chain.joints)
+        self._fingers = declaration.gripper.links
         self._motion = Motion(self._chain.joints)
         self.servos = Servos(placed.name, len(self._chain.joints), engine)
         self._planned: list[str] = []  # goals that end with the next tick, because nothing is to be moved
@@ -110,6 +113,36 @@ class Arm(Stateful):
                 Result.NOT_FOUND, f"{self._robot} has no joint {joint!r}: known are {listed(self.joints)}"
             )
         return float(self.states().positions[self.joints.index(joint)])
+
+    def velocity_at(
+        self, link: str, point: Sequence[float], joints: Sequence[float], rates: Sequence[float]
+    ) -> Array:
+        """The velocity in the map of a point of a link, by the joints of the arm and of the gripper [m/s].
+
+        Args:
+            link: Name of the link.
+            point: In the map [m].
+            joints: Positions of the arm's joints and the fingers [rad, m].
+            rates: Of the same [rad/s, m/s].
+        """
+        count = self._depths.get(link, 0)
+        in_map = self._planner.pose_base_in_map
+        place = (inverse(in_map) @ (*point, 1.0))[:3]
+        velocity = self._chain.velocity_at(np.array(joints), np.array(rates), count, place)
+        turned: Array = in_map[:3, :3] @ velocity
+        if link not in self._fingers:
+            return turned
+        return turned + rates[len(self._chain.joints) + self._fingers.index(link)] * self._outward(link)
+
+    def _outward(self, finger: str) -> Array:
+        """The direction in which a finger slides when the gripper opens, in the map; zero where both meet."""
+        here, there = (
+            np.array(self._engine.link_pose(self._robot, link)[0])
+            for link in (finger, *(other for other in self._fingers if other != finger))
+        )
+        apart: Array = here - there
+        length = float(np.linalg.norm(apart))
+        return apart / length if length > 0.0 else apart
 
     def tool_pose(self) -> Array:
         """The pose of the tool in the map, shape (4, 4)."""

@@ -101,6 +101,21 @@ class Chain:
         mounts = [link.mount for link in self._links[1:]]
         return float(sum(np.linalg.norm(mount[:3, 3]) for mount in (*mounts, self._tool)))
 
+    def velocity_at(self, configuration: Array, rates: Array, count: int, point: Array) -> Array:
+        """The velocity of a point of a link, in the base [m/s].
+
+        Args:
+            configuration: Positions of the joints [rad]; what follows them is left out, as of `rates`.
+            rates: Of the joints [rad/s].
+            count: How many of the joints, from the base on, move the link.
+            point: In the base [m].
+        """
+        velocity = np.zeros(3)
+        frames = self._frames(configuration[: len(self._links)])
+        for frame, link, rate in zip(frames[:count], self._links, rates, strict=False):
+            velocity += rate * np.cross(frame[:3, :3] @ link.axis, point - frame[:3, 3])
+        return velocity
+
     def _frames(self, configuration: Array) -> list[Array]:
         """The poses of the joints, turned, and of the tool, in the base."""
         pose, frames = np.eye(4), []

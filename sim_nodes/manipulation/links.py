@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 from defusedxml import ElementTree
@@ -22,6 +23,24 @@ def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:
     return tuple(
         (first, second) for first, second in combinations(solid, 2) if _apart(depths[first], depths[second]) > NEAR
     )
+
+
+def joint_counts(urdf: str, joints: Sequence[str]) -> dict[str, int]:
+    """How many of the joints of an arm, in order from its base, move each of the links that they move."""
+    counts: dict[str, int] = {}
+    ends = {}
+    for joint in ElementTree.fromstring(urdf).iter("joint"):
+        parent, child = joint.find("parent"), joint.find("child")
+        if parent is not None and child is not None:
+            ends[child.get("link", "")] = (parent.get("link", ""), joint.get("name", ""))
+    for link in ends:
+        above = link
+        while above in ends:
+            above, joint_name = ends[above]
+            if joint_name in joints:
+                counts[link] = joints.index(joint_name) + 1
+                break
+    return counts
 
 
 def _depths(link: str, parents: dict[str, tuple[str, bool]]) -> dict[str, int]:

@@ -187,13 +187,16 @@ class MujocoEngine:
         """See `Engine.touching`."""
         return self._stepper.touching
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
         """See `Engine.touch_points`."""
         contact, points = self._data.contact, []
-        for (first, second), place in zip(contact.geom.tolist(), contact.pos, strict=True):
-            owners = (self._owners[first], self._owners[second])
-            if robot in owners and FLOOR not in owners and owners != (robot, robot):
-                points.append(TouchPoint(owners[owners[0] == robot], _vector(place)))
+        links = self._arms[name].links if name in self._arms else {}
+        for geoms, place, frame in zip(contact.geom.tolist(), contact.pos, contact.frame, strict=True):
+            owners = (self._owners[geoms[0]], self._owners[geoms[1]])
+            if name in owners and FLOOR not in owners and owners != (name, name):
+                other = int(owners[0] == name)
+                normal = _vector(frame[:3] if other else -frame[:3])
+                points.append(TouchPoint(owners[other], _vector(place), normal, links.get(geoms[1 - other], "")))
         return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:

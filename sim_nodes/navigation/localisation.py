@@ -7,7 +7,10 @@ independent. How many particles there are follows from how far they are spread (
 and scans are all that the filter goes by: the true pose never enters.
 
 A robot that does not know where it is looks for itself on the whole map: many particles, and weights so even that
-a place is not given up for one scan. Random particles while scans fit worse than they did (augmented filter, table
+a place is not given up for one scan. Particles may still gather in a place that only looks alike. So a place
+counts as found only if nearly all beams of the scan end near something of the map; otherwise, and when the
+particles gather nowhere for long, the search starts over. It demands less each time after the third, since things
+that are not on the map may hide it. Random particles while scans fit worse than they did (augmented filter, table
 8.3) are off unless a robot's declaration asks for them, as in Nav2.
 """
 
@@ -29,6 +32,10 @@ FOUND_DEVIATION = (
     0.2  # [m]; a robot that looks for itself has found itself when its particles are this close together
 )
 FOUND_SHARE = 0.9  # of the particles that have to be
+MISFIT_DISTANCE = 0.2  # [m] from everything on the map at which the end of a beam does not fit
+MISFIT_SHARE = 0.02  # of the beams that may not fit where the robot has found itself
+STRICT_SEARCHES = 3  # before twice as many beams may not fit with each that starts over
+LONGEST_SEARCH = 60  # updates, two turns on the spot, in which a search starts over
 
 
 class Localisation(Stateful):
@@ -40,7 +47,17 @@ class Localisation(Stateful):
         noise: Source of its random numbers.
     """
 
-    STATE = ("_particles", "_odometry", "_estimate", "_fresh", "_lost", "_fit_slow", "_fit_fast")
+    STATE = (
+        "_particles",
+        "_odometry",
+        "_estimate",
+        "_fresh",
+        "_lost",
+        "_searches",
+        "_updates",
+        "_fit_slow",
+        "_fit_fast",
+    )
 
     def __init__(self, known: NavigationMap, declaration: MobileDeclaration, noise: Noise) -> None:
         self._parameters = declaration.localisation
@@ -54,7 +71,14 @@ class Localisation(Stateful):
         self._estimate: Estimate | None = None  # at the last update
         self._fresh = False  # there are particles that no scan has been held against
         self._lost = False  # the whole map was searched, and the robot has not found itself yet
+        self._searches = self._updates = 0  # that were begun since the robot got lost, and scans in the last one
         self._fit_slow = self._fit_fast = 0.0  # averages of how well scans fit
+        p = self._parameters
+        nearly = (
+            p.z_hit * math.exp(-0.5 * (MISFIT_DISTANCE / p.sigma_hit) ** 2)
+            + p.z_rand / declaration.lidar.max_range
+        )
+        self._fitting = math.log(nearly)  # the least that a beam which fits has
 
     def _likelihood_field(self, known: NavigationMap, max_range: float) -> Array:
         p = self._parameters
@@ -104,8 +128,13 @@ class Localisation(Stateful):
 
     def search(self, odometry: Pose2, tick: int) -> None:
         """Start over with particles all over the free floor: there is no pose until they agree on one."""
-        self._particles = self._anywhere(self._parameters.global_particles, self._noise.at(tick))
         self._odometry, self._estimate, self._fresh, self._lost = odometry, None, True, True
+        self._searches = 0
+        self._begin_search(self._noise.at(tick))
+
+    def _begin_search(self, random: np.random.Generator) -> None:
+        self._particles = self._anywhere(self._parameters.global_particles, random)
+        self._searches, self._updates = self._searches + 1, 0
         self._fit_slow = self._fit_fast = 0.0
 
     def update(self, odometry: Pose2, scan: Scan, tick: int) -> None:
@@ -126,8 +155,25 @@ class Localisation(Stateful):
             self._scatter(evidence, beams, random)
         self._estimate = estimate(self._particles)
         if self._lost:
-            found = self._estimate
-            self._lost = found.share < FOUND_SHARE or found.deviation > FOUND_DEVIATION
+            self._search_on(self._estimate, scan, random)
+
+    def _search_on(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
+        """See whether the robot has found itself, or has to start over."""
+        self._updates += 1
+        gathered = found.share >= FOUND_SHARE and found.deviation <= FOUND_DEVIATION
+        relaxed = 2.0 ** max(0, self._searches - STRICT_SEARCHES)
+        if gathered and self._misfit(found.pose, scan) <= MISFIT_SHARE * relaxed:
+            self._lost = False
+        elif gathered or self._updates >= LONGEST_SEARCH:
+            self._begin_search(random)
+
+    def _misfit(self, pose: Pose2, scan: Scan) -> float:
+        """The share of the beams that do not end near anything on the map, if the robot is at a pose."""
+        bx, by = scan.x[scan.hit], scan.y[scan.hit]
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        cells = self._framed.cells(pose.x + cos * bx - sin * by, pose.y + sin * bx + cos * by)
+        misses = self._log_likelihood[cells] < self._fitting
+        return float(misses.mean()) if len(misses) else 1.0
 
     # ------------------------------------------------------------ the filter
 

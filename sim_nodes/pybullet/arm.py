@@ -168,6 +168,10 @@ class PybulletArm:
             positionGains=[FINGER_GAIN, FINGER_GAIN],
         )
 
+    def link_name(self, number: int) -> str:
+        """The name of a link; empty for the base."""
+        return "" if number == BASE else self._links[number]
+
     def contacts(self, owners: Mapping[int, str]) -> frozenset[tuple[str, str]]:
         """See `Engine.link_contacts`."""
         points = self._bullet.getContactPoints(bodyA=self._body)

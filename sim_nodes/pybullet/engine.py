@@ -32,7 +32,7 @@ from sim_nodes.physics import (
     Scene,
     TouchPoint,
 )
-from sim_nodes.pybullet.arm import BODY_B, DISTANCE, Ghost, Ghosts, PybulletArm, is_touching
+from sim_nodes.pybullet.arm import BODY_B, DISTANCE, LINK_A, Ghost, Ghosts, PybulletArm, is_touching
 from sim_nodes.pybullet.drive import PybulletDrive
 from sim_nodes.pybullet.meeting import Meeting
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
@@ -52,6 +52,7 @@ STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
 ALL_GROUPS = -1
 POSITION = 5  # of a contact point on the first body, among what Bullet says of it
+NORMAL = 7  # of the contact, from the second body to the first
 NO_SHAPE = -1  # to collide with
 
 
@@ -241,15 +242,18 @@ class PybulletEngine:
         """See `Engine.touching`."""
         return self._stepper.touching
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
         """See `Engine.touch_points`."""
         if self._last is not None:
-            return self._last.points[robot]
-        number, points = self._bodies[robot].number, []
+            return self._last.points.get(name, ())
+        number, points = self._bodies[name].number, []
+        arm = self._arms.get(name)
         for point in self._bullet.getContactPoints(number):
             other = self._owners[point[BODY_B]]
-            if is_touching(point) and other not in (robot, FLOOR):
-                points.append(TouchPoint(other, point[POSITION]))
+            if is_touching(point) and other not in (name, FLOOR):
+                x, y, z = point[NORMAL]
+                link = "" if arm is None else arm.link_name(point[LINK_A])
+                points.append(TouchPoint(other, point[POSITION], (-x, -y, -z), link))
         return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:

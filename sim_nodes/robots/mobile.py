@@ -23,7 +23,7 @@ from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
 from sim_nodes.robots.battery import Battery
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, wheel_speeds, wheel_ways
+from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion, wheel_speeds, wheel_ways
 from sim_nodes.robots.sensing import base_sensors
 from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
 from sim_nodes.robots.wheels import Wheels
@@ -98,6 +98,10 @@ class MobileBase(Stateful):
             counted=None if arrived is None else wheel_ways(drive, arrived.data.velocity),
             moved=wheel_ways(drive, moved),
         )
+
+    def told_velocity(self) -> Velocity:
+        """The velocity that its motors were told last."""
+        return Velocity(*base_motion(self.declaration.drive, *self.wheels.told))
 
     @property
     def is_idle(self) -> bool:

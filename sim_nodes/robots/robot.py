@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from seoro.bridges.wire import Outcome, Result
@@ -21,6 +22,7 @@ from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.robots.motion import Sample
 from sim_nodes.sensors.bumper import Bumper
 from sim_nodes.sensors.feed import Feed
 from sim_nodes.stateful import Stateful
@@ -123,6 +125,28 @@ class Robot(Stateful):
         bumper = self.sensors["bumper"].sensor if "bumper" in self.sensors else None
         if isinstance(bumper, Bumper):
             bumper.touch(self._engine.touch_points(self.name), tick)
+
+    @property
+    def held(self) -> str | None:
+        """What its gripper holds, if it has one."""
+        return None if self._arm is None else self._arm.gripper.held
+
+    def motion(self, tick: int) -> Sample:
+        """How it moves now."""
+        base = self._engine.body_state(self.name)
+        if self._arm is None:
+            return Sample(tick, base)
+        states = self._arm.states()
+        return Sample(tick, base, tuple(states.positions.tolist()), tuple(states.velocities.tolist()))
+
+    def told_motion(self, now: Sample) -> Sample:
+        """How it would move if nothing hindered its wheels, given how it moves now."""
+        if self._mobile is None:
+            return now
+        linear, angular = self._mobile.told_velocity()
+        yaw = now.base.planar.yaw
+        ahead = (linear * math.cos(yaw), linear * math.sin(yaw), 0.0)
+        return replace(now, base=replace(now.base, linear=ahead, angular=(0.0, 0.0, angular)))
 
     @property
     def truth_frame(self) -> str:

@@ -91,7 +91,7 @@ def _set_entity_state(simulator: Simulator, request: wire.SetEntityState) -> Emp
         raise RequestRefused(
             Result.OPERATION_FAILED, f"the twist {speeds} has a part that is no number up to {MAX_SPEED:g}"
         )
-    entities.move(request.name, body_state(pose, twist))
+    simulator.simulation.move(request.name, body_state(pose, twist))
     return Empty()
 
 

@@ -6,9 +6,11 @@ import csv
 import importlib.util
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "localisation_experiment.py"
@@ -77,3 +79,18 @@ def test_a_run_without_an_error_is_named(
     assert analysis.main([str(tmp_path)]) == 2
     assert "run 1 of" in capsys.readouterr().err
     assert analysis.main([str(tmp_path / "nowhere")]) == 2
+
+
+def test_what_lost_beams_do_is_told_by_runs_that_differ_in_nothing_else(
+    analysis: ModuleType, tmp_path: Path
+) -> None:
+    """The error is a tenth larger in every pair, which the noise hides from a correlation over all runs."""
+    write(tmp_path)
+    runs = analysis.read(tmp_path / "results.csv")
+    worse = replace(runs, error=np.where(runs.drop > 0.0, 1.1, 1.0) * runs.error)
+    ratio, p, pairs = analysis.paired(worse, 0.5)
+    assert (ratio.mean, ratio.low, ratio.high) == pytest.approx((1.1, 1.1, 1.1))
+    assert (p, pairs) == (pytest.approx(2.0 / 2**9), 9)
+    assert analysis.spearmanr(worse.drop, worse.error).pvalue > 0.1
+    same, p, _ = analysis.paired(runs, 0.5)
+    assert (same.mean, p) == (pytest.approx(1.0), 1.0)

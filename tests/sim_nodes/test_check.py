@@ -40,23 +40,31 @@ class Deaf(MujocoEngine):
 
 
 class Numb(MujocoEngine):
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
         return ()
 
 
 class Misplaced(MujocoEngine):
     """It says where the robot is instead of where it is touched."""
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
-        place = self.body_state(robot).position
-        return tuple(TouchPoint(point.entity, place) for point in super().touch_points(robot))
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+        place = self.body_state(name).position
+        return tuple(replace(point, position=place) for point in super().touch_points(name))
+
+
+class Reversed(MujocoEngine):
+    """Its normals point from the other to the robot."""
+
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+        found = super().touch_points(name)
+        return tuple(replace(point, normal=(-x, -y, -z)) for point in found for x, y, z in [point.normal])
 
 
 class Selfish(MujocoEngine):
     """It names the robot instead of what touches it."""
 
-    def touch_points(self, robot: str) -> tuple[TouchPoint, ...]:
-        return tuple(TouchPoint(robot, point.position) for point in super().touch_points(robot))
+    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+        return tuple(replace(point, entity=name) for point in super().touch_points(name))
 
 
 class Unsorted(MujocoEngine):
@@ -361,6 +369,7 @@ class Blind(MujocoEngine):
         (Deaf, contacts.robots_touch_walls_and_each_other, "at a wall"),
         (Numb, contacts.robots_touch_where_they_are, "those of none"),
         (Misplaced, contacts.robots_touch_where_they_are, "ahead of"),
+        (Reversed, contacts.robots_touch_where_they_are, "the normal of"),
         (Selfish, contacts.robots_touch_where_they_are, "the points of"),
         (Unsorted, contacts.contacts_name_both, "lower"),
         (Careless, contacts.overlaps_are_found_for_every_shape, "a box in a robot"),

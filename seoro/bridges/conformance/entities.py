@@ -17,7 +17,8 @@ from seoro.bridges.conformance.bench import (
     started,
 )
 from seoro.bridges.wire import Result, SpawnResult
-from seoro.runtime.capabilities import DrivenRobots, MobileRobots, Simulation
+from seoro.runtime.capabilities import ContactSensing, DrivenRobots, MobileRobots, Simulation
+from seoro.runtime.contracts import Contact
 
 
 async def what_is_spawned_is_there_until_it_is_deleted(make: Make) -> None:
@@ -95,6 +96,11 @@ async def contacts_are_told(make: Make) -> None:
         both = {arguments.get("first"), arguments.get("second")}
         expect(both == {"box", bench.robot}, f"a contact of 'box' and {bench.robot!r} is told of {both}")
         expect_near("the time of the contact [s]", float(arguments["time"]), bench.time, 1e-6)
+        backend, contact = bench.backend, Contact.of(arguments)
+        if isinstance(backend, ContactSensing) and backend.senses_contacts(bench.robot):
+            found = contact.strikers
+            expect(found == (bench.robot,), f"a robot that drove into a box that stands: the strikers are {found}")
+            expect(contact.position is not None, "a contact of a robot has no position")
 
 
 async def a_reset_puts_the_world_back(make: Make) -> None:

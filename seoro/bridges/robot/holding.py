@@ -11,6 +11,7 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.sim.messages import contact_arguments
 from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of, report_of
 from seoro.errors import BackendError, BackendLost, BackendStopped
 from seoro.runtime.contracts import WARNING, Happened
@@ -78,8 +79,7 @@ class HoldingRequests(Requests):
         self._number = max(told.number, self._number)
         for happening in news:
             if happening.contact is not None:
-                contact = happening.contact
-                self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
+                self._happened("contact", contact_arguments(happening.contact))
             if happening.feedback is not None:
                 self._happened("navigation_feedback", happening.feedback.model_dump())
             if happening.caution is not None:

@@ -36,6 +36,10 @@ class RobotNode(MobileRequests, LocalisationRequests, DrivingRequests, ArmReques
         """The robots that there are."""
         return tuple(self._robots.values())
 
+    def senses_contacts(self, robot: str) -> bool:
+        """See `ContactSensing`."""
+        return robot in self._robots and self._robots[robot].senses_contacts
+
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
         """None: see above."""
         return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from seoro.bridges import wire
 from seoro.runtime.contracts import Orientation3D, Pose3D, Position3D, Velocity6D
 
@@ -27,6 +29,16 @@ def twist_message(velocity: Velocity6D) -> wire.Twist:
         linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
         angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
     )
+
+
+def contact_arguments(contact: wire.Contact) -> dict[str, Any]:
+    """A contact, as `contracts.Contact` takes it."""
+    place, found = contact.position, contact.model_dump(exclude_defaults=True)
+    if contact.strikers is not None:
+        found["strikers"] = list(contact.strikers)
+    if place is not None:
+        found["position"] = [place.x, place.y, place.z]
+    return found
 
 
 def pose_value(pose: wire.Pose) -> Pose3D:

@@ -68,6 +68,10 @@ class SimulatorNode(
         """Whether the node has all verbs of a contract, as it says."""
         return not lacking(contract, self._features.features)
 
+    def senses_contacts(self, robot: str) -> bool:
+        """See `ContactSensing`."""
+        return any(each.senses_contacts for each in self._features.robots if each.name == robot)
+
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Let nobody live in a robot but those who were given it."""
         self._taken[robot.name] = robot.kinds[0]

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from seoro.bridges import wire
+from seoro.bridges.sim.messages import contact_arguments
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, report_of
 from seoro.bridges.sim.rules import TimeRules
@@ -141,7 +142,7 @@ class PassingRequests(RecordingRequests):
 
     async def _tell(self, advanced: wire.Advanced) -> None:
         for contact in advanced.contacts:
-            self._happened("contact", {"first": contact.first, "second": contact.second, "time": contact.time})
+            self._happened("contact", contact_arguments(contact))
         for feedback in advanced.feedback:
             self._happened("navigation_feedback", feedback.model_dump())
         for occurrence in advanced.occurrences:

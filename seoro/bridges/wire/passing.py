@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from enum import StrEnum
 
 from seoro.bridges.wire.feedback import NavigationFeedback
+from seoro.bridges.wire.geometry import Vector3
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulationTime
 
@@ -33,11 +35,25 @@ class Occurrence(Message):
 
 
 class Contact(Message):
-    """Two entities began to touch; contact with the floor is not reported."""
+    """Two entities began to touch, or a robot began to push what it touches; without contact with the floor.
+
+    Attributes:
+        time: Of the simulator's clock [s].
+        first: Name of one.
+        second: Name of the other.
+        strikers: Who moved into the other, robots also for what they hold; None if the node cannot say.
+        position: Of a point of contact [m]; None if the node has none.
+        held: What of the two a robot holds, and which robot.
+        pushes: Whether the two touched before, and a striker began to push.
+    """
 
     time: float
     first: str
     second: str
+    strikers: tuple[str, ...] | None = None
+    position: Vector3 | None = None
+    held: Mapping[str, str] = {}
+    pushes: bool = False
 
 
 class Advance(Message):

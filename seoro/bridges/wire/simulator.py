@@ -20,13 +20,15 @@ class RobotInfo(Message):
     """A robot of the world.
 
     `kinds` are the actor types it can stand for, most specific first; `frames` the transform frames it has,
-    `devices` what can have faults.
+    `devices` what can have faults. With `senses_contacts`, every contact of the robot is reported, with who moved
+    into whom.
     """
 
     name: str
     kinds: tuple[str, ...]
     frames: tuple[str, ...]
     devices: tuple[str, ...] = ()
+    senses_contacts: bool = False
 
 
 class SimulatorFeatures(Message):

@@ -10,8 +10,8 @@ A function waits for its context and its child only: all else would hold up the 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any, NoReturn, TypeAlias
@@ -22,10 +22,13 @@ from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.behaviors.members import Carry
+from seoro.runtime.contacts import senses
+from seoro.runtime.contracts import Interrupt
 from seoro.runtime.evaluate import EvaluationError
+from seoro.runtime.explain import explained
 from seoro.runtime.explanation import Explanation
 from seoro.runtime.place import Place
-from seoro.runtime.verdict import Outcome, Status
+from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 Within: TypeAlias = Callable[[Iterable[Modifying], Carry], Carry]
 """How something is carried out within modifications, the outermost first."""
@@ -180,6 +183,50 @@ class _Context:
         finally:
             del waits[waiter.flow]
 
+    def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
+        place = self._place
+        return place.services.contacts.allow(place.position, None, frozenset(entities) or None)
+
+    @contextmanager
+    def forbid_contact(
+        self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
+    ) -> Generator[None]:
+        place = self._place
+        services = place.services
+        homes = services.homes.robots(robots)
+        unobserved = [home for home in homes if not senses(home)]
+        if unobserved:
+            who = ", ".join(f"{home.name} of {home.backend.name}" for home in unobserved)
+            reason = f"contacts cannot be forbidden: those of {who} are unobserved"
+            services.decide(RunStatus.ERROR, reason, self._span)
+        contacts, names = services.contacts, frozenset(allowed)
+        with (
+            contacts.allow(place.position, None, names),
+            contacts.forbid(place.position, homes, interrupt.make, also_struck=also_struck),
+        ):
+            yield
+
+
+async def _interruptible(place: Place, interrupt: Interrupt, behave: Callable[[], Awaitable[Outcome]]) -> Outcome:
+    """Carry something out, and cancel it when an interrupt is made."""
+    agenda = place.agenda
+    with agenda.scope(place.flow) as scope:
+
+        def end() -> None:
+            if not agenda.is_ended(scope):
+                agenda.end(scope, explained(Outcome(Status.CANCELLED, interrupt.reason), place, scope))
+
+        interrupt.when_made(lambda: agenda.tell(lambda: agenda.after_round(place.position, end)))
+        try:
+            return await behave()
+        except asyncio.CancelledError:
+            if not agenda.left(scope):
+                raise
+            assert scope.outcome is not None, "it was ended"
+            return scope.outcome
+        finally:
+            interrupt.when_made(None)
+
 
 class _Child:
     """`Child` of one application."""
@@ -192,7 +239,7 @@ class _Child:
         self._runs = 0
         self.explanation: Explanation | None = None  # of what was cut off at its limit
 
-    async def run(self, limit: float | None = None) -> Outcome | None:
+    async def run(self, limit: float | None = None, interrupt: Interrupt | None = None) -> Outcome | None:
         place, agenda = self._place, self._place.agenda
         if place.flow.ended is not None:
             raise asyncio.CancelledError  # the modifier has not let itself be cancelled
@@ -203,9 +250,15 @@ class _Child:
                 place.services.count_start(self._span, len(place.position))
                 await agenda.step(place.flow)
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
+            if interrupt is not None:
+                behave = partial(_interruptible, place, interrupt, behave)
             if limit is None:
-                return await behave()
-            outcome, is_cut_off = await within_limit(place, limit, behave)
+                outcome, is_cut_off = await behave(), False
+            else:
+                outcome, is_cut_off = await within_limit(place, limit, behave)
+            if interrupt is not None and interrupt.reason and outcome.status is Status.CANCELLED:
+                self.explanation = outcome.explanation
+                return None
             if not is_cut_off:
                 return outcome
             self.explanation = outcome.explanation

@@ -22,7 +22,8 @@ def bumper() -> Bumper:
 def point(bearing: float, height: float = 0.05, entity: str = "box") -> TouchPoint:
     """A point of the robot's rim at a bearing [rad] from straight ahead, to the left."""
     angle = bearing + math.pi / 2
-    return TouchPoint(entity, (2.0 + 0.164 * math.cos(angle), 1.0 + 0.164 * math.sin(angle), height))
+    outward = (math.cos(angle), math.sin(angle), 0.0)
+    return TouchPoint(entity, (2.0 + 0.164 * outward[0], 1.0 + 0.164 * outward[1], height), outward)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,168 @@
+"""Every scenario with many seeds in every engine: how often does it end as it says?
+
+    python benchmarks/seeds.py [--results FILE] [--seeds 30] [--first 1000] [--sim NAME] [FILE ...]
+
+It prints the table of `docs/catalogue.md`. Every run is appended to the results, a file of JSON lines, and is not
+made again as long as its scenario file is the same: to go on after an interruption, call it again. `--table`
+prints the table of what is there. It works with one run at a time, at low priority.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import hashlib
+import json
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from engines import PROJECT, directives_of
+
+import seoro
+from seoro.bridges.launch import SIMULATORS
+
+LIMIT = 600.0  # [s] of wall time for a run
+NICE = 15
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended.
+
+    Args:
+        scenario: Its file, in the project.
+        digest: Of the text of the file.
+        engine: The engine.
+        seed: Its seed.
+        status: How it ended.
+        reason: Why.
+        good: Whether the scenario says that it ends so.
+        duration: On the clock of the simulator [s].
+    """
+
+    scenario: str
+    digest: str
+    engine: str
+    seed: int
+    status: str
+    reason: str
+    good: bool
+    duration: float
+
+    @property
+    def key(self) -> tuple[str, str, str, int]:
+        """What makes it the same run."""
+        return self.scenario, self.digest, self.engine, self.seed
+
+
+def digest_of(file: Path) -> str:
+    """A digest of the text of a file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
+
+
+@contextmanager
+def node(engine: str) -> Iterator[str]:
+    """A simulator node while the block lasts; gives its endpoint."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    command = [sys.executable, "-m", "seoro.cli.main", "sim", engine, "--listen", endpoint]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert process.stdout is not None
+        if not process.stdout.readline():  # which it writes once it can be reached
+            raise RuntimeError(f"the node of {engine} did not start: try `seoro sim {engine}`")
+        try:
+            yield endpoint
+        finally:
+            process.terminate()
+
+
+async def run(file: Path, engine: str, seed: int, endpoint: str) -> Result:
+    """Run a scenario on a node."""
+    directives = directives_of(file)
+    simulator = seoro.Simulator(endpoint=endpoint, world=_world(file, directives.world or "maze"))
+    async with asyncio.timeout(LIMIT):
+        async with seoro.start(seoro.load(str(file)), seed=seed, simulator=simulator) as started:
+            verdict = await started.result()
+    good = verdict.status.value == directives.expect and directives.reason in verdict.reason
+    name = str(file.relative_to(PROJECT))
+    return Result(
+        name, digest_of(file), engine, seed, verdict.status.value, verdict.reason, good, round(verdict.duration, 3)
+    )
+
+
+def _world(file: Path, world: str) -> str:
+    """A world by its name, or the path of its file, which stands beside the scenario."""
+    return str(file.parent / world) if world.endswith(".yaml") else world
+
+
+def read(results: Path) -> list[Result]:
+    """The results that are there, of the files as they are now."""
+    if not results.exists():
+        return []
+    found = [Result(**json.loads(line)) for line in results.read_text().splitlines()]
+    return [each for each in found if digest_of(PROJECT / each.scenario) == each.digest]
+
+
+def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> None:
+    """Make the runs with a seed that are missing, all on one node."""
+    done = {each.key for each in read(results)}
+    missing = [
+        file for file in files if (str(file.relative_to(PROJECT)), digest_of(file), engine, seed) not in done
+    ]
+    if not missing:
+        return
+    with node(engine) as endpoint, results.open("a") as out:
+        for file in missing:
+            result = asyncio.run(run(file, engine, seed, endpoint))
+            out.write(json.dumps(asdict(result)) + "\n")
+            out.flush()
+            if not result.good:
+                print(f"{result.scenario} {engine} {seed}: {result.status}: {result.reason}", flush=True)
+
+
+def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
+    """The lines of the table."""
+    yield f"| scenario | {' | '.join(engines)} |"
+    yield f"|---|{'---|' * len(engines)}"
+    for name in sorted({each.scenario for each in results}):
+        cells = []
+        for engine in engines:
+            good = [each.good for each in results if (each.scenario, each.engine) == (name, engine)]
+            cells.append(f"{sum(good)} of {len(good)}")
+        yield f"| `{name.removeprefix('scenarios/').removesuffix('.osc')}` | {' | '.join(cells)} |"
+
+
+def main() -> int:
+    """Make the runs and print the table; exit with 1 if a run did not end as its scenario says."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
+    parser.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE", help="scenarios (default: all of the project)"
+    )
+    parser.add_argument("--results", type=Path, default=Path("seeds.jsonl"), metavar="FILE")
+    parser.add_argument("--seeds", type=int, default=30, metavar="N", help="how many (default: 30)")
+    parser.add_argument("--first", type=int, default=1000, metavar="N", help="the first of them (default: 1000)")
+    parser.add_argument("--sim", choices=SIMULATORS, action="append", help="an engine (repeatable, default: all)")
+    parser.add_argument("--table", action="store_true", help="print the table of what is there, and run nothing")
+    options = parser.parse_args()
+
+    files = [file.resolve() for file in options.files] or sorted((PROJECT / "scenarios").rglob("*.osc"))
+    engines = options.sim or list(SIMULATORS)
+    if not options.table:
+        os.nice(NICE)
+        for seed in range(options.first, options.first + options.seeds):
+            for engine in engines:
+                carry_out(files, engine, seed, options.results)
+    found = read(options.results)
+    print("\n".join(table(found, engines)))
+    return 0 if all(each.good for each in found) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,17 @@
+"""How something moves in a tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim_nodes.physics import BodyState
+
+
+@dataclass(frozen=True)
+class Sample:
+    """How something moves in a tick: its base, and the joints of its arm [rad, m] with their rates."""
+
+    tick: int
+    base: BodyState
+    joints: tuple[float, ...] = ()
+    rates: tuple[float, ...] = ()
