@@ -138,9 +138,14 @@ class Automaton:
         values.append(value)
         spans.append((start, end, depth))
 
-    def _accepts(self, terminal: str) -> bool:
-        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried."""
-        states = list(self._states)
+    def _accepts(self, terminal: str, depth: int | None = None) -> bool:
+        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried.
+
+        Args:
+            terminal: The terminal.
+            depth: How much of the stack counts; all of it unless given.
+        """
+        states = self._states[:depth]
         while True:
             action = self._rows[states[-1]].get(terminal)
             if action is None:

@@ -80,7 +80,7 @@ class Calls:
         if method is not None:
             receiver = None if isinstance(found.expression, plan.Self) else found.expression
             return self._expressions.methods.call(method, receiver, node, scope, is_directive)
-        if not is_hidden and not self._expressions.program.is_lenient:
+        if not is_hidden and not self._expressions.program.is_unread(name.text):
             owner = self._expressions.converter.describe(found.type)
             self._expressions.bag.add(method_messages.UnknownMethod(name.span, owner, name.text, known))
         return nothing(node.span)
@@ -108,7 +108,7 @@ class Calls:
         )
 
     def _unknown_method(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> Typed:
-        if self._expressions.program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
+        if self._expressions.program.is_unread(name.text) or (scope.owner is not None and is_open(scope.owner)):
             return nothing(node.span)
         if any(key[2] == name.text for key in self._expressions.program.behaviors):
             hint = "scenarios and actions are invoked below `do`"

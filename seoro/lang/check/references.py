@@ -42,7 +42,7 @@ class References:
         """A number with a unit."""
         unit = self._program.units.get(node.unit.text)
         if unit is None:
-            if not self._program.is_lenient:
+            if not self._program.is_unread(node.unit.text):
                 self._bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self._program.units)))
             return nothing(node.span)
         if self._program.recorder is not None:
@@ -60,7 +60,7 @@ class References:
             return self._member(enum, node.member.text, node.span)
         if enum is not None:
             self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "no enumeration", "one with members"))
-        elif not self._program.is_lenient:
+        elif not self._program.is_unread(node.enum.text):
             known = tuple(s.name for s in self._program.types.values() if isinstance(s, EnumSymbol))
             self._bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
         return nothing(node.span)
@@ -70,7 +70,7 @@ class References:
             if self._program.recorder is not None:
                 self._program.recorder.name(span, EnumMember(enum, member))
             return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
-        if not self._program.is_lenient:
+        if not self._program.is_unread(member):
             self._bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))
         return nothing(span)
 
@@ -123,7 +123,7 @@ class References:
 
     def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         program = self._program
-        if program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
+        if program.is_unread(name.text) or (scope.owner is not None and is_open(scope.owner)):
             return nothing(name.span)
         if isinstance(expected, Enumeration):
             self._bag.add(

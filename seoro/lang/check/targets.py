@@ -60,7 +60,7 @@ class Targets:
         found = self._lookup.behavior(space, None, name)
         if found is not None:
             return Target(found, None)
-        if self._report_other(self._owner, own, name) or self._program.is_lenient:
+        if self._report_other(self._owner, own, name) or self._program.is_unread(name.text):
             return None
         owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
         hint = self._hint(name)
@@ -89,7 +89,7 @@ class Targets:
         found = self._lookup.behavior(self._scope.space, owner, name)
         if found is not None:
             return Target(found, actor.expression)
-        if not self._report_other(owner, owner, name) and not self._program.is_lenient:
+        if not self._report_other(owner, owner, name) and not self._program.is_unread(name.text):
             known = self._known(list(lineage(owner)))
             hint = ""
             if not known and self._lookup.behavior(self._scope.space, None, name) is not None:
