@@ -70,7 +70,7 @@ class Automaton:
     """
 
     def __init__(self, loaded: table.Table, file: SourceFile, builder: Builder) -> None:
-        self._file = file
+        self.file = file
         self._rows = [loaded["rows"][number] for number in loaded["actions"]]
         self._gotos = loaded["gotos"]
         self._rules = [_rule(builder, *described) for described in loaded["rules"]]
@@ -125,7 +125,7 @@ class Automaton:
         elif callback is None:
             value = children[0]
         else:
-            span = Span(self._file, start, end)
+            span = Span(self.file, start, end)
             value = callback(span, *children)
             if frames:
                 if is_chain and type(children[0]) is type(value):

@@ -21,7 +21,9 @@ NAMES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("self", "this"), _SELF),
     **dict.fromkeys(("NaN", "NAN"), "it is written `nan`"),
     **dict.fromkeys(("Inf", "infinity", "INFINITY"), "it is written `inf`"),
-    **dict.fromkeys(("math", "pi", "PI", "M_PI"), "write the number: `3.141592653589793`, or an angle as `180deg`"),
+    **dict.fromkeys(
+        ("math", "pi", "PI", "M_PI"), "write the number: `3.141592653589793`, or an angle as `180deg`"
+    ),
 }
 """Help for unknown names in expressions."""
 
@@ -51,10 +53,14 @@ BEHAVIORS: Final[Mapping[str, str]] = {
     "call": "write `call <method>()`",
     **dict.fromkeys(("print", "printf", "echo", "puts", "info"), "write `log(...)`, of `import osc.helpers`"),
     **dict.fromkeys(("sleep", "delay", "pause", "wait_for"), "write `wait elapsed(<time>)`"),
-    **dict.fromkeys(("assert", "check", "expect", "require"), "write `wait <condition>`, with a `timeout` below `with:`"),
+    **dict.fromkeys(
+        ("assert", "check", "expect", "require"), "write `wait <condition>`, with a `timeout` below `with:`"
+    ),
     **dict.fromkeys(("exit", "quit", "stop"), "write `emit end`, or `emit fail`"),
     **dict.fromkeys(("if", "switch"), _NO_IF),
-    **dict.fromkeys(("set", "assign"), "variables change by `increment(...)` and `decrement(...)` of `osc.helpers`"),
+    **dict.fromkeys(
+        ("set", "assign"), "variables change by `increment(...)` and `decrement(...)` of `osc.helpers`"
+    ),
 }
 """Help for unknown scenarios and actions; `{}` stands for the name."""
 
@@ -72,27 +78,64 @@ CHARACTERS: Final[Mapping[str, str]] = {
     ";": "a statement ends with its line",
     "{": "blocks are made by `:` and indentation",
     "}": "blocks are made by `:` and indentation",
-    "&": "the conjunction is written `and`",
     "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
     "°": "angles are written `90deg`, temperatures `20celsius`",
-    "–": "minus is the character `-`",  # noqa: RUF001 - the habit itself
-    "—": "minus is the character `-`",
-    "−": "minus is the character `-`",  # noqa: RUF001
-    "≤": "it is written `<=`",
-    "≥": "it is written `>=`",
-    "≠": "it is written `!=`",
-    "×": "the product is written `*`",  # noqa: RUF001
-    "·": "the product is written `*`",
-    "÷": "the quotient is written `/`",
-    "…": "a range is written `[1..3]`",
-    "→": "it is written `->`",
     "π": "write `3.141592653589793`",
     "^": "powers are written as products: `a * a`",
     "~": "the negation is written `not`",
-    "`": "strings stand in `\"` or `'`",
+    "`": "strings are quoted by `\"` or `'`",
     "\\": "a line goes on within brackets, or after `\\` at its very end",
 }
 """Help for characters that begin no token."""
+
+OPERATORS: Final[Mapping[str, str]] = {
+    "&&": "and",
+    "&": "and",
+    "||": "or",
+    "–": "-",  # noqa: RUF001 - the habit itself
+    "—": "-",
+    "−": "-",  # noqa: RUF001
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+    "×": "*",  # noqa: RUF001
+    "·": "*",
+    "÷": "/",
+    "…": "..",
+    "→": "->",
+}
+"""Operators of other languages and of typography, and those that are read in their place."""
+
+COMMENTS: Final[Mapping[str, str]] = {"//": r"[^\r\n]*", "/*": r"(?s:.*?)(?:\*/|\Z)"}
+"""Signs that begin comments in other languages, and patterns of what belongs to them."""
+
+MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
+    **dict.fromkeys(
+        (("int", "float"), ("uint", "float")),
+        "write an integer, or convert by `.as(int)`, which takes numbers without a fraction",
+    ),
+    ("the condition", "time"): "to let time pass, write `wait elapsed({text})`",
+    **dict.fromkeys(
+        (("the condition", "int"), ("the condition", "uint"), ("the condition", "float")),
+        "compare the number, as in `{text} == 3`; to let time pass, write `wait elapsed(<time>)`",
+    ),
+}
+"""Help for values of the wrong type, by what they are for or the type that is expected, and the type found.
+
+`{text}` stands for the value as it is written.
+"""
+
+LITERAL_MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
+    **dict.fromkeys(
+        (("int", "string"), ("uint", "string"), ("float", "string"), ("bool", "string")),
+        "write the value without quotes",
+    ),
+    **dict.fromkeys(
+        (("string", "int"), ("string", "uint"), ("string", "float"), ("string", "bool")), "write it in quotes"
+    ),
+    **dict.fromkeys((("bool", "int"), ("bool", "uint"), ("bool", "float")), _TRUE),
+}
+"""The same for values that are written out."""
 
 UNITS: Final[Mapping[str, str]] = {
     "m/s": "mps",
@@ -115,6 +158,9 @@ UNITS: Final[Mapping[str, str]] = {
     "hours": "h",
     "degrees": "deg",
     "radians": "rad",
+    "°": "deg",
+    "º": "deg",
+    "°C": "celsius",
     "ft": "feet",
     "in": "inch",
 }
@@ -125,11 +171,14 @@ CLOSING_QUOTES: Final = "”’“‘»"  # noqa: RUF001
 BLANKS: Final = "\u00a0\u2007\u202f\u2002\u2003\u2009\u200b\u3000\ufeff"
 """Blanks that separate no tokens, as text copied from documents has them."""
 
+_LONGEST_QUANTITY: Final = 100  # characters of a number and the first part of its unit
 _XML: Final = re.compile(r"\s*<(?:\?xml|!--|!DOCTYPE|[A-Za-z][\w:.-]*[\s/>])")
 _JSON: Final = re.compile(r"\s*\{\s*(?:\"|\}|$)")
-_YAML: Final = re.compile(r"(?:\s*#.*\n|\s*\n)*(?:%YAML|---\s*\n|[A-Za-z_][\w-]*:(?: .*)?\n(?:\s*#.*\n|\s*\n)*(?:\s*- |\s*[\w-]+:))")
+_YAML: Final = re.compile(
+    r"(?:\s*#.*\n|\s*\n)*(?:%YAML|---\s*\n|[A-Za-z_][\w-]*:(?: .*)?\n(?:\s*#.*\n|\s*\n)*(?:\s*- |\s*[\w-]+:))"
+)
 _OWN_LINE: Final = re.compile(
-    r"^\s*(?:(?:do|import|scenario|actor|struct|action|enum|keep|wait|emit|var|event)[ (]|(?:serial|parallel)\s*:)",
+    r"^\s*(?:(?:do|import|scenario|actor|struct|action|enum|keep|wait|emit|var|event)[ (]|(?:serial|parallel):)",
     re.MULTILINE,
 )
 
@@ -153,6 +202,23 @@ def compound_unit(text: str, start: int, end: int) -> tuple[int, str]:
         start: Where the name behind the `/` begins.
         end: Where it ends.
     """
-    line = text.rfind("\n", 0, start) + 1
+    if text[max(0, start - 1) : start] != "/":
+        return -1, ""
+    line = max(text.rfind("\n", 0, start) + 1, start - _LONGEST_QUANTITY)
     found = re.search(r"(?<![\w.])[0-9][0-9.]*([A-Za-z]\w*/)$", text[line:start])
     return (line + found.start(1), found[1] + text[start:end]) if found else (-1, "")
+
+
+def mismatch_help(context: str, expected: str, found: str, text: str) -> str:
+    """Help for a value of the wrong type; empty if nothing is known about it.
+
+    Args:
+        context: What it is for.
+        expected: The type that is needed.
+        found: Its own type.
+        text: The value as it is written.
+    """
+    habit = MISMATCHES.get((context, found)) or MISMATCHES.get((expected, found), "")
+    if not habit and re.fullmatch(r"([\"']).*\1|[+-]?[\d.]+|true|false", text, re.DOTALL):
+        habit = LITERAL_MISMATCHES.get((expected, found), "")
+    return habit.replace("{text}", text)

@@ -1,28 +1,23 @@
 """Statements as they are written in other languages: patterns of words, and what to write here.
 
-A statement that cannot be parsed is laid out as its words with one blank between them and compared with `HABITS`, in
-order. The first pattern that includes the word at fault gives the message. Some habits have a repair: parsing goes on
-with the repaired statement, so that the rest of it and its block are checked.
+`habit_search.py` lays a statement out as its words with one blank between them and compares it with `HABITS`, in
+order. Some habits have a repair, with which parsing goes on, so that the rest of the statement and its block are
+checked.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
-from difflib import get_close_matches
-from functools import cache
 from typing import Final
 
-from seoro.lang.diagnostics import listing, syntax
 from seoro.lang.frozen import Frozen
-from seoro.lang.lexer import Token
-from seoro.lang.source import SourceFile, Span
 
 END: Final = "\n"  # of a line, in the layout of a statement
 BLOCK: Final = "\t"  # the beginning of a block
 FILE, MEMBERS, BEHAVIORS, REACTIONS = "file", "members", "behaviors", "reactions"  # where statements stand
-_TOP: Final = ("import", "namespace", "export", "unit", "enum", "struct", "actor", "action", "scenario", "modifier",
-               "extend", "global")  # fmt: skip
+_TOP: Final = (
+    *("import", "namespace", "export", "unit", "enum", "struct", "actor", "action", "scenario", "modifier"),
+    *("extend", "global"),
+)
 _MEMBERS: Final = ("event", "var", "def", "keep", "remove_default", "cover", "record", "do")
 _COMPOSITIONS: Final = ("serial", "parallel", "one_of")
 _STEPS: Final = ("wait", "emit", "call", "do", *_COMPOSITIONS)
@@ -102,7 +97,7 @@ HABITS: Final = (
     Habit(
         r"(?P<at>return|pass|break|continue|goto|yield|await|del)\b(?! [.=:(])",
         "the language has no `{at}`",
-        "a behavior ends with its last member; `emit end` ends the scenario, and `until` below `with:` one behavior",
+        "a behavior ends with its last member; `emit end` ends the scenario, `until` below `with:` one behavior",
     ),
     Habit(
         r"(?P<at>repeat|retry|timeout|inverter) \( .*: \n",
@@ -119,7 +114,7 @@ HABITS: Final = (
     Habit(
         r"(?P<at>def|function|fn|func)\b(?= \w+ \()",
         "`{at}` outside of a type",
-        "methods are members: `def <name>(<name>: <type>) -> <type> is expression <value>`; behavior is a `scenario`",
+        "write `def <name>(<name>: <type>) -> <type> is expression <value>` in a type; behavior is a `scenario`",
         place=FILE,
     ),
     Habit(
@@ -235,7 +230,7 @@ HABITS: Final = (
         "{at} ( {rest} )",
     ),
     Habit(
-        r"keep \( (?P<at>soft)\b",
+        r"keep \( (?P<at>soft) .*",
         "unknown constraint qualifier `soft`",
         "write `default`: `keep(default ...)`",
         "default",
@@ -261,7 +256,7 @@ HABITS: Final = (
         "elapsed ( {time} )",
     ),
     Habit(
-        r"wait (?P<at>until|for|while)\b(?= )",
+        r"wait (?P<at>until|for|while) .*",
         "unexpected `{at}` behind `wait`",
         "a condition or an event stands directly behind `wait`: `wait <condition>`, `wait @<event>`",
         "",
@@ -284,7 +279,7 @@ HABITS: Final = (
         place=BEHAVIORS,
     ),
     Habit(
-        r"(?:do )?(?:\w+ : )?(?P<name>(?!wait |emit |call |do )\w+(?: \. \w+)*) (?:: )?(?P<at>\"[^\n]*|\d[^\n]*) \n",
+        r"(?:do )?(?:\w+ : )?(?P<name>(?!wait |emit |call |do )\w+(?: \. \w+)*) (?:: )?(?P<at>[\"\d][^\n]*) \n",
         "missing `(` behind `{name}`",
         "arguments stand in brackets: `{name}(...)`",
         place=BEHAVIORS,
@@ -324,14 +319,14 @@ HABITS: Final = (
         "unexpected `if` in an expression",
         "the conditional expression is `<condition> ? <value> : <value>`",
     ),
+    Habit(r".+?(?P<at>[fFrRbBuU]) \"", "unexpected `{at}` before a string", "strings have no prefix", ""),
     Habit(r".+?(?P<at>\* \*)", "unknown operator `**`", "powers are written as products: `a * a`"),
-    Habit(r".+?(?P<at>/ /)", "unknown operator `//`", "the quotient is written `/`"),
     Habit(r".+?(?P<at>is not)\b", "unknown operator `is not`", "write `!=`", "! ="),
     Habit(r".+?(?P<at>not in)\b", "unknown operator `not in`", "write `not (<value> in <list>)`"),
     Habit(r".+?(?P<at>->) (?=\w)", "unexpected `->`", "members are taken by `.`", "."),
     Habit(
         r".+?(?P<at>= = =|= = )",
-        "unknown operator `===`",
+        "unknown operator `{at}`",
         "values are compared by `==`",
     ),
     # ------------------------------------------------------------ misspelled keywords
@@ -362,107 +357,6 @@ HABITS: Final = (
     Habit(
         r"do (?P<at>\w+) : \n",
         "unknown composition `{at}`",
-        "the compositions are `serial`, `parallel` and `one_of`; a label is followed by what it names on the same line",
+        "write `serial`, `parallel` or `one_of`; a label is followed by what it names on the same line",
     ),
 )
-
-
-class Found(Frozen):
-    """A habit that was found in a statement.
-
-    Args:
-        habit: The habit.
-        message: Its message.
-        first: The index of the first token at fault.
-        behind: The index behind the last one.
-        repair: The text to read in their place; None if the statement is skipped.
-    """
-
-    habit: Habit
-    message: syntax.OtherLanguage
-    first: int
-    behind: int
-    repair: str | None
-
-
-def find(
-    file: SourceFile, tokens: Sequence[Token], first: int, index: int, stands: Callable[[str], bool]
-) -> Found | None:
-    """The habit that a statement shows; None if it shows none.
-
-    Args:
-        file: The text.
-        tokens: Its tokens.
-        first: The index of the first token of the statement.
-        index: The index of the token that does not fit.
-        stands: Whether the statement stands in a place.
-    """
-    words, starts = _lay_out(file, tokens, first)
-    at_fault = starts[index - first]
-    for habit in HABITS:
-        found = _pattern(habit).match(words)
-        if found is None or not _concerns(found, habit, at_fault, index - first) or not stands(habit.place):
-            continue
-        near = _near(found["at"], habit.meant)
-        if habit.meant and (not near or found["at"] in habit.meant):
-            continue
-        start = starts.index(found.start("at"))
-        behind = next((number for number, offset in enumerate(starts) if offset >= found.end("at")), len(starts))
-        span = Span(file, tokens[first + start].start, tokens[first + behind - 1].end)
-        fields = {name: _joined(text) for name, text in found.groupdict().items() if text is not None}
-        fields |= {"meant": listing(near, "or"), "only": near[0] if near else "", "at": span.text}
-        if "number" in fields:
-            fields["percent"] = f"{float(fields['number']) / 100:g}"
-        message = syntax.OtherLanguage(span, habit.message.format(**fields), habit.help.format(**fields))
-        repair = habit.repair.format(**fields) if habit.repair is not None else None
-        return Found(habit, message, first + start, first + behind, repair)
-    return None
-
-
-def _concerns(found: re.Match[str], habit: Habit, at_fault: int, number: int) -> bool:
-    """Whether a habit explains the word at an offset, the `number`-th of the statement from 0."""
-    if found.end() > at_fault:
-        return True
-    return found.start("at") == 0 and (not habit.meant or number <= 1)
-
-
-def _lay_out(file: SourceFile, tokens: Sequence[Token], first: int) -> tuple[str, list[int]]:
-    """The words of a statement with one blank between them, and where each of them begins."""
-    parts: list[str] = []
-    starts: list[int] = []
-    offset = 0
-    for token in tokens[first:]:
-        if token.kind in {"_NEWLINE", "_INDENT", "_DEDENT", "$END"}:
-            text = BLOCK if token.kind == "_INDENT" else END
-        else:
-            text = file.text[token.start : token.end] if token.kind != "STRING_LITERAL" else '"'
-        is_end = token.kind in {"_DEDENT", "$END", "_INDENT"} and bool(parts)
-        if is_end and token.kind != "_INDENT":
-            break
-        parts.append(text)
-        starts.append(offset)
-        offset += len(text) + 1
-        if is_end:
-            break
-        if token.kind == "_NEWLINE":
-            following = tokens[first + len(parts)]
-            if following.kind != "_INDENT":
-                break
-    return " ".join(parts) + " ", starts
-
-
-def _near(word: str, meant: Sequence[str]) -> list[str]:
-    """What a word may be a misspelling of."""
-    if word.lower() in meant:
-        return [word.lower()]
-    return get_close_matches(word.lower(), meant, n=2, cutoff=0.7)
-
-
-def _joined(words: str) -> str:
-    """Words of a statement as they are written."""
-    return re.sub(r" ?([.()]) ?", r"\1", words)
-
-
-@cache
-def _pattern(habit: Habit) -> re.Pattern[str]:
-    return re.compile(habit.pattern)

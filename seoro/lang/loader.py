@@ -230,7 +230,7 @@ def _find_file(
         return None
     text = loading.read(full)
     if not isinstance(text, str):
-        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason))
+        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason, not path.is_absolute()))
         return None
     is_shown = not importer.file.name.startswith("<")
     shown = str(Path(importer.file.name).parent / path) if is_shown else f"<{path}>"

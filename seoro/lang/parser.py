@@ -22,7 +22,7 @@ from seoro.lang.source import SourceFile, Span
 from seoro.lang.unread import names_declared
 
 if TYPE_CHECKING:
-    from seoro.lang import line_habits
+    from seoro.lang import habit_search
 
 _CALLED = frozenset({"rise", "fall", "elapsed", "every", "sample", "keep", "remove_default", "cover", "record"})
 _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "call", "until"})
@@ -67,7 +67,7 @@ def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Express
 def _parse(parser: _Parser, start: str, offset: int) -> Any:
     """The tree for a start symbol; None if nothing could be made of the text."""
     try:
-        return parser.parse(start, offset)
+        return parser.parse(start, Lexer(parser.file, parser.bag).tokens(offset))
     except Refused as refused:
         parser.bag.add(refused.message)
         return None
@@ -93,13 +93,13 @@ class _Parser(Automaton):
         self._lost: list[tuple[int, int]] = []  # stretches of text that are not in the tree
         self._lost_from = 0  # where the stretch begins that is being skipped
 
-    def parse(self, start: str, offset: int) -> Any:
-        """The tree for a start symbol from an offset on; None if nothing could be made of the text.
+    def parse(self, start: str, tokens: list[Token]) -> Any:
+        """The tree for a start symbol; None if nothing could be made of the tokens.
 
         Raises:
             Refused: The text is beyond a limit.
         """
-        tokens = self._tokens = Lexer(self._file, self.bag).tokens(offset)
+        self._tokens = tokens
         self._reported = {found.primary.span.line for found in self.bag.diagnostics}
         self._states = [self._starts[start]]
         self._values = [None]
@@ -195,17 +195,15 @@ class _Parser(Automaton):
             index = self._skip_statement(index)
         return index
 
-    def _habit(self, index: int) -> line_habits.Found | None:
+    def _habit(self, index: int) -> habit_search.Found | None:
         """The habit of another language that the statement at `index` shows; it is reported."""
-        from seoro.lang import line_habits  # noqa: PLC0415 - for errors only
+        from seoro.lang import habit_search  # noqa: PLC0415 - for errors only
 
         first = index if self._fresh else self._first_of_line(index)
         if self._span(self._tokens[first]).line in self._reported:
             return None
         depth = len(self._states) if self._fresh else self._marks[-1]
-        found = line_habits.find(
-            self._file, self._tokens, first, index, lambda place: self._stands(place, depth)
-        )
+        found = habit_search.find(self.file, self._tokens, first, index, lambda place: self._stands(place, depth))
         if found is not None:
             self._add(found.message)
             self._reported.add(self._span(self._tokens[first]).line)
@@ -215,7 +213,7 @@ class _Parser(Automaton):
         """Whether statements of a place can stand where the stack has a depth."""
         return all(self._accepts(word, depth) == is_accepted for word, is_accepted in _MARKS_OF_PLACES[place])
 
-    def _repair(self, index: int, found: line_habits.Found) -> int:
+    def _repair(self, index: int, found: habit_search.Found) -> int:
         """Replace the words at fault; gives the first one of their statement, to parse it again."""
         first = index if self._fresh else self._first_of_line(index)
         if not self._fresh:
@@ -265,7 +263,7 @@ class _Parser(Automaton):
         header = tokens[index - 1]
         while header.kind in LAYOUT and header is not tokens[0]:
             header = tokens[tokens.index(header) - 1]
-        line = Span(self._file, self._spans[self._marks[-1]][0], header.end)
+        line = Span(self.file, self._spans[self._marks[-1]][0], header.end)
         self._add(syntax.MissingBlock(self._span(here), line))
         self._drop_line()
         return index if self._feed_invalid(tokens[index]) else -1
@@ -288,24 +286,24 @@ class _Parser(Automaton):
         opened = self._open_bracket(index)
         if opened is None or self._fresh:
             return False
-        line = self._file.position(token.start)[0]
+        line = self.file.position(token.start)[0]
         if token.kind == "_NEWLINE":  # a line ends within brackets with the file only
             self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
             self._reported.add(line)
             return False
         first = index
-        while first > 0 and self._file.position(tokens[first - 1].start)[0] == line:
+        while first > 0 and self.file.position(tokens[first - 1].start)[0] == line:
             first -= 1
         is_statement = tokens[first].kind == "NAME" and bool(explain(tokens[first].value))
         if opened.start >= tokens[first].start or not (first == index or is_statement):
             return False
         self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
-        start = tokens[first].start - self._file.position(tokens[first].start)[1] + 1
+        start = tokens[first].start - self.file.position(tokens[first].start)[1] + 1
         levels = self._levels(index)
         self._drop_line()
         if not self._feed_invalid(token):
             return False
-        tokens[index:] = Lexer(self._file, Bag()).tokens(start, levels)
+        tokens[index:] = Lexer(self.file, Bag()).tokens(start, levels)
         return True
 
     def _open_bracket(self, index: int) -> Token | None:
@@ -379,4 +377,4 @@ class _Parser(Automaton):
         return index
 
     def _span(self, token: Token) -> Span:
-        return Span(self._file, token.start, token.end)
+        return Span(self.file, token.start, token.end)

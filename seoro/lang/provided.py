@@ -13,23 +13,24 @@ BEHAVIORS = ("action", "scenario")
 MODIFIERS = ("modifier",)
 
 
-def import_hint(name: str, kinds: Iterable[str]) -> str:
+def import_hint(name: str, kinds: Iterable[str], owner: str | None = None) -> str:
     """The import statement that provides a name; empty if no library does.
 
     Args:
         name: The unknown name.
         kinds: The keywords of the declarations to look for.
+        owner: The actor that the declarations belong to, if any.
     """
     for library, declared in _declarations().items():
-        if any((kind, name) in declared for kind in kinds):
+        if any((kind, owner or "", name) in declared for kind in kinds):
             return f"it comes with `import {library}`"
     return ""
 
 
 @cache
-def _declarations() -> dict[str, frozenset[tuple[str, str]]]:
-    """The kinds and names of what each library declares, by the name to import."""
-    declaration = re.compile(rf"^({'|'.join((*TYPES, *BEHAVIORS, *MODIFIERS))}) (?:\w+\.)?(\w+)", re.MULTILINE)
+def _declarations() -> dict[str, frozenset[tuple[str, str, str]]]:
+    """The kind, actor and name of what each library declares, by the name to import."""
+    declaration = re.compile(rf"^({'|'.join((*TYPES, *BEHAVIORS, *MODIFIERS))}) (?:(\w+)\.)?(\w+)", re.MULTILINE)
     found = {}
     for library, path in own_libraries().items():
         if library == "osc.types" or library not in STANDARD_MODULES:

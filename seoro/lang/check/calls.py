@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
@@ -117,8 +118,29 @@ class Calls:
         methods = all_methods(scope.owner) if scope.owner is not None else {}
         known = tuple(method.text for method in methods.values())
         known += tuple(symbol.name for symbol in self._expressions.program.types.values() if _is_struct(symbol))
-        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct"))
+        hint = self._construction(name, node, scope)
+        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct", hint))
         return nothing(node.span)
+
+    def _construction(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> str:
+        """How to make a value of what is applied, if it is an actor."""
+        symbol = self._expressions.lookup.type(scope.space, name)
+        if not isinstance(symbol, TypeSymbol) or symbol.kind is not Kind.ACTOR:
+            return ""
+        return made_by_field(name.text, [argument.name.text for argument in node.arguments.named])
+
+
+def made_by_field(actor: str, parameters: Sequence[str]) -> str:
+    """Help for an actor that is written as if it had a constructor.
+
+    Args:
+        actor: Its name.
+        parameters: The names of its fields that get a value.
+    """
+    text = f"actors are made by a field: `<name>: {actor}`"
+    if not parameters:
+        return text
+    return f"{text} with a block `with:` that has `keep(it.{parameters[0]} == <value>)`"
 
 
 def _is_struct(symbol: Declaration) -> bool:

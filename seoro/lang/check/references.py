@@ -15,6 +15,7 @@ from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.habits import UNITS, compound_unit
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import EnumSymbol, Kind, QuantitySymbol, TypeSymbol, is_open
@@ -134,6 +135,9 @@ class References:
         if symbol is not None:
             kind = "a unit's type" if isinstance(symbol, QuantitySymbol) else "a type"
             hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
+            if isinstance(symbol, EnumSymbol):
+                member = next(iter(symbol.members), "<member>")
+                hint = f"a member of an enumeration is written `{name.text}!{member}`"
             self._bag.add(messages.NotAValue(name.span, name.text, kind, hint))
         elif self._expressions.methods.own(name, scope) is not None:
             self._bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
@@ -141,6 +145,11 @@ class References:
             is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
             self._bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
         else:
+            start, unit = compound_unit(name.span.file.text, name.span.start, name.span.end)
+            if unit in UNITS:
+                span = Span(name.span.file, start, name.span.end)
+                self._bag.add(names.UnknownUnit(span, unit, tuple(program.units)))
+                return nothing(name.span)
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
             known = (*members, *scope.bindings, *program.holders)
             self._bag.add(names.UnknownName(name.span, name.text, known))
