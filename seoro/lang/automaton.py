@@ -31,6 +31,9 @@ _FRAMES = {
 }  # that checking, lowering or running take for a level; a chain of operators of one kind is one level
 
 
+_CHAINS_OF_UNITS: dict[tuple[int, int, str], int] = {}  # of the one table that there is
+
+
 def _make_room(node: Any, depth: int, frames: int, span: Span) -> None:
     """See to it that those who walk over a tree have the frames that they need.
 
@@ -79,6 +82,7 @@ class Automaton:
             for origin, length, pick, kind, _ in loaded["rules"]
         ]  # rules of one thing that stands for another: most of the work
         self._starts = loaded["starts"]
+        self._chains = _CHAINS_OF_UNITS
         self._states: list[int] = []
         self._values: list[Any] = []
         self._spans: list[tuple[int, int, int]] = []  # start, end, and the frames for the depth of the tree
@@ -137,6 +141,26 @@ class Automaton:
         states.append(self._gotos[states[-1]][origin])
         values.append(value)
         spans.append((start, end, depth))
+
+    def _after_units(self, kind: str) -> int:
+        """The state after all reductions by rules of one thing that a terminal brings about one after another.
+
+        They replace the top of the stack only, so that it and the state below it tell where they lead. An operand is
+        a sum, a relation, a conjunction and so on: without the table this is most of the work of a parse.
+        """
+        below, state = self._states[-2], self._states[-1]
+        key = below, state, kind
+        found = self._chains.get(key)
+        if found is None:
+            action: int | None = -1
+            while action is not None and action < 0:
+                action = self._rows[state].get(kind)
+                origin = self._units[-1 - action] if action is not None and action < 0 else None
+                if origin is None:
+                    break
+                state = self._gotos[below][origin]
+            found = self._chains[key] = state
+        return found
 
     def _accepts(self, terminal: str, depth: int | None = None) -> bool:
         """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried.

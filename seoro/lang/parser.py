@@ -125,7 +125,10 @@ class _Parser(Automaton):
                 self._shift(action, token, kind)
                 index += 1
             elif (origin := units[-1 - action]) is not None:
-                states[-1] = gotos[states[-2]][origin]
+                if kind is token.kind and kind != "NAME":
+                    states[-1] = self._after_units(kind)
+                else:
+                    states[-1] = gotos[states[-2]][origin]
             else:
                 self._reduce(-1 - action)
 
