@@ -129,7 +129,10 @@ class Lexer:
                 continue
             offset = found.end()
             group = found.lastgroup
-            if group in {"blank", "comment"}:
+            if group == "blank" or group == "comment":
+                continue
+            if group == "name" and (word := found.group()).isascii() and word[0] != "|":  # most of all
+                tokens.append(Token("NAME", word, offset - len(word), offset))
                 continue
             if group == "end":
                 if not brackets and len(tokens) == first and self._errors:
