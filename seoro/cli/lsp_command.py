@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import gc
+import json
 import logging
 import os
 import sys
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO, cast
 
 from seoro.cli.exits import Exit
 from seoro.errors import InvalidUse
+from seoro.lsp.frames import Frames
 
 if TYPE_CHECKING:
     from seoro.lsp.server import SeoroServer
@@ -22,6 +24,7 @@ EXAMPLES = """examples:
 
 It ends when the editor goes."""
 
+_PARSE_ERROR = -32700  # of JSON-RPC
 _LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})  # whoever connects can read all files of the user
 
 
@@ -73,4 +76,14 @@ def _serve_stdio(server: SeoroServer) -> None:
     """Serve on stdin and stdout; what libraries print goes to stderr, as it would break the protocol."""
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-        server.start_io(sys.stdin.buffer, out)
+        frames = Frames(sys.stdin.buffer, lambda reason: _refuse(out, reason))
+        server.start_io(cast(BinaryIO, frames), out)
+
+
+def _refuse(out: BinaryIO, reason: str) -> None:
+    """Answer a frame that could not be read; its `id` is unknown. One write is one frame, whoever else writes."""
+    error = {"code": _PARSE_ERROR, "message": reason}
+    body = json.dumps({"jsonrpc": "2.0", "id": None, "error": error}).encode()
+    out.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
+    out.flush()
+    logging.getLogger(__name__).error("%s", reason)

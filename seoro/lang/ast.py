@@ -725,7 +725,11 @@ Statement: TypeAlias = ImportStatement | NamespaceStatement | ExportStatement | 
 
 
 class OscFile(Node):
-    """A whole file."""
+    """A whole file.
+
+    `unread` has the names that statements with syntax errors may declare; None if they may declare any name.
+    """
 
     statements: tuple[Statement, ...]
+    unread: tuple[str, ...] | None
     span: Span

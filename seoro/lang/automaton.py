@@ -34,6 +34,9 @@ _FRAMES = {
 }  # that checking, lowering or running take for a level; a chain of operators of one kind is one level
 
 
+_CHAINS_OF_UNITS: dict[tuple[int, int, str], int] = {}  # of the one table that there is
+
+
 def _make_room(node: Any, depth: int, frames: int, span: Span) -> None:
     """See to it that those who walk over a tree have the frames that they need.
 
@@ -73,7 +76,7 @@ class Automaton:
     """
 
     def __init__(self, loaded: table.Table, file: SourceFile, builder: Builder) -> None:
-        self._file = file
+        self.file = file
         self._rows = [loaded["rows"][number] for number in loaded["actions"]]
         self._gotos = loaded["gotos"]
         self._rules = [_rule(builder, *described) for described in loaded["rules"]]
@@ -82,6 +85,7 @@ class Automaton:
             for origin, length, pick, kind, _ in loaded["rules"]
         ]  # rules of one thing that stands for another: most of the work
         self._starts = loaded["starts"]
+        self._chains = _CHAINS_OF_UNITS
         self._states: list[int] = []
         self._values: list[Any] = []
         self._spans: list[tuple[int, int, int]] = []  # start, end, and the frames for the depth of the tree
@@ -128,7 +132,7 @@ class Automaton:
         elif callback is None:
             value = children[0]
         else:
-            span = Span(self._file, start, end)
+            span = Span(self.file, start, end)
             value = callback(span, *children)
             if frames:
                 if chain is not None and type(children[chain]) is type(value):
@@ -143,9 +147,34 @@ class Automaton:
         values.append(value)
         spans.append((start, end, depth))
 
-    def _accepts(self, terminal: str) -> bool:
-        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried."""
-        states = list(self._states)
+    def _after_units(self, kind: str) -> int:
+        """The state after all reductions by rules of one thing that a terminal brings about one after another.
+
+        They replace the top of the stack only, so that it and the state below it tell where they lead. An operand is
+        a sum, a relation, a conjunction and so on: without the table this is most of the work of a parse.
+        """
+        below, state = self._states[-2], self._states[-1]
+        key = below, state, kind
+        found = self._chains.get(key)
+        if found is None:
+            action: int | None = -1
+            while action is not None and action < 0:
+                action = self._rows[state].get(kind)
+                origin = self._units[-1 - action] if action is not None and action < 0 else None
+                if origin is None:
+                    break
+                state = self._gotos[below][origin]
+            found = self._chains[key] = state
+        return found
+
+    def _accepts(self, terminal: str, depth: int | None = None) -> bool:
+        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried.
+
+        Args:
+            terminal: The terminal.
+            depth: How much of the stack counts; all of it unless given.
+        """
+        states = self._states[:depth]
         while True:
             action = self._rows[states[-1]].get(terminal)
             if action is None:

@@ -36,7 +36,7 @@ class Builder(TypeBuilder):
                     self._bag.add(syntax.LateImport(statement.span))
             elif not isinstance(statement, ast.InvalidStatement):
                 is_prelude = False
-        return ast.OscFile(statements, span)
+        return ast.OscFile(statements, (), span)
 
     def lone_expression(self, span: Span, expression: ast.Expression) -> ast.Expression:
         """An expression on its own."""

@@ -13,11 +13,90 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+from collections.abc import Callable
 from functools import cache
 from itertools import repeat
-from typing import Any, ClassVar, Final, NoReturn, dataclass_transform
+from typing import Any, ClassVar, Final, NoReturn, TypeAlias, dataclass_transform
 
-_set: Final = object.__setattr__
+_Init: TypeAlias = Callable[..., None]
+_Setter: TypeAlias = Callable[[Any, Any], None]
+
+
+def _init_for_the_first_time(self: Any, *values: Any, **named: Any) -> None:
+    """Give the class an `__init__` of its own, which sets its slots without a loop, and call it.
+
+    A file has tens of thousands of nodes and places, and most of the time for a node went into the loop.
+    """
+    cls = type(self)
+    setters = [getattr(cls, name).__set__ for name in cls.__match_args__]
+    init = _INITS.get(len(setters), _init_of_many)(cls, *setters)
+    setattr(cls, "__init__", init)  # noqa: B010 - to the type checker it is that of a dataclass
+    init(self, *values, **named)
+
+
+def _init_of_one(cls: Any, a: _Setter) -> _Init:
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        if named or len(values) != 1:
+            values = _arguments(cls, values, named)
+        a(self, values[0])
+
+    return init
+
+
+def _init_of_two(cls: Any, a: _Setter, b: _Setter) -> _Init:
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        if named or len(values) != 2:
+            values = _arguments(cls, values, named)
+        one, two = values
+        a(self, one)
+        b(self, two)
+
+    return init
+
+
+def _init_of_three(cls: Any, a: _Setter, b: _Setter, c: _Setter) -> _Init:
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        if named or len(values) != 3:
+            values = _arguments(cls, values, named)
+        one, two, three = values
+        a(self, one)
+        b(self, two)
+        c(self, three)
+
+    return init
+
+
+def _init_of_four(cls: Any, a: _Setter, b: _Setter, c: _Setter, d: _Setter) -> _Init:
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        if named or len(values) != 4:
+            values = _arguments(cls, values, named)
+        one, two, three, four = values
+        a(self, one)
+        b(self, two)
+        c(self, three)
+        d(self, four)
+
+    return init
+
+
+def _init_of_many(cls: Any, *setters: _Setter) -> _Init:
+    count = len(setters)
+
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        if named or len(values) != count:
+            values = _arguments(cls, values, named)
+        for setter, value in zip(setters, values):  # noqa: B905 - their lengths were compared
+            setter(self, value)
+
+    return init
+
+
+_INITS: Final[dict[int, Callable[..., _Init]]] = {
+    1: _init_of_one,
+    2: _init_of_two,
+    3: _init_of_three,
+    4: _init_of_four,
+}
 
 
 class _Frozen(type):
@@ -38,6 +117,7 @@ class _Frozen(type):
         namespace["__slots__"] = tuple(field for field in own if field not in inherited)
         namespace["__match_args__"] = (*inherited, *namespace["__slots__"])
         namespace["__field_defaults__"] = defaults
+        namespace.setdefault("__init__", _init_for_the_first_time)
         return super().__new__(mcs, name, bases, namespace)
 
 
@@ -88,13 +168,6 @@ class Frozen(metaclass=_Frozen):
     __field_defaults__: ClassVar[dict[str, Any]]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]] = _OnDemand()  # type: ignore[assignment]
     __dataclass_params__: ClassVar[Any] = _OnDemand()
-
-    def __init__(self, *values: Any, **named: Any) -> None:
-        names = self.__match_args__
-        if named or len(values) != len(names):
-            values = _arguments(type(self), values, named)
-        for name, value in zip(names, values):  # noqa: B905 - their lengths were compared, and strict takes time
-            _set(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r} of {type(self).__name__}")

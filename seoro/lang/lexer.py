@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 from seoro.lang import table
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
+from seoro.lang.habits import BLANKS, CLOSING_QUOTES, COMMENTS, OPENING_QUOTES, OPERATORS
 from seoro.lang.source import SourceFile, Span
 
 TAB_STOP = 8
@@ -89,6 +90,8 @@ class Lexer:
         self._bag = bag
         self._errors = 0
         self._operators = table.load()["literals"]
+        self._has_braces = False
+        self._blanks_line = 0  # the last line with a blank that is reported
 
     def tokens(self, offset: int = 0, indents: tuple[int, ...] = (0,)) -> list[Token]:
         """All tokens from an offset, which is the start of a line inside blocks indented as given.
@@ -108,6 +111,9 @@ class Lexer:
                 raise Refused(syntax.TooLong(span, MAX_TOKENS))
             if at_start:
                 offset, column = self._indentation(offset)
+                if text.startswith(("//", "/*"), offset):
+                    offset = self._foreign_comment(offset)
+                    continue
                 found = match(text, offset)
                 if found and found.lastgroup in {"comment", "end"}:
                     offset = found.end()
@@ -123,10 +129,15 @@ class Lexer:
                 continue
             offset = found.end()
             group = found.lastgroup
-            if group in {"blank", "comment"}:
+            if group == "blank" or group == "comment":
+                continue
+            if group == "name" and (word := found.group()).isascii() and word[0] != "|":  # most of all
+                tokens.append(Token("NAME", word, offset - len(word), offset))
                 continue
             if group == "end":
-                if not brackets:
+                if not brackets and len(tokens) == first and self._errors:
+                    at_start = True  # the line had nothing but what was reported
+                elif not brackets:
                     tokens.append(Token("_NEWLINE", None, found.start(), found.start()))
                     at_start = True
                 continue
@@ -147,6 +158,10 @@ class Lexer:
                 column += 1
             elif char == "\t":
                 column = (column // TAB_STOP + 1) * TAB_STOP
+            elif char in BLANKS:
+                offset = self._foreign_blanks(offset)
+                column += 1
+                continue
             elif char != "\f":
                 break
             offset += 1
@@ -176,6 +191,8 @@ class Lexer:
         start, end = found.span()
         text = found.group()
         if group == "operator":
+            if text == "/" and self._text[start : start + 2] in COMMENTS:
+                return self._foreign_comment(start)
             token = Token(self._operators[text], text, start, end)
             if text in "([":
                 brackets.append(token)
@@ -243,13 +260,71 @@ class Lexer:
         text = self._text
         char = text[offset]
         if char in "\"'":
-            quotes = char * 3 if text.startswith(char * 3, offset) else char
-            ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
-            end = min((found for found in ends if found >= 0), default=len(text))
-            self._report(syntax.UnclosedString(Span(self._file, offset, end), quotes))
-            tokens.append(Token("STRING_LITERAL", "", offset, end))
-            return end
-        self._report(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
+            return self._unclosed(tokens, offset)
+        if char in BLANKS:
+            return self._foreign_blanks(offset)
+        if char in OPENING_QUOTES:
+            return self._foreign_quotes(tokens, offset)
+        sign = next((sign for sign in OPERATORS if text.startswith(sign, offset)), None)
+        if sign is not None:
+            return self._foreign_operator(tokens, offset, sign)
+        if char != "}" or not self._has_braces:  # that belong to the one that was reported
+            self._report(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
+        self._has_braces |= char == "{"
+        return offset + 1
+
+    def _unclosed(self, tokens: list[Token], offset: int) -> int:
+        """A string that is not closed: it ends with its line, or with the text."""
+        text = self._text
+        quotes = text[offset] * 3 if text.startswith(text[offset] * 3, offset) else text[offset]
+        ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
+        end = min((found for found in ends if found >= 0), default=len(text))
+        self._report(syntax.UnclosedString(Span(self._file, offset, end), quotes))
+        tokens.append(Token("STRING_LITERAL", "", offset, end))
+        return end
+
+    def _foreign_quotes(self, tokens: list[Token], offset: int) -> int:
+        """A string in quotes of typography: it ends at the next quotes on its line."""
+        char = self._text[offset]
+        hint = "strings are quoted by `\"` or `'`"
+        self._report(
+            syntax.OtherLanguage(Span(self._file, offset, offset + 1), f"unexpected quotes `{char}`", hint)
+        )
+        end = offset + 1
+        while end < len(self._text) and self._text[end] not in f"\"'\r\n{CLOSING_QUOTES}":
+            end += 1
+        is_closed = end < len(self._text) and self._text[end] not in "\r\n"
+        tokens.append(Token("STRING_LITERAL", self._text[offset + 1 : end], offset, end + is_closed))
+        return end + is_closed
+
+    def _foreign_operator(self, tokens: list[Token], offset: int, sign: str) -> int:
+        """An operator of another language, in whose place the one of this language is read."""
+        own, end = OPERATORS[sign], offset + len(sign)
+        span = Span(self._file, offset, end)
+        self._report(syntax.OtherLanguage(span, f"unknown operator `{sign}`", f"write `{own}`"))
+        tokens.append(Token("NAME" if own.isalpha() else self._operators[own], own, offset, end))
+        return end
+
+    def _foreign_comment(self, offset: int) -> int:
+        """A comment of another language; gives the offset behind it."""
+        sign = self._text[offset : offset + 2]
+        span = Span(self._file, offset, offset + 2)
+        self._report(syntax.OtherLanguage(span, f"unexpected `{sign}`", "comments begin with `#`"))
+        found = re.compile(COMMENTS[sign]).match(self._text, offset)
+        return found.end() if found else offset + 2
+
+    def _foreign_blanks(self, offset: int) -> int:
+        """A blank that separates no words; reported once a line. Gives the offset behind it."""
+        line = self._file.position(offset)[0]
+        if line != self._blanks_line:
+            self._blanks_line = line
+            char = self._text[offset]
+            name = unicodedata.name(char, "a blank").lower()
+            text = f"unexpected blank U+{ord(char):04X} ({name})"
+            span = Span(self._file, offset, offset + 1)
+            self._report(
+                syntax.OtherLanguage(span, text, "indent and separate words with blanks from the space bar")
+            )
         return offset + 1
 
 

@@ -72,6 +72,7 @@ class Sources(Value):
         uses: Namespaces that imports put in use for the global one.
         libraries: The libraries, in the order in which they were imported.
         diagnostics: What is wrong with the texts.
+        unread: Names that text which could not be read may declare; None for any name.
     """
 
     entry: Module
@@ -79,6 +80,7 @@ class Sources(Value):
     uses: frozenset[str]
     libraries: tuple[Library, ...]
     diagnostics: tuple[Diagnostic, ...]
+    unread: frozenset[str] | None
 
 
 @dataclass
@@ -115,7 +117,7 @@ def load(path: Path, name: str | None = None, read: Reader = read_file, locate: 
     file = SourceFile(shown, text if isinstance(text, str) else "", path)
     loading = _Loading(file, read, locate)
     if not isinstance(text, str):
-        loading.bag.add(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
+        loading.miss(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
     return Sources(
         entry,
@@ -123,7 +125,18 @@ def load(path: Path, name: str | None = None, read: Reader = read_file, locate: 
         frozenset(loading.uses),
         tuple(loading.libraries.values()),
         tuple(sorted(loading.bag.diagnostics, key=lambda found: found.position)),
+        _unread(loading),
     )
+
+
+def _unread(loading: _Loading) -> frozenset[str] | None:
+    """Names that text which could not be read may declare; None if a whole file is missing."""
+    names: set[str] = set()
+    for module in loading.modules:
+        if module.tree.unread is None:
+            return None
+        names.update(module.tree.unread)
+    return None if loading.missed else frozenset(names)
 
 
 def read_source(path: Path) -> SourceFile:
@@ -212,7 +225,7 @@ def _find_file(
         return None
     text = loading.read(full)
     if not isinstance(text, str):
-        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason))
+        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason, not path.is_absolute()))
         return None
     is_shown = not importer.file.name.startswith("<")
     shown = str(Path(importer.file.name).parent / path) if is_shown else f"<{path}>"

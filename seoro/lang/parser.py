@@ -7,7 +7,8 @@ place for both, the token behind the word decides. A statement that cannot be pa
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from seoro.lang import ast, table
 from seoro.lang.automaton import LAYOUT, Automaton
@@ -15,8 +16,13 @@ from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
 from seoro.lang.expected import describe, explain
+from seoro.lang.habits import foreign_format
 from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
+from seoro.lang.unread import names_declared
+
+if TYPE_CHECKING:
+    from seoro.lang import habit_search
 
 _CALLED = frozenset({"rise", "fall", "elapsed", "every", "sample", "keep", "remove_default", "cover", "record"})
 _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "call", "until"})
@@ -27,28 +33,50 @@ _OPERAND_STARTS = frozenset(
     {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
 )
 _WORD_OPERATORS = frozenset({"in", "and", "or"})
+_MARKS_OF_PLACES: Mapping[str, tuple[tuple[str, bool], ...]] = {
+    "": (),
+    "file": (("SCENARIO", True),),
+    "members": (("VAR", True),),
+    "behaviors": (("WAIT", True),),
+    "reactions": (("CALL", True), ("WAIT", False)),
+}  # which words begin statements in places, and which do not
 
 
 def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
     """Parse a whole file; errors go to the bag."""
-    tree = _parse(file, bag, "osc_file", 0)
-    return tree if isinstance(tree, ast.OscFile) else ast.OscFile((), Span(file, 0, len(file.text)))
+    whole = Span(file, 0, len(file.text))
+    kind = foreign_format(file.text)
+    if kind:
+        bag.add(syntax.ForeignFile(_first_line(whole), kind))
+        return ast.OscFile((), None, whole)
+    parser = _Parser(file, bag)
+    tree = _parse(parser, "osc_file", 0)
+    if not isinstance(tree, ast.OscFile):
+        return ast.OscFile((), None, whole)
+    unread = parser.unread()
+    return tree if unread == () else ast.OscFile(tree.statements, unread, tree.span)
 
 
 def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Expression | None:
     """Parse a text that is one expression from `offset` on; None if it is none."""
     before = len(bag)
-    tree: ast.Expression | None = _parse(file, bag, "lone_expression", offset)
+    tree: ast.Expression | None = _parse(_Parser(file, bag), "lone_expression", offset)
     return tree if len(bag) == before else None
 
 
-def _parse(file: SourceFile, bag: Bag, start: str, offset: int) -> Any:
+def _parse(parser: _Parser, start: str, offset: int) -> Any:
     """The tree for a start symbol; None if nothing could be made of the text."""
     try:
-        return _Parser(file, bag).parse(start, Lexer(file, bag).tokens(offset))
+        return parser.parse(start, Lexer(parser.file, parser.bag).tokens(offset))
     except Refused as refused:
-        bag.add(refused.message)
+        parser.bag.add(refused.message)
         return None
+
+
+def _first_line(whole: Span) -> Span:
+    """The first line of a text that is not blank."""
+    start = len(whole.text) - len(whole.text.lstrip())
+    return Span(whole.file, start, start + len(whole.text[start:].partition("\n")[0].rstrip()))
 
 
 class _Parser(Automaton):
@@ -57,11 +85,13 @@ class _Parser(Automaton):
     def __init__(self, file: SourceFile, bag: Bag) -> None:
         loaded = table.load()
         super().__init__(loaded, file, Builder(file, bag))
-        self._bag = bag
+        self.bag = bag
         self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
         self._tokens: list[Token] = []
         self._errors = 0
         self._reported: set[int] = set()  # lines that have an error: what comes after it there is an echo
+        self._lost: list[tuple[int, int]] = []  # stretches of text that are not in the tree
+        self._lost_from = 0  # where the stretch begins that is being skipped
 
     def parse(self, start: str, tokens: list[Token]) -> Any:
         """The tree for a start symbol; None if nothing could be made of the tokens.
@@ -70,7 +100,7 @@ class _Parser(Automaton):
             Refused: The text is beyond a limit.
         """
         self._tokens = tokens
-        self._reported = {found.primary.span.line for found in self._bag.diagnostics}
+        self._reported = {found.primary.span.line for found in self.bag.diagnostics}
         self._states = [self._starts[start]]
         self._values = [None]
         self._spans = [(0, 0, 0)]
@@ -95,7 +125,10 @@ class _Parser(Automaton):
                 self._shift(action, token, kind)
                 index += 1
             elif (origin := units[-1 - action]) is not None:
-                states[-1] = gotos[states[-2]][origin]
+                if kind is token.kind and kind != "NAME":
+                    states[-1] = self._after_units(kind)
+                else:
+                    states[-1] = gotos[states[-2]][origin]
             else:
                 self._reduce(-1 - action)
 
@@ -126,8 +159,19 @@ class _Parser(Automaton):
 
     # ------------------------------------------------------------ errors
 
+    def unread(self) -> tuple[str, ...] | None:
+        """Names that skipped statements may declare; None if they may declare any name."""
+        return names_declared(self._tokens, self._lost)
+
     def _recover(self, index: int, kind: str) -> int:
         """Report the token at `index`, which does not fit, and go on behind it; -1 to give up."""
+        self._lost_from = self._tokens[index].start
+        index = self._mend(index, kind)
+        if index >= 0 and self._lost_from < self._tokens[index].start:
+            self._lost.append((self._lost_from, self._tokens[index].start))
+        return index
+
+    def _mend(self, index: int, kind: str) -> int:
         tokens, token = self._tokens, self._tokens[index]
         self._errors += 1
         if self._errors > MAX_ERRORS:
@@ -138,21 +182,60 @@ class _Parser(Automaton):
             return self._missing_colon(index)
         if self._accepts("_INDENT"):
             return self._missing_block(index)
-        if self._reread_unclosed(index):
-            return index
-        self._report(index, kind)
+        habit = self._habit(index)
+        if habit is not None and habit.repair is not None:
+            return self._repair(index, habit)
+        if habit is None:
+            if self._reread_unclosed(index):
+                return index
+            self._report(index, kind)
         if not self._fresh:
-            self._truncate(self._marks[-1])
+            self._drop_line()
         if not self._feed_invalid(token):
             return -1
-        return self._skip_statement(index)
+        index = self._skip_statement(index)
+        while habit is not None and tokens[index].kind == "NAME" and tokens[index].value in habit.habit.tails:
+            index = self._skip_statement(index)
+        return index
+
+    def _habit(self, index: int) -> habit_search.Found | None:
+        """The habit of another language that the statement at `index` shows; it is reported."""
+        from seoro.lang import habit_search  # noqa: PLC0415 - for errors only
+
+        first = index if self._fresh else self._first_of_line(index)
+        if self._span(self._tokens[first]).line in self._reported:
+            return None
+        depth = len(self._states) if self._fresh else self._marks[-1]
+        found = habit_search.find(self.file, self._tokens, first, index, lambda place: self._stands(place, depth))
+        if found is not None:
+            self._add(found.message)
+            self._reported.add(self._span(self._tokens[first]).line)
+        return found
+
+    def _stands(self, place: str, depth: int) -> bool:
+        """Whether statements of a place can stand where the stack has a depth."""
+        return all(self._accepts(word, depth) == is_accepted for word, is_accepted in _MARKS_OF_PLACES[place])
+
+    def _repair(self, index: int, found: habit_search.Found) -> int:
+        """Replace the words at fault; gives the first one of their statement, to parse it again."""
+        first = index if self._fresh else self._first_of_line(index)
+        if not self._fresh:
+            self._truncate(self._marks[-1])
+            self._fresh = True
+        start, end = self._tokens[found.first].start, self._tokens[found.behind - 1].end
+        text = SourceFile("", found.repair or "")
+        words = [token for token in Lexer(text, Bag()).tokens() if token.kind not in {*LAYOUT, "$END"}]
+        for token in words:
+            token.start, token.end = start, end
+        self._tokens[found.first : found.behind] = words
+        return first
 
     def _add(self, message: Message) -> None:
         """Report, unless the line has an error already."""
         line = message.diagnostic().primary.span.line
         if line not in self._reported:
             self._reported.add(line)
-            self._bag.add(message)
+            self.bag.add(message)
 
     def _unexpected_block(self, index: int) -> int:
         """A block below a line that opens none, or lacks the colon for it."""
@@ -183,9 +266,9 @@ class _Parser(Automaton):
         header = tokens[index - 1]
         while header.kind in LAYOUT and header is not tokens[0]:
             header = tokens[tokens.index(header) - 1]
-        line = Span(self._file, self._spans[self._marks[-1]][0], header.end)
+        line = Span(self.file, self._spans[self._marks[-1]][0], header.end)
         self._add(syntax.MissingBlock(self._span(here), line))
-        self._truncate(self._marks[-1])
+        self._drop_line()
         return index if self._feed_invalid(tokens[index]) else -1
 
     def _report(self, index: int, kind: str) -> None:
@@ -206,24 +289,24 @@ class _Parser(Automaton):
         opened = self._open_bracket(index)
         if opened is None or self._fresh:
             return False
-        line = self._file.position(token.start)[0]
+        line = self.file.position(token.start)[0]
         if token.kind == "_NEWLINE":  # a line ends within brackets with the file only
             self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
             self._reported.add(line)
             return False
         first = index
-        while first > 0 and self._file.position(tokens[first - 1].start)[0] == line:
+        while first > 0 and self.file.position(tokens[first - 1].start)[0] == line:
             first -= 1
         is_statement = tokens[first].kind == "NAME" and bool(explain(tokens[first].value))
         if opened.start >= tokens[first].start or not (first == index or is_statement):
             return False
         self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
-        start = tokens[first].start - self._file.position(tokens[first].start)[1] + 1
+        start = tokens[first].start - self.file.position(tokens[first].start)[1] + 1
         levels = self._levels(index)
-        self._truncate(self._marks[-1])
+        self._drop_line()
         if not self._feed_invalid(token):
             return False
-        tokens[index:] = Lexer(self._file, Bag()).tokens(start, levels)
+        tokens[index:] = Lexer(self.file, Bag()).tokens(start, levels)
         return True
 
     def _open_bracket(self, index: int) -> Token | None:
@@ -252,7 +335,7 @@ class _Parser(Automaton):
             if len(self._marks) < 2:
                 return False
             self._marks.pop()
-            self._truncate(self._marks[-1])
+            self._drop_line()
         while True:
             action = self._rows[self._states[-1]]["INVALID"]
             if action >= 0:
@@ -263,6 +346,13 @@ class _Parser(Automaton):
         self._spans.append((token.start, token.end, 0))
         self._fresh = True
         return True
+
+    def _drop_line(self) -> None:
+        """Take off what was parsed of the current statement of the innermost block."""
+        depth = self._marks[-1]
+        if depth < len(self._spans):
+            self._lost_from = min(self._lost_from, self._spans[depth][0])
+        self._truncate(depth)
 
     def _skip_statement(self, index: int) -> int:
         """The index behind the rest of a line and the block that belongs to it."""
@@ -290,4 +380,4 @@ class _Parser(Automaton):
         return index
 
     def _span(self, token: Token) -> Span:
-        return Span(self._file, token.start, token.end)
+        return Span(self.file, token.start, token.end)

@@ -320,12 +320,12 @@ class Program:
 
     Args:
         nowhere: The beginning of the entry file, for what has no place of its own.
-        is_lenient: Names may be missing because of what could not be read; they are not reported.
+        unread: Names that text which could not be read may declare; None for any name.
         recorder: Is told what names mean; None unless an editor asks.
     """
 
     nowhere: Span
-    is_lenient: bool = False
+    unread: frozenset[str] | None = frozenset()
     recorder: Recorder | None = None
     types: dict[tuple[str, str], Declaration] = field(default_factory=dict)
     behaviors: TypeTable = field(default_factory=dict)
@@ -342,6 +342,10 @@ class Program:
     methods: plan.Methods = field(default_factory=plan.Methods)
     structures: plan.Structures = field(default_factory=plan.Structures)
     global_declarations: list[tuple[ast.ParameterDeclaration, Home]] = field(default_factory=list)
+
+    def is_unread(self, name: str) -> bool:
+        """Whether text that could not be read may declare a name; it is then not reported as unknown."""
+        return self.unread is None or name in self.unread
 
     def structured(self) -> list[TypeSymbol]:
         """All structs, actors, scenarios, actions and modifiers."""

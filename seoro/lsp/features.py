@@ -14,6 +14,7 @@ from seoro.lang.format.formatter import format_text
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp import navigation
 from seoro.lsp.analysis import Analysis
+from seoro.lsp.collisions import check_collisions
 from seoro.lsp.completion import complete
 from seoro.lsp.hover import hover
 from seoro.lsp.items import Item
@@ -136,14 +137,16 @@ def _answer_about_names(server: SeoroServer) -> None:
             assert found is not None, "else the name could not be changed"
             use, target = found
             name = name_of(use.meaning)
-            edits = navigation.edits(target, name, params.new_name, await _users(server, name))
+            new = params.new_name
+            users = await _users(server, name, new)
+            edits = navigation.edits(target, name, new, users)
+            texts = server.documents.texts
+            await server.analyst.run(lambda: check_collisions(edits, new, users, texts))
         except navigation.CannotRename as reason:
             raise _refusal(str(reason)) from None
         return lsp.WorkspaceEdit(
             {
-                server.documents.uri_of(path): [
-                    lsp.TextEdit(server.positions.range(span), params.new_name) for span in spans
-                ]
+                server.documents.uri_of(path): [lsp.TextEdit(server.positions.range(span), new) for span in spans]
                 for path, spans in edits.items()
             }
         )
@@ -229,11 +232,11 @@ def _location(server: SeoroServer, path: Path, span: Span) -> lsp.Location:
     return lsp.Location(server.documents.uri_of(path), server.positions.range(span))
 
 
-async def _users(server: SeoroServer, name: str) -> Iterable[Analysis]:
-    """The analyses of all documents, and of the other files of the workspace in which a name occurs."""
+async def _users(server: SeoroServer, *names: str) -> Iterable[Analysis]:
+    """The analyses of all documents, and of the other files of the workspace in which one of the names occurs."""
     known = await server.analyst.all_current()
     texts, folders = server.documents.texts, server.folders
-    return await server.analyst.run(lambda: analyse_users(name, folders, texts, known))
+    return await server.analyst.run(lambda: analyse_users(names, folders, texts, known))
 
 
 def _refusal(reason: str) -> JsonRpcException:

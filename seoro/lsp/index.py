@@ -118,6 +118,10 @@ class Index:
         inside = [use for use in near if offset < use.span.end]
         return min(inside or near, key=lambda use: use.span.end - use.span.start, default=None)
 
+    def uses(self, path: Path) -> tuple[Use, ...]:
+        """All names in a file, in order."""
+        return tuple(self._uses.get(path, ()))
+
     def type_at(self, path: Path, offset: int) -> tuple[Span, Type] | None:
         """The shortest expression at an offset, with its type."""
         here = [found for found in self._values.get(path, []) if found[0].start <= offset <= found[0].end]

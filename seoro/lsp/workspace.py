@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from seoro.input_files import resolved
@@ -15,8 +15,8 @@ MAX_FILES = 2000  # of a workspace that are looked into
 SUFFIX = ".osc"
 
 
-def files_with(word: str, folders: Iterable[Path]) -> Iterator[Path]:
-    """The scenario files in which a word occurs, by resolved path; hidden folders are left out."""
+def files_with(words: Sequence[str], folders: Iterable[Path]) -> Iterator[Path]:
+    """The scenario files in which one of the words occurs, by resolved path; hidden folders are left out."""
     seen = 0
     for folder in folders:
         for where, below, names in os.walk(folder):
@@ -29,15 +29,17 @@ def files_with(word: str, folders: Iterable[Path]) -> Iterator[Path]:
                     return
                 path = Path(where, name)
                 text = read_file(path)
-                if isinstance(text, str) and word in text:
+                if isinstance(text, str) and any(word in text for word in words):
                     yield resolved(path)
 
 
-def analyse_users(word: str, folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]) -> list[Analysis]:
-    """The analyses of all files of the workspace that may use a name and are in none of those that are known."""
+def analyse_users(
+    words: Sequence[str], folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]
+) -> list[Analysis]:
+    """The analyses of the files of the workspace that may use one of the names and are in no known analysis."""
     found = list(known)
     seen = {path for analysis in found for path in analysis.files.by_path}
-    for path in files_with(word, folders):
+    for path in files_with(words, folders):
         if path not in seen:
             analysis = analyse(path, texts)
             found.append(analysis)

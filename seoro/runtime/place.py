@@ -130,7 +130,16 @@ def name_of(behavior: Behavior) -> str:
     if behavior.label:
         return behavior.label
     match behavior:
-        case InvokeAction(action=name, actor=actor) | InvokeScenario(scenario=name, actor=actor):
-            return name if actor is None else f"{actor.span.text}.{name.rpartition('.')[2]}"
+        case InvokeAction() | InvokeScenario():
+            return invoked_name(behavior)
         case _:
             return type_of(behavior)
+
+
+def invoked_name(invocation: InvokeAction | InvokeScenario) -> str:
+    """What is invoked as the scenario writes it: on the actor that does it, not on the type that declares it."""
+    name = invocation.action if isinstance(invocation, InvokeAction) else invocation.scenario
+    if invocation.actor is None:
+        return name
+    actor, short = invocation.actor.span.text, name.rpartition(".")[2]
+    return short if actor == short else f"{actor}.{short}"

@@ -121,7 +121,7 @@ ENDLESS = {
     "path": (f'import "{"a/" * (LONG // 2)}"\n', "E0202"),
     "no characters of the language": ("$" * LONG, "E0110"),
     "zero bytes": ("\0" * LONG, "E0110"),
-    "bars": ("|" * LONG, "E0110"),
+    "bars": ("|" * LONG, "E0138"),
     "blanks": (" " * LONG + "x", "E0114"),
     "tabs": ("\t" * LONG + "x", "E0114"),
 }

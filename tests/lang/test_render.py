@@ -88,5 +88,5 @@ def test_json_is_flat_and_counts_from_one(tmp_path: Path) -> None:
         "severity": "error",
         "code": "E0301",
         "message": "expected `int` for `n`, found `float`",
-        "help": "",
+        "help": "write an integer, or convert by `.as(int)`, which takes numbers without a fraction",
     }

@@ -29,6 +29,7 @@ class Editor:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.published: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self.refusals: asyncio.Queue[dict[str, Any]] = asyncio.Queue()  # of messages without a known id
         self._answers: dict[int, asyncio.Future[Any]] = {}
         self._numbers = count(1)
         self._versions: dict[str, int] = {}
@@ -62,7 +63,9 @@ class Editor:
             if header.strip():
                 continue
             message = json.loads(await self.process.stdout.readexactly(length))
-            if "id" in message:
+            if "id" in message and message["id"] is None:
+                self.refusals.put_nowait(message["error"])
+            elif "id" in message:
                 answer = self._answers.pop(message["id"])
                 if "error" in message:
                     answer.set_exception(Refused(message["error"]["message"]))
@@ -76,6 +79,11 @@ class Editor:
         assert self.process.stdin is not None
         body = json.dumps(message).encode()
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send what may be no message."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(data)
 
     def tell(self, method: str, parameters: Any) -> None:
         """Send a notification."""

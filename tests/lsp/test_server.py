@@ -188,3 +188,21 @@ async def test_the_server_ends_when_the_editor_is_gone(tmp_path: Path) -> None:
     assert editor.process.stdin is not None
     editor.process.stdin.close()
     assert await editor.wait() == 0
+
+
+async def test_frames_that_are_no_messages_are_answered_and_skipped(editor: Editor) -> None:
+    for header in (b"Content-Length: 99999999999999", b"Content-Length: many", b"Content-Type: text"):
+        editor.send_bytes(header + b"\r\n\r\n{}")
+        assert (await editor.ask("workspace/symbol", {"query": "nothing"})) in ([], None)
+        async with asyncio.timeout(PATIENCE):
+            assert (await editor.refusals.get())["message"].startswith("skipped a message")
+
+
+async def test_a_new_name_that_is_in_use_is_refused(editor: Editor) -> None:
+    text = "actor bot\naction bot.trip\naction bot.go\n"
+    await editor.shown("rename.osc", text)
+    with pytest.raises(Refused, match=r"`go` is in use: action `bot.go` is declared twice"):
+        await editor.ask_at("textDocument/rename", "rename.osc", text, "tr|ip", newName="go")
+    found = await editor.ask_at("textDocument/rename", "rename.osc", text, "tr|ip", newName="ride")
+    assert [edit["newText"] for edit in found["changes"][editor.uri("rename.osc")]] == ["ride"]
+    editor.close("rename.osc")

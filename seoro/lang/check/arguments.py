@@ -99,7 +99,7 @@ class _Binding:
 
     def _report_unknown(self, name: ast.Name) -> None:
         bag = self.expressions.bag
-        if not self.is_open and not self.expressions.program.is_lenient:
+        if not self.is_open and not self.expressions.program.is_unread(name.text):
             known = tuple(parameter.text for parameter in self.parameters.values())
             bag.add(messages.UnknownArgument(name.span, self.owner, name.text, known))
 

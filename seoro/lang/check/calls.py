@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
@@ -80,7 +81,7 @@ class Calls:
         if method is not None:
             receiver = None if isinstance(found.expression, plan.Self) else found.expression
             return self._expressions.methods.call(method, receiver, node, scope, is_directive)
-        if not is_hidden and not self._expressions.program.is_lenient:
+        if not is_hidden and not self._expressions.program.is_unread(name.text):
             owner = self._expressions.converter.describe(found.type)
             self._expressions.bag.add(method_messages.UnknownMethod(name.span, owner, name.text, known))
         return nothing(node.span)
@@ -108,7 +109,7 @@ class Calls:
         )
 
     def _unknown_method(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> Typed:
-        if self._expressions.program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
+        if self._expressions.program.is_unread(name.text) or (scope.owner is not None and is_open(scope.owner)):
             return nothing(node.span)
         if any(key[2] == name.text for key in self._expressions.program.behaviors):
             hint = "scenarios and actions are invoked below `do`"
@@ -117,8 +118,29 @@ class Calls:
         methods = all_methods(scope.owner) if scope.owner is not None else {}
         known = tuple(method.text for method in methods.values())
         known += tuple(symbol.name for symbol in self._expressions.program.types.values() if _is_struct(symbol))
-        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct"))
+        hint = self._construction(name, node, scope)
+        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct", hint))
         return nothing(node.span)
+
+    def _construction(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> str:
+        """How to make a value of what is applied, if it is an actor."""
+        symbol = self._expressions.lookup.type(scope.space, name)
+        if not isinstance(symbol, TypeSymbol) or symbol.kind is not Kind.ACTOR:
+            return ""
+        return made_by_field(name.text, [argument.name.text for argument in node.arguments.named])
+
+
+def made_by_field(actor: str, parameters: Sequence[str]) -> str:
+    """Help for an actor that is written as if it had a constructor.
+
+    Args:
+        actor: Its name.
+        parameters: The names of its fields that get a value.
+    """
+    text = f"actors are made by a field: `<name>: {actor}`"
+    if not parameters:
+        return text
+    return f"{text} with a block `with:` that has `keep(it.{parameters[0]} == <value>)`"
 
 
 def _is_struct(symbol: Declaration) -> bool:

@@ -60,9 +60,9 @@ class Checked(Value):
 
 
 def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorder | None = None) -> Checked:
-    """Check a loaded scenario; where texts could not be read whole, names that are missing are not reported."""
+    """Check a loaded scenario; names that unreadable text may declare are not reported as unknown."""
     bag = Bag()
-    program = Program(Span(sources.entry.file, 0, 0), bool(sources.diagnostics), recorder)
+    program = Program(Span(sources.entry.file, 0, 0), sources.unread, recorder)
     expressions = Expressions(program, bag, strict, traits)
     behaviors: dict[TypeSymbol, plan.Behavior] = {}
     reactions = Reactions(expressions)

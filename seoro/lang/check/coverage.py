@@ -164,7 +164,7 @@ class Coverage:
         self, symbol: TypeSymbol, name: ast.Name, inherited: Mapping[str, Item], places: Mapping[str, Span]
     ) -> None:
         item = inherited.get(name.text)
-        if item is None and self._expressions.program.is_lenient:
+        if item is None and self._expressions.program.is_unread(name.text):
             return
         if item is None:
             owner, known = symbol.qualified_name, tuple(self._of[symbol])

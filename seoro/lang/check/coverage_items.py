@@ -115,7 +115,7 @@ class Items:
         phases = tuple(PHASES) if has_phases(owner) else ()
         if name.namespace is None and name.text in phases:
             return plan.PhaseEvent(None, PHASES[name.text], name.span)
-        if not is_open(owner) and not self._expressions.program.is_lenient:
+        if not is_open(owner) and not self._expressions.program.is_unread(name.text):
             known = (*(event.text for event in events.values()), *phases)
             self._bag.add(event_messages.UnknownEvent(name.span, name.text, known))
         return None
@@ -172,7 +172,7 @@ class Items:
         return None
 
     def _report_nothing(self, draft: Draft) -> None:
-        if not is_open(draft.owner) and not self._expressions.program.is_lenient:
+        if not is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
             known = tuple(field.text for field in draft.scope.fields.values())
             owner = draft.owner.qualified_name
             self._bag.add(messages.NothingToSample(draft.name.span, draft.name.text, owner, known))
@@ -287,7 +287,7 @@ class Items:
     ) -> Item | None:
         """An item that is combined with others; None if it cannot be, which is reported."""
         item = before.get(name.text) if name.text != draft.name.text else None
-        if item is None and self._expressions.program.is_lenient:
+        if item is None and self._expressions.program.is_unread(name.text):
             return None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)

@@ -164,7 +164,7 @@ def _declare_globals(parameter: ast.ParameterDeclaration, home: Home, program: P
 def _add_type(program: Program, symbol: Declaration, bag: Bag) -> None:
     key = (symbol.namespace, symbol.name)
     first = program.types.setdefault(key, symbol)
-    if first is not symbol and not program.is_lenient:
+    if first is not symbol and not program.is_unread(symbol.name):
         bag.add(names.Duplicate(symbol.span, "type", symbol.name, first.span))
 
 
@@ -247,14 +247,14 @@ def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
         symbol = TypeSymbol(kind, name.name.text, namespace, home, declaration, name.span, actor)
         table = program.modifiers if kind is Kind.MODIFIER else program.behaviors
         first = table.setdefault((namespace, actor, symbol.name), symbol)
-        if first is not symbol and not program.is_lenient:
+        if first is not symbol and not program.is_unread(symbol.name):
             bag.add(names.Duplicate(name.span, kind.value, symbol.qualified_name, first.span))
 
 
 def _report_actor(found: Declaration | None, name: ast.Name, program: Program, bag: Bag) -> None:
     if found is not None:
         bag.add(names.WrongKind(name.span, name.text, describe_kind(found), "an actor"))
-    elif not program.is_lenient:
+    elif not program.is_unread(name.text):
         actors = tuple(
             s.name for s in program.types.values() if isinstance(s, TypeSymbol) and s.kind is Kind.ACTOR
         )

@@ -159,7 +159,7 @@ class Events:
     def own(self, name: ast.Name) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
         """An event of the type itself; None if there is none, which is reported."""
         found = self._member_of(self._owner, self._declared, name)
-        if found is None and not self._is_open(self._owner):
+        if found is None and not self._is_open(self._owner, name):
             known, is_label = self._known(self._owner, self._declared), name.text in self.labels
             self._bag.add(messages.UnknownEvent(name.span, name.text, known, is_label=is_label))
         return found
@@ -192,7 +192,7 @@ class Events:
             return found and Referred(plan.LabelEvent(label.text, found.reference, span), found.symbol)
         if len(rest) > 1 and rest[0].text in self.labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)
-        if not self._expressions.program.is_lenient:
+        if not any(self._expressions.program.is_unread(name.text) for name in (label, rest[0])):
             self._bag.add(messages.UnknownPhase(rest[0].span, label.text, rest[0].text))
         return None
 
@@ -205,7 +205,7 @@ class Events:
     def _of_object(self, base: ast.Expression, name: ast.Name, span: Span) -> Referred | None:
         """An event of the object that an expression gives."""
         if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
-            if not self._is_open(self._owner):
+            if not self._is_open(self._owner, base.name):
                 candidates = (*self.labels, *(field.text for field in self._scope.fields.values()))
                 self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
             return None
@@ -241,9 +241,9 @@ class Events:
         is_global = lookup.global_parameter(space, name) is not None
         return is_global or lookup.member(space, self._scope.fields, name) is not None
 
-    def _is_open(self, symbol: TypeSymbol) -> bool:
-        """Whether a type may have events and fields that are not known."""
-        return is_open(symbol) or self._expressions.program.is_lenient
+    def _is_open(self, symbol: TypeSymbol, name: ast.Name) -> bool:
+        """Whether a type may have an event or a field of a name that is unknown."""
+        return is_open(symbol) or self._expressions.program.is_unread(name.text)
 
     def _of_type(self, symbol: TypeSymbol, name: ast.Name) -> Referred | None:
         """An event that values of a type have; None if there is none, which is reported."""
@@ -251,7 +251,7 @@ class Events:
         found = self._member_of(symbol, declared, name)
         if found is not None:
             return Referred(*found)
-        if not self._is_open(symbol):
+        if not self._is_open(symbol, name):
             known = self._known(symbol, declared)
             message = messages.UnknownEvent(
                 name.span, name.text, known, symbol.qualified_name, name.text in PHASES

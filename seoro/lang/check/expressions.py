@@ -191,7 +191,7 @@ class Expressions:
             return Typed(plan.Member(base.expression, found.name, node.span), found.type)
         if isinstance(base.type, Structured) and is_open(base.type.symbol):
             return nothing(node.span)
-        if not self.program.is_lenient:
+        if not self.program.is_unread(name.text):
             is_composition = isinstance(base.type, CompositionObject)
             known = tuple(fields) if is_composition else candidates(fields.values(), name)
             hint = "to use those of a scenario or an action, say so by `of`" if base.type == ANY_BEHAVIOR else ""

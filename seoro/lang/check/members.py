@@ -196,7 +196,7 @@ class Members:
         """Whether a type and its bases have no such member yet; a second one is reported."""
         for other in self._namesakes(symbol, member):
             if other is not None:
-                if not self._program.is_lenient:
+                if not self._program.is_unread(member.text):
                     self._bag.add(names.Duplicate(member.span, "member", member.text, other.span))
                 return False
         return True

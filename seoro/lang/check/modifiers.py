@@ -131,7 +131,7 @@ class Modifiers:
         owners: set[TypeSymbol | None] = {None}
         for actor in modified.actors:
             owners |= set(lineage(actor.symbol))
-        is_hidden = modified.what is None or self._expressions.program.is_lenient
+        is_hidden = modified.what is None or self._expressions.program.is_unread(name.text)
         if not is_hidden and not self._report_other(name, owners):
             message = messages.UnknownModifier(name.span, name.text, None, self._known(owners), self._hint(name))
             self._bag.add(message)
@@ -151,7 +151,7 @@ class Modifiers:
         if found is not None:
             return found, actor.expression
         owners: set[TypeSymbol | None] = set(lineage(owner))
-        if not self._expressions.program.is_lenient and not self._report_other(name, owners):
+        if not self._expressions.program.is_unread(name.text) and not self._report_other(name, owners):
             is_free = self._lookup.modifier(self._scope.space, None, name) is not None
             hint = f"it belongs to no actor: apply it as `{name.text}(...)`" if is_free else self._hint(name)
             known = self._known(owners)
@@ -205,7 +205,7 @@ class Modifiers:
         assert self._scope.labels is not None, "modifiers are applied while something runs"
         found = self._scope.labels.path(path) if path else WrongLabel(node.span, ())
         if isinstance(found, WrongLabel):
-            if self._expressions.program.is_lenient:
+            if any(self._expressions.program.is_unread(name.text) for name in path or ()):
                 return None
             self._bag.add(messages.NotALabel(found.span, found.known))
             return None

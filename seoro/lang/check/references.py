@@ -15,6 +15,7 @@ from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.habits import UNITS, compound_unit
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import EnumSymbol, Kind, QuantitySymbol, TypeSymbol, is_open
@@ -42,7 +43,7 @@ class References:
         """A number with a unit."""
         unit = self._program.units.get(node.unit.text)
         if unit is None:
-            if not self._program.is_lenient:
+            if not self._program.is_unread(node.unit.text):
                 self._bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self._program.units)))
             return nothing(node.span)
         if self._program.recorder is not None:
@@ -60,7 +61,7 @@ class References:
             return self._member(enum, node.member.text, node.span)
         if enum is not None:
             self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "no enumeration", "one with members"))
-        elif not self._program.is_lenient:
+        elif not self._program.is_unread(node.enum.text):
             known = tuple(s.name for s in self._program.types.values() if isinstance(s, EnumSymbol))
             self._bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
         return nothing(node.span)
@@ -70,7 +71,7 @@ class References:
             if self._program.recorder is not None:
                 self._program.recorder.name(span, EnumMember(enum, member))
             return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
-        if not self._program.is_lenient:
+        if not self._program.is_unread(member):
             self._bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))
         return nothing(span)
 
@@ -123,7 +124,7 @@ class References:
 
     def _unknown_name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
         program = self._program
-        if program.is_lenient or (scope.owner is not None and is_open(scope.owner)):
+        if program.is_unread(name.text) or (scope.owner is not None and is_open(scope.owner)):
             return nothing(name.span)
         if isinstance(expected, Enumeration):
             self._bag.add(
@@ -134,6 +135,9 @@ class References:
         if symbol is not None:
             kind = "a unit's type" if isinstance(symbol, QuantitySymbol) else "a type"
             hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
+            if isinstance(symbol, EnumSymbol):
+                member = next(iter(symbol.members), "<member>")
+                hint = f"a member of an enumeration is written `{name.text}!{member}`"
             self._bag.add(messages.NotAValue(name.span, name.text, kind, hint))
         elif self._expressions.methods.own(name, scope) is not None:
             self._bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
@@ -141,6 +145,11 @@ class References:
             is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
             self._bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
         else:
+            start, unit = compound_unit(name.span.file.text, name.span.start, name.span.end)
+            if unit in UNITS:
+                span = Span(name.span.file, start, name.span.end)
+                self._bag.add(names.UnknownUnit(span, unit, tuple(program.units)))
+                return nothing(name.span)
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
             known = (*members, *scope.bindings, *program.holders)
             self._bag.add(names.UnknownName(name.span, name.text, known))

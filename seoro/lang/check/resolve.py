@@ -165,7 +165,7 @@ class Resolver:
         return None
 
     def _report_behavior(self, name: ast.BehaviorName, actor: TypeSymbol | None, space: Space) -> None:
-        if self._program.is_lenient:
+        if self._program.is_unread(name.name.text):
             return
         if self._lookup.modifier(space, actor, name.name) is not None:
             needed = "a scenario or an action"
@@ -320,7 +320,7 @@ class Resolver:
         if found is not None:
             self._bag.add(names.WrongKind(name.span, name.text, describe_kind(found), needed))
             return
-        if self._program.is_lenient:
+        if self._program.is_unread(name.text):
             return
         candidates = tuple(
             f"{symbol.namespace}::{symbol.name}" if symbol.name == name.text else symbol.name

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from seoro.lang import ast, plan
+from seoro.lang.check.calls import made_by_field
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.symbols import Home, Kind, TypeSymbol, all_methods, lineage
 from seoro.lang.types import Structured, is_known
@@ -60,7 +62,7 @@ class Targets:
         found = self._lookup.behavior(space, None, name)
         if found is not None:
             return Target(found, None)
-        if self._report_other(self._owner, own, name) or self._program.is_lenient:
+        if self._report_other(self._owner, own, name) or self._program.is_unread(name.text):
             return None
         owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
         hint = self._hint(name)
@@ -72,6 +74,9 @@ class Targets:
         actors = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == name.text]
         if actors:
             return f"it belongs to actor `{actors[0]}`: invoke it as `<actor>.{name.text}(...)`"
+        declared = self._lookup.type(self._scope.space, name)
+        if isinstance(declared, TypeSymbol) and declared.kind is Kind.ACTOR:
+            return made_by_field(name.text, ())
         return ""
 
     def _of_actor(self, base: ast.Expression, name: ast.Name) -> Target | None:
@@ -89,13 +94,20 @@ class Targets:
         found = self._lookup.behavior(self._scope.space, owner, name)
         if found is not None:
             return Target(found, actor.expression)
-        if not self._report_other(owner, owner, name) and not self._program.is_lenient:
+        if not self._report_other(owner, owner, name) and not self._program.is_unread(name.text):
             known = self._known(list(lineage(owner)))
             hint = ""
             if not known and self._lookup.behavior(self._scope.space, None, name) is not None:
                 hint = f"it belongs to no actor: invoke it as `{name.text}(...)`"
+            elif not known:
+                hint = self._hint_of_actor(name)
             self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
         return None
+
+    def _hint_of_actor(self, name: ast.Name) -> str:
+        """The actors that have a behavior of a name."""
+        actors = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == name.text]
+        return f"it belongs to actor {listing(sorted(set(actors)), 'or')}" if actors else ""
 
     def _report_other(self, owner: TypeSymbol, actor: TypeSymbol | None, name: ast.Name) -> bool:
         """Report a name that is one of a method or of a modifier; whether it is."""

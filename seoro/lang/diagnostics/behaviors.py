@@ -5,6 +5,8 @@ from __future__ import annotations
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import listing, near
 from seoro.lang.frozen import Frozen
+from seoro.lang.habits import BEHAVIORS as HABITS
+from seoro.lang.provided import BEHAVIORS, import_hint
 from seoro.lang.source import Span
 
 
@@ -20,7 +22,8 @@ class UnknownBehavior(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         what = f"actor `{self.actor}` has no scenario or action" if self.actor else "unknown scenario or action"
-        hint = self.help or near(self.name, self.candidates)
+        hint = import_hint(self.name, BEHAVIORS, self.actor) or HABITS.get(self.name, "").format(self.name)
+        hint = self.help or hint or near(self.name, self.candidates)
         if not hint and self.actor and self.candidates:
             hint = f"it has {listing(self.candidates)}"
         return error("E0401", self.span, f"{what} `{self.name}`", help=hint)

@@ -34,10 +34,12 @@ class MissingFile(Frozen):
     span: Span
     path: str
     reason: str
+    is_path: bool = False
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0202", self.span, f"cannot import `{self.path}`: {self.reason}")
+        hint = "paths are relative to the folder of the file that imports" if self.is_path else ""
+        return error("E0202", self.span, f"cannot import `{self.path}`: {self.reason}", help=hint)
 
 
 class UnknownScheme(Frozen):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import a, listing, near
 from seoro.lang.frozen import Frozen
+from seoro.lang.provided import MODIFIERS, import_hint
 from seoro.lang.source import Span
 
 
@@ -45,9 +46,7 @@ class UnknownModifier(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         what = f"actor `{self.actor}` has no modifier" if self.actor else "unknown modifier"
-        hint = self.help or near(self.name, self.candidates)
-        if not hint and self.name in _HELPERS:
-            hint = "it comes with `import osc.helpers`"
+        hint = self.help or import_hint(self.name, MODIFIERS, self.actor) or near(self.name, self.candidates)
         return error("E0462", self.span, f"{what} `{self.name}`", help=hint)
 
 
@@ -170,19 +169,3 @@ class LacksParameter(Frozen):
         if self.parameter == "duration":
             hint = "compositions have it, and invocations of what declares no other parameter of that name"
         return error("E0471", self.span, text, Label(self.used, "used here"), help=hint)
-
-
-_HELPERS = frozenset(
-    {
-        "failure_is_running",
-        "failure_is_success",
-        "inverter",
-        "repeat",
-        "retry",
-        "running_is_failure",
-        "running_is_success",
-        "success_is_failure",
-        "success_is_running",
-        "timeout",
-    }
-)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.diagnostics import listing, near
 from seoro.lang.frozen import Frozen
+from seoro.lang.habits import METHODS, NAMES, TYPES, UNITS
+from seoro.lang.provided import TYPES as DATA
+from seoro.lang.provided import import_hint
 from seoro.lang.source import Span
 
 
@@ -20,7 +23,12 @@ class Duplicate(Frozen):
         """The message."""
         before = Label(self.first, "first declared here")
         return error(
-            "E0210", self.span, f"{self.what} `{self.name}` is declared twice", before, label="again here"
+            "E0210",
+            self.span,
+            f"{self.what} `{self.name}` is declared twice",
+            before,
+            label="again here",
+            help="rename or remove one of them",
         )
 
 
@@ -31,13 +39,15 @@ class UnknownType(Frozen):
     name: str
     candidates: tuple[str, ...]
     what: str = "type"
+    help: str = ""
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        hint = near(self.name, self.candidates)
-        if not hint and self.name in _LIBRARIES:
-            hint = f"it comes with `import {_LIBRARIES[self.name]}`"
-        return error("E0211", self.span, f"unknown {self.what} `{self.name}`", help=hint)
+        habits = METHODS if self.what == "method or struct" else TYPES
+        hint = self.help or habits.get(self.name, "") or import_hint(self.name, DATA)
+        return error(
+            "E0211", self.span, f"unknown {self.what} `{self.name}`", help=hint or near(self.name, self.candidates)
+        )
 
 
 class WrongKind(Frozen):
@@ -63,6 +73,12 @@ class UnknownUnit(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         hint = near(self.name, self.candidates)
+        if UNITS.get(self.name) in self.candidates:
+            hint = (
+                f"a unit is one name: `{UNITS[self.name]}`" if "/" in self.name else f"write `{UNITS[self.name]}`"
+            )
+        elif self.name.startswith("_") and self.name.replace("_", "").isdigit():
+            hint = "numbers have no separators"
         if not self.candidates:
             hint = "the units of the standard come with `import osc.types`"
         return error("E0213", self.span, f"unknown unit `{self.name}`", help=hint)
@@ -108,7 +124,8 @@ class UnknownName(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0216", self.span, f"unknown name `{self.name}`", help=near(self.name, self.candidates))
+        hint = NAMES.get(self.name) or near(self.name, self.candidates)
+        return error("E0216", self.span, f"unknown name `{self.name}`", help=hint)
 
 
 class UnknownMember(Frozen):
@@ -245,12 +262,3 @@ class VariableDeterminant(Frozen):
             Label(self.declared, "declared as a variable here"),
             help="declare it without `var`, as a parameter",
         )
-
-
-_LIBRARIES = {
-    **dict.fromkeys(("length", "time", "speed", "angle", "acceleration", "pose_3d", "position_3d"), "osc.types"),
-    **dict.fromkeys(("differential_drive_robot",), "osc.ros"),
-    **dict.fromkeys(("robot",), "osc.robotics"),
-    **dict.fromkeys(("sim_object",), "osc.gazebo"),
-    **dict.fromkeys(("osc_actor",), "osc.types"),
-}

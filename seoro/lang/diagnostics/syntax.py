@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.lang.diagnostic import Diagnostic, Label, error
 from seoro.lang.frozen import Frozen
+from seoro.lang.habits import CHARACTERS
 from seoro.lang.source import Span
 
 
@@ -28,15 +29,31 @@ class UnknownCharacter(Frozen):
         """The message."""
         text = self.span.text
         shown = f"`{text}`" if text.isprintable() else f"U+{ord(text[0]):04X}"
-        helps = {
-            ";": "a statement ends with its line",
-            "{": "blocks are made by `:` and indentation",
-            "}": "blocks are made by `:` and indentation",
-            "&": "the conjunction is written `and`",
-            "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
-            "$": "",
-        }
-        return error("E0110", self.span, f"unexpected character {shown}", help=helps.get(text, ""))
+        return error("E0110", self.span, f"unexpected character {shown}", help=CHARACTERS.get(text, ""))
+
+
+class OtherLanguage(Frozen):
+    """A statement or a sign as another language has it."""
+
+    span: Span
+    text: str
+    help: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        return error("E0138", self.span, self.text, help=self.help)
+
+
+class ForeignFile(Frozen):
+    """A file of another format."""
+
+    span: Span
+    kind: str
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        hint = "seoro runs OpenSCENARIO DSL 2.x (`.osc`): write the scenario in it, or choose another file"
+        return error("E0139", self.span, f"this is {self.kind}, not OpenSCENARIO DSL", help=hint)
 
 
 class UnclosedString(Frozen):
@@ -61,7 +78,9 @@ class UnclosedBracket(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
-        return error("E0112", self.span, f"`{self.bracket}` is not closed", label="opened here")
+        closing = {"(": ")", "[": "]"}[self.bracket]
+        hint = f"add `{closing}` at the end of what it holds"
+        return error("E0112", self.span, f"`{self.bracket}` is not closed", label="opened here", help=hint)
 
 
 class UnknownIndentation(Frozen):

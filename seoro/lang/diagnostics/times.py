@@ -18,7 +18,8 @@ class NegativeTime(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         needed = "be longer than zero" if self.is_positive else "not be negative"
-        return error("E0454", self.span, f"the {self.what} must {needed}")
+        least = "more than `0s`" if self.is_positive else "`0s` or more"
+        return error("E0454", self.span, f"the {self.what} must {needed}", help=f"give it {least}")
 
 
 class ParallelOnly(Frozen):

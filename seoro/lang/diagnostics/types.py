@@ -5,6 +5,7 @@ from __future__ import annotations
 from seoro.lang.diagnostic import Diagnostic, Label, error, warning
 from seoro.lang.diagnostics import a
 from seoro.lang.frozen import Frozen
+from seoro.lang.habits import mismatch_help
 from seoro.lang.source import Span
 
 _VERBS = {
@@ -29,7 +30,9 @@ class Mismatch(Frozen):
         """The message."""
         where = f" for {self.context}" if self.context else ""
         text = f"expected {self.expected}{where}, found {self.found}"
-        return error("E0301", self.span, text, label=f"this is {a(self.found)}", help=self.help)
+        needed, found = self.expected.strip("`"), self.found.strip("`")
+        hint = self.help or mismatch_help(self.context, needed, found, self.span.text)
+        return error("E0301", self.span, text, label=f"this is {a(self.found)}", help=hint)
 
 
 class UnlikeOperands(Frozen):

@@ -20,7 +20,7 @@ from seoro.runtime.blocking import Meter, place_of_thread
 from seoro.runtime.context import ActionContext
 from seoro.runtime.drive import Drive
 from seoro.runtime.instances import Instance
-from seoro.runtime.place import Place, name_of
+from seoro.runtime.place import Place, invoked_name, name_of
 from seoro.runtime.uses import Use
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
@@ -47,12 +47,12 @@ async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Ou
             async with services.common.uses.alone(use, place.flow, name_of(plan), plan.span):
                 await _drive(bound, instance, plan, place)
     except Exception as error:
-        outcome = judge(error, plan.action, plan.span, place)
+        outcome = judge(error, invoked_name(plan), plan.span, place)
     except SystemExit as error:
-        services.decide(RunStatus.ERROR, f"`{plan.action}` raised SystemExit: {error}", plan.span)
+        services.decide(RunStatus.ERROR, f"`{invoked_name(plan)}` raised SystemExit: {error}", plan.span)
     except asyncio.CancelledError:
         if place.flow.ended is None:
-            reason = f"`{plan.action}` raised CancelledError, and nothing has cancelled it"
+            reason = f"`{invoked_name(plan)}` raised CancelledError, and nothing has cancelled it"
             services.decide(RunStatus.ERROR, reason, plan.span)
     finally:
         place.flow.open_ended = False

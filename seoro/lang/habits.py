@@ -1,0 +1,224 @@
+"""Words of other languages: what people write by habit, and how it is written here.
+
+The tables are data. `line_habits.py` has the habits that show in the words of a whole statement.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Final
+
+_TRUE: Final = "booleans are `true` and `false`"
+_NULL: Final = "every field has a value: leave out the default, and it is chosen or given when a run starts"
+_SELF: Final = "fields of the own type are written by their name alone"
+_NO_IF: Final = "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
+_EVENTS: Final = "it stands directly behind `wait`, `on`, `until` or `is`, without brackets around it"
+
+NAMES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("True", "False", "TRUE", "FALSE", "yes", "no", "on", "off"), _TRUE),
+    **dict.fromkeys(("None", "none", "null", "NULL", "nil", "nullptr", "undefined"), _NULL),
+    **dict.fromkeys(("self", "this"), _SELF),
+    **dict.fromkeys(("NaN", "NAN"), "it is written `nan`"),
+    **dict.fromkeys(("Inf", "infinity", "INFINITY"), "it is written `inf`"),
+    **dict.fromkeys(
+        ("math", "pi", "PI", "M_PI"), "write the number: `3.141592653589793`, or an angle as `180deg`"
+    ),
+}
+"""Help for unknown names in expressions."""
+
+TYPES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("double", "real", "float32", "float64", "Float", "number"), "the type is `float`"),
+    **dict.fromkeys(("str", "String", "char", "text"), "the type is `string`"),
+    **dict.fromkeys(("boolean", "Bool", "Boolean"), "the type is `bool`"),
+    **dict.fromkeys(("integer", "Int", "int32", "int64", "long", "short", "Integer"), "the type is `int`"),
+    **dict.fromkeys(("unsigned", "uint8", "uint32", "uint64", "size_t", "byte"), "the type is `uint`"),
+    **dict.fromkeys(("dict", "map", "object", "Dict"), "declare a `struct` with the fields"),
+    **dict.fromkeys(("array", "vector", "tuple", "set", "sequence", "List"), "write `list of <type>`"),
+    **dict.fromkeys(("duration", "seconds", "Duration"), "the physical type is `time`, of `import osc.types`"),
+    **dict.fromkeys(("distance",), "the physical type is `length`, of `import osc.types`"),
+    **dict.fromkeys(("velocity",), "the physical type is `speed`, of `import osc.types`"),
+    **dict.fromkeys(("auto", "any", "var", "Any", "void"), "every field has a type: name it"),
+}
+"""Help for unknown types."""
+
+BEHAVIORS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(
+        ("keep", "remove_default"),
+        "`{}` stands among the members of the scenario, or below `with:`",
+    ),
+    **dict.fromkeys(("cover", "record", "event", "var"), "`{}` stands among the members of the scenario"),
+    "until": "`until` stands below `with:` of what it ends",
+    "emit": "an event is emitted without brackets: `emit <event>`",
+    "call": "write `call <method>()`",
+    **dict.fromkeys(("print", "printf", "echo", "puts", "info"), "write `log(...)`, of `import osc.helpers`"),
+    **dict.fromkeys(("sleep", "delay", "pause", "wait_for"), "write `wait elapsed(<time>)`"),
+    **dict.fromkeys(
+        ("assert", "check", "expect", "require"), "write `wait <condition>`, with a `timeout` below `with:`"
+    ),
+    **dict.fromkeys(("exit", "quit", "stop"), "write `emit end`, or `emit fail`"),
+    **dict.fromkeys(("if", "switch"), _NO_IF),
+    **dict.fromkeys(
+        ("set", "assign"), "variables change by `increment(...)` and `decrement(...)` of `osc.helpers`"
+    ),
+}
+"""Help for unknown scenarios and actions; `{}` stands for the name."""
+
+METHODS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("elapsed", "rise", "fall", "every"), _EVENTS),
+    "sample": "`sample` gives a variable its value: `var x: int = sample(<value>, @<event>, <first value>)`",
+    "len": "a list has the method `size()`",
+    "range": "write `[1..3]`, or `range(1, 3)` in a place of values",
+    **dict.fromkeys(("int", "float", "str", "bool", "string", "uint"), "convert by `.as(<type>)`"),
+    **dict.fromkeys(("sqrt", "sin", "cos", "abs", "pow", "exp", "log10"), "declare it as `external` method"),
+}
+"""Help for what is applied in expressions and is neither a method nor a struct."""
+
+CHARACTERS: Final[Mapping[str, str]] = {
+    ";": "a statement ends with its line",
+    "{": "blocks are made by `:` and indentation",
+    "}": "blocks are made by `:` and indentation",
+    "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
+    "°": "angles are written `90deg`, temperatures `20celsius`",
+    "π": "write `3.141592653589793`",
+    "^": "powers are written as products: `a * a`",
+    "~": "the negation is written `not`",
+    "`": "strings are quoted by `\"` or `'`",
+    "\\": "a line goes on within brackets, or after `\\` at its very end",
+}
+"""Help for characters that begin no token."""
+
+OPERATORS: Final[Mapping[str, str]] = {
+    "&&": "and",
+    "&": "and",
+    "||": "or",
+    "–": "-",  # noqa: RUF001 - the habit itself
+    "—": "-",
+    "−": "-",  # noqa: RUF001
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+    "×": "*",  # noqa: RUF001
+    "·": "*",
+    "÷": "/",
+    "…": "..",
+    "→": "->",
+}
+"""Operators of other languages and of typography, and those that are read in their place."""
+
+COMMENTS: Final[Mapping[str, str]] = {"//": r"[^\r\n]*", "/*": r"(?s:.*?)(?:\*/|\Z)"}
+"""Signs that begin comments in other languages, and patterns of what belongs to them."""
+
+MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
+    **dict.fromkeys(
+        (("int", "float"), ("uint", "float")),
+        "write an integer, or convert by `.as(int)`, which takes numbers without a fraction",
+    ),
+    ("the condition", "time"): "to let time pass, write `wait elapsed({text})`",
+    **dict.fromkeys(
+        (("the condition", "int"), ("the condition", "uint"), ("the condition", "float")),
+        "compare the number, as in `{text} == 3`; to let time pass, write `wait elapsed(<time>)`",
+    ),
+}
+"""Help for values of the wrong type, by what they are for or the type that is expected, and the type found.
+
+`{text}` stands for the value as it is written.
+"""
+
+LITERAL_MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
+    **dict.fromkeys(
+        (("int", "string"), ("uint", "string"), ("float", "string"), ("bool", "string")),
+        "write the value without quotes",
+    ),
+    **dict.fromkeys(
+        (("string", "int"), ("string", "uint"), ("string", "float"), ("string", "bool")), "write it in quotes"
+    ),
+    **dict.fromkeys((("bool", "int"), ("bool", "uint"), ("bool", "float")), _TRUE),
+}
+"""The same for values that are written out."""
+
+UNITS: Final[Mapping[str, str]] = {
+    "m/s": "mps",
+    "km/h": "kph",
+    "mi/h": "mph",
+    "miles/h": "mph",
+    "rad/s": "radps",
+    "deg/s": "degps",
+    "kmh": "kph",
+    "kmph": "kph",
+    "meters": "m",
+    "metres": "m",
+    "metre": "m",
+    "kilometers": "km",
+    "secs": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "minutes": "min",
+    "mins": "min",
+    "hours": "h",
+    "degrees": "deg",
+    "radians": "rad",
+    "°": "deg",
+    "º": "deg",
+    "°C": "celsius",
+    "ft": "feet",
+    "in": "inch",
+}
+"""Units that exist by another name."""
+
+OPENING_QUOTES: Final = "“‘„‚«”’"  # noqa: RUF001
+CLOSING_QUOTES: Final = "”’“‘»"  # noqa: RUF001
+BLANKS: Final = "\u00a0\u2007\u202f\u2002\u2003\u2009\u200b\u3000\ufeff"
+"""Blanks that separate no tokens, as text copied from documents has them."""
+
+_LONGEST_QUANTITY: Final = 100  # characters of a number and the first part of its unit
+_XML: Final = re.compile(r"\s*<(?:\?xml|!--|!DOCTYPE|[A-Za-z][\w:.-]*[\s/>])")
+_JSON: Final = re.compile(r"\s*\{\s*(?:\"|\}|$)")
+_YAML: Final = re.compile(
+    r"(?:\s*#.*\n|\s*\n)*(?:%YAML|---\s*\n|[A-Za-z_][\w-]*:(?: .*)?\n(?:\s*#.*\n|\s*\n)*(?:\s*- |\s*[\w-]+:))"
+)
+_OWN_LINE: Final = re.compile(
+    r"^\s*(?:(?:do|import|scenario|actor|struct|action|enum|keep|wait|emit|var|event)[ (]|(?:serial|parallel):)",
+    re.MULTILINE,
+)
+
+
+def foreign_format(text: str) -> str:
+    """The format of a text that is not OpenSCENARIO DSL at all; empty if it may be."""
+    if _XML.match(text):
+        return "an OpenSCENARIO XML file" if "<OpenSCENARIO" in text[:4096] else "an XML file"
+    if _JSON.match(text):
+        return "a JSON file"
+    if _YAML.match(text) and not _OWN_LINE.search(text):
+        return "a YAML file"
+    return ""
+
+
+def compound_unit(text: str, start: int, end: int) -> tuple[int, str]:
+    """Where a quantity begins whose unit is a quotient, such as `3m/s`, and its unit; (-1, "") if none ends there.
+
+    Args:
+        text: The text of the file.
+        start: Where the name behind the `/` begins.
+        end: Where it ends.
+    """
+    if text[max(0, start - 1) : start] != "/":
+        return -1, ""
+    line = max(text.rfind("\n", 0, start) + 1, start - _LONGEST_QUANTITY)
+    found = re.search(r"(?<![\w.])[0-9][0-9.]*([A-Za-z]\w*/)$", text[line:start])
+    return (line + found.start(1), found[1] + text[start:end]) if found else (-1, "")
+
+
+def mismatch_help(context: str, expected: str, found: str, text: str) -> str:
+    """Help for a value of the wrong type; empty if nothing is known about it.
+
+    Args:
+        context: What it is for.
+        expected: The type that is needed.
+        found: Its own type.
+        text: The value as it is written.
+    """
+    habit = MISMATCHES.get((context, found)) or MISMATCHES.get((expected, found), "")
+    if not habit and re.fullmatch(r"([\"']).*\1|[+-]?[\d.]+|true|false", text, re.DOTALL):
+        habit = LITERAL_MISMATCHES.get((expected, found), "")
+    return habit.replace("{text}", text)

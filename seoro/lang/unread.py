@@ -1,0 +1,47 @@
+"""Names that statements with syntax errors may declare: unknown uses of them are echoes of those errors."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import Final
+
+from seoro.lang.lexer import Token
+
+_DECLARES_NOTHING: Final = frozenset(
+    {"keep", "remove_default", "wait", "emit", "call", "until", "on", "cover", "record", "with", "export"}
+)
+_DECLARES_ANYTHING: Final = frozenset({"import", "namespace", "include", "from"})
+_LAYOUT: Final = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
+
+
+def names_declared(tokens: Sequence[Token], lost: Sequence[tuple[int, int]]) -> tuple[str, ...] | None:
+    """The names that statements may declare which could not be parsed; None if they may be any.
+
+    Args:
+        tokens: The tokens of the file.
+        lost: Where the statements begin and end.
+    """
+    names: dict[str, None] = {}
+    stretches = sorted(lost)
+    starts = [start for start, _ in stretches]
+    statement: list[str] = []
+    for token in tokens if lost else ():
+        number = bisect_right(starts, token.start) - 1
+        is_lost = number >= 0 and token.start < stretches[number][1]
+        if is_lost and token.kind not in _LAYOUT:
+            if isinstance(token.value, str):
+                statement.append(_bare(token))
+            continue
+        if statement and statement[0] in _DECLARES_ANYTHING:
+            return None
+        if statement and statement[0] not in _DECLARES_NOTHING:
+            names |= dict.fromkeys(statement)
+        statement = []
+    return tuple(names)
+
+
+def _bare(token: Token) -> str:
+    """The identifier of a name, without prefix and bars."""
+    text = str(token.value)
+    return text.rpartition("::")[2].strip("|") if token.kind in {"NAME", "PREFIXED"} else ""

@@ -1,0 +1,104 @@
+"""New names that collide with others: refused with the place of the other one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from seoro.lsp import navigation
+from seoro.lsp.analysis import analyse
+from seoro.lsp.collisions import check_collisions
+from seoro.lsp.workspace import analyse_users
+from tests.lsp.helpers import SCENARIO, split
+
+FAMILY = """struct base:
+    event e
+    def weight() -> int is expression 1
+struct derived inherits base:
+    def weight() -> int is only expression 2
+    def mass() -> int is expression 3
+    count: int = 1
+scenario main:
+    x: derived
+    n: int = x.weight()
+    do serial:
+        first: serial:
+            wait elapsed(x.count * 1s)
+        second: serial:
+            wait @first.end
+"""
+TIME = "import osc.types\n"
+
+
+def rename(folder: Path, marked: str, new: str, others: Mapping[str, str] | None = None) -> int:
+    """Give what is at the mark a new name; returns the number of places that change."""
+    text, offset = split(marked)
+    for name, content in (others or {}).items():
+        (folder / name).write_text(content, encoding="utf-8")
+    path = folder / "test.osc"
+    path.write_text(text, encoding="utf-8")
+    found = analyse(path, {})
+    span = navigation.check_rename(found, offset)
+    target = navigation.target_at(found, offset)
+    assert target is not None
+    users = analyse_users((span.text, new), [folder], {}, [found])
+    edits = navigation.edits(target[1], span.text, new, users)
+    check_collisions(edits, new, users, {})
+    return sum(map(len, edits.values()))
+
+
+def at(text: str, place: str) -> str:
+    """A text with a mark in the first place that looks so."""
+    return text.replace(place.replace("|", ""), place, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "new"),
+    [
+        (SCENARIO, "struct b|ox", "crane"),  # a type
+        (SCENARIO, "struct b|ox", "color"),
+        (SCENARIO, "action crane.l|ift", "lift2"),
+        (SCENARIO, "    cr|ate: box", "limit"),  # a member
+        (SCENARIO, "event g|o", "crate"),
+        (SCENARIO, "[r|ed, green]", "green"),  # a member of an enumeration
+        (SCENARIO, "what|: box", "height"),  # a parameter of an action
+        (SCENARIO, "times(co|unt", "of"),  # a parameter of a method
+        (SCENARIO, "event go(c|ount", "count2"),
+        (TIME + FAMILY, "se|cond:", "first"),  # a label
+        (TIME + FAMILY, "def m|ass", "count"),
+        (TIME + FAMILY, "def m|ass", "e"),  # a member of a base
+        (TIME + FAMILY, "def w|eight", "load"),  # what a subtype overrides
+        (TIME + FAMILY, "x: derived\n    n|: int", "x"),
+    ],
+)
+def test_a_name_that_is_in_use_is_refused(tmp_path: Path, text: str, place: str, new: str) -> None:
+    if new.endswith("2"):
+        assert rename(tmp_path, at(text, place), new) > 1  # free
+        return
+    with pytest.raises(navigation.CannotRename, match=f"`{new}` (is in use|changes)"):
+        rename(tmp_path, at(text, place), new)
+
+
+def test_actions_of_one_actor_do_not_get_one_name(tmp_path: Path) -> None:
+    text = "actor bot\naction bot.tr|ip\naction bot.go\nscenario main:\n    b: bot\n    do b.trip()\n"
+    with pytest.raises(navigation.CannotRename, match=r"`go` is in use: .*declared twice .*test.osc:3"):
+        rename(tmp_path, text, "go")
+
+
+def test_a_name_in_a_file_that_imports_this_one_is_in_use(tmp_path: Path) -> None:
+    other = 'import "test.osc"\nstruct crate\n'
+    with pytest.raises(navigation.CannotRename, match=r"other\.osc:2"):
+        rename(tmp_path, "struct b|ox\n", "crate", {"other.osc": other})
+
+
+def test_a_use_that_would_mean_another_declaration_is_found(tmp_path: Path) -> None:
+    text = "global limi|t: int = 1\nscenario main:\n    bound: int = 2\n    n: int = limit\n"
+    with pytest.raises(navigation.CannotRename, match="would be another one"):
+        rename(tmp_path, text, "bound")
+
+
+def test_faults_that_were_there_before_do_not_hinder(tmp_path: Path) -> None:
+    text = "struct b|ox\nstruct other:\n    a: nothing\n    b: box\n"
+    assert rename(tmp_path, text, "crate") == 2
