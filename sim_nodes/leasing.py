@@ -69,7 +69,7 @@ class Leasing:
             wire.EMERGENCY_STOP: self.emergency_stop,
             wire.RELEASE_STOP: self._release_stop,
         }
-        self.verbs = MappingProxyType({verb.name: (verb.request, carry) for verb, carry in verbs.items()})
+        self.verbs = MappingProxyType({verb.name: (verb, carry) for verb, carry in verbs.items()})
 
     @property
     def _robots(self) -> dict[str, Robot]:
@@ -125,7 +125,7 @@ class Leasing:
     def note_life(self, request: bytes) -> None:
         """Note a sign of life when it arrives, which may be a while before it is answered."""
         try:
-            self._leases.renew(wire.decode(wire.HoldRobots, request).holder)
+            self._leases.renew(wire.HOLD_ROBOTS.read(request).holder)
         except (wire.WireError, RequestRefused):
             return  # which the answer says
 

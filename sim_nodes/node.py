@@ -289,9 +289,9 @@ class Serving:
         own = self._leasing.verbs.get(verb)
         if own is None:
             return handle(self._simulator, verb, payload, partial(self._leasing.permit, sender))
-        model, carry = own
+        known, carry = own
         try:
-            asked = decode(model, payload)
+            asked = known.read(payload)
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
         self._simulator.stay()

@@ -14,7 +14,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from seoro.bridges.wire import MAX_MESSAGE, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
+from seoro.bridges.wire import BYTES, MAX_MESSAGE, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
@@ -78,7 +78,7 @@ def read(path: Path) -> Snapshot:
     try:
         with path.open("rb") as file:
             content = file.read(MAX_MESSAGE + 1)
-        return decode(Snapshot, content)
+        return decode(Snapshot, content, BYTES)
     except OSError as error:
         raise RequestRefused(Result.NOT_FOUND, f"{path} cannot be read: {error.strerror}") from error
     except WireError as error:

@@ -28,7 +28,7 @@ import anyio
 import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
-from seoro.bridges.executor.messages import BundledFilm, Tried
+from seoro.bridges.executor.messages import BUNDLE, BundledFilm, Tried
 from seoro.bundle.places import locating
 from seoro.bundle.unpacking import options_of
 from seoro.embed import announcement, check_file, prepare
@@ -136,7 +136,7 @@ def work(control_pipe: int, data_pipe: int) -> None:
     first = read_frame(control)
     if first is None:
         return
-    job = wire.decode(Job, first[1])
+    job = wire.decode(Job, first[1], BUNDLE)
     _redirect(Path(job.log))
     if job.manifest.options.clock == "virtual":  # it is never late, and there may be many such runs
         os.nice(UNHURRIED)

@@ -56,7 +56,7 @@ def decoded(verb: wire.Verb[Any, Any], payload: bytes) -> Any:
         RequestRefused: It is none of that verb.
     """
     try:
-        return wire.decode(verb.request, payload)
+        return verb.read(payload)
     except wire.WireError as error:
         raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 

@@ -15,8 +15,8 @@ from seoro.bridges.ledger import Asked, take
 from seoro.bridges.session import Request
 from seoro.bridges.wire.holding import sender_of
 from seoro.bridges.wire.lab import EMERGENCY_STOP
-from seoro.bridges.wire.message import WireError, decode
-from seoro.bridges.wire.proving import DENIED, STALE, Challenge, Proof, has_seal, is_open, is_sealed
+from seoro.bridges.wire.message import WireError
+from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE, Proof, has_seal, is_open, is_sealed
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import Result
 from seoro.errors import InvalidUse
@@ -89,7 +89,7 @@ class NodeGate:
         if self._lock is None:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, "this node has no keys")
         try:
-            return self._lock.prove(decode(Challenge, payload))
+            return self._lock.prove(CHALLENGE.read(payload))
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 

@@ -153,7 +153,7 @@ async def ask(
                 raise
             address.seals.forget()
             answer = await _ask_once(address, key, verb.name, request, timeout)
-        return wire.decode(verb.answer, answer)
+        return verb.read_answer(answer)
     except Refused as refused:
         raise refusal_of(refused) from None
     except NoServer:
