@@ -70,7 +70,7 @@ class Door:
             while True:
                 known: frozenset[Seat] = frozenset() if self.revoked is None else self.revoked.current().seats
                 try:
-                    async with self._session(known) as session:
+                    async with self.open(known) as session:
                         if not is_open:
                             await self._check_name(session)
                         async with serve(session):
@@ -84,7 +84,12 @@ class Door:
                     log.error("cannot be reached: %s; trying again", error)
                     await anyio.sleep(PAUSE)
 
-    def _session(self, known: frozenset[Seat]) -> AbstractAsyncContextManager[AsyncSession]:
+    def open(self, known: frozenset[Seat]) -> AbstractAsyncContextManager[AsyncSession]:
+        """Open a session there.
+
+        Args:
+            known: Seats that are revoked, which get nothing from one that listens.
+        """
         endpoint = self.listen or self.connect or ""
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
         return open_session(listen=self.listen, connect=self.connect, security=security)

@@ -13,15 +13,17 @@ from anyio.abc import TaskGroup, TaskStatus
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.door import Door
-from seoro.bridges.executor.messages import UNAVAILABLE
+from seoro.bridges.executor.messages import EXECUTOR_VERBS, RECORDS, UNAVAILABLE
+from seoro.bridges.executor.sight import LOOK
 from seoro.bridges.serving.answering import answer
-from seoro.bridges.serving.emergency import emergencies
+from seoro.bridges.serving.emergency import StopLine, hearing_stops
+from seoro.bridges.serving.intake import CountedIntake
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire.keys import executor_command
-from seoro.executor.emergency import Emergency
-from seoro.executor.gate import Gate
+from seoro.executor.gate import FOLLOWED, Gate
 from seoro.executor.naming import await_name, check_first, draw_token, name_given_up, wait_for_elder
 
+VERBS: Final = (*EXECUTOR_VERBS, LOOK, wire.EMERGENCY_STOP, wire.RELEASE_STOP)
 WAITING: Final = Bound(1024, lose="newest")  # requests
 
 
@@ -49,12 +51,12 @@ class Reached:
         return name_given_up(self._name) if self.name_lost.is_set() else "the executor ends"
 
     @asynccontextmanager
-    async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
+    async def answering(self, gate: Gate, stops: StopLine, tasks: TaskGroup) -> AsyncIterator[None]:
         """Answer requests for as long as the block lasts, and in its end those that came before it.
 
         Args:
             gate: Carries them out.
-            emergency: Is told of emergency stops that are published.
+            stops: Obeys emergency stops.
             tasks: Where requests are carried out.
 
         Raises:
@@ -62,27 +64,34 @@ class Reached:
             SessionError: The endpoint does not work.
         """
         async with background() as duties:
-            await duties.start(self._door.attend, partial(self._served, gate, emergency, tasks))
+            await duties.start(self._door.attend, partial(self._served, gate, stops, tasks))
             yield
 
     @asynccontextmanager
     async def _served(
-        self, gate: Gate, emergency: Emergency, tasks: TaskGroup, session: AsyncSession
+        self, gate: Gate, stops: StopLine, tasks: TaskGroup, session: AsyncSession
     ) -> AsyncIterator[None]:
-        async with emergencies(session, wire.NAMESPACE, gate.obeys) as heard, background() as duties:
-            await duties.start(self._take_requests, gate, tasks, session)
-            duties.start_soon(emergency.obey, heard)
+        async with hearing_stops(stops, self._door, session), background() as duties:
+            await duties.start(self._take_requests, gate, stops, tasks, session)
             yield
 
     async def _take_requests(
-        self, gate: Gate, tasks: TaskGroup, session: AsyncSession, *, task_status: TaskStatus[None]
+        self,
+        gate: Gate,
+        stops: StopLine,
+        tasks: TaskGroup,
+        session: AsyncSession,
+        *,
+        task_status: TaskStatus[None],
     ) -> None:
         """Take requests under the name, for as long as nobody has it who had it before."""
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
         if not self._had_name:
             await await_name(session, self._name)
+        key = executor_command(wire.NAMESPACE, self._name, "*")
+        intake = CountedIntake(VERBS, "executor", UNAVAILABLE, {RECORDS.name: FOLLOWED}, stops.take)
         async with (
-            session.answering(executor_command(wire.NAMESPACE, self._name, "*"), WAITING, busy) as requests,
+            session.answering(key, WAITING, busy, intake) as requests,
             session.token(self._token),
             background() as duties,
         ):

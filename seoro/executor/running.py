@@ -18,6 +18,8 @@ from seoro.bridges.door import Door
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
+from seoro.bridges.serving.emergency import stop_line
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
 from seoro.executor.emergency import Emergency
@@ -115,8 +117,9 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             emergency = Emergency(queue, options.folder)
             server = Server(store, queue, DryRuns(pool), options.jobs, policy, emergency)
             gate = Gate(server, policy, lock)
+            stops = stack.enter_context(stop_line(lock, emergency.stop, emergency.keep, NAMESPACE))
             reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked))
-            async with reached.answering(gate, emergency, tasks), background() as duties:
+            async with reached.answering(gate, stops, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)

@@ -86,7 +86,7 @@ async def _stop_at(endpoint: str, asked: wire.EmergencyStop, folder: Path | None
             session, keys = await stack.enter_async_context(connected(endpoint, folder))
             own = keys if is_secured(endpoint) else None
             if own is None or own.identity.role in MOVING:  # others are told when they ask
-                publisher = await stack.enter_async_context(publishing(session, key))
+                publisher = await stack.enter_async_context(publishing(session, key, is_urgent=True))
                 publisher.put(payload, _sealed(own, key, payload))
             members = await members_at(endpoint, session, keys)
             return await _ask_all(members, wire.EMERGENCY_STOP, asked, began)

@@ -133,7 +133,7 @@ class Executor:
         payload = encode(request)
         seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
         try:
-            answer = await self._session.query(key, payload, wait + TIMEOUT, seal)
+            answer = await self._session.query(key, payload, wait + TIMEOUT, seal, is_urgent=verb.is_urgent)
             return self._decoded(verb.answer, answer, verb.answers)
         except Refused as refused:
             raise self._refusal(refused) from None

@@ -12,10 +12,11 @@ import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import Request, Session
+from seoro.bridges.session.core import EVERYTHING, Session
 from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.errors import NoAnswer, NoServer, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.requests import Intake, Request
 from seoro.bridges.session.security import Security
 
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
@@ -65,7 +66,9 @@ class AsyncSession:
         for cancel in list(self._pending):
             cancel()
 
-    async def query(self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None) -> bytes:
+    async def query(
+        self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None, *, is_urgent: bool = False
+    ) -> bytes:
         """Ask one server and wait for its answer.
 
         Args:
@@ -73,6 +76,7 @@ class AsyncSession:
             payload: The request.
             timeout: [s] of the machine's clock.
             attachment: What travels beside the payload.
+            is_urgent: Whether it overtakes everything else on its way.
 
         Raises:
             NoServer, NoAnswer, Refused: There is no answer, or an error.
@@ -96,7 +100,8 @@ class AsyncSession:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
 
-        cancel = self._session.get(key, payload, timeout, Callback(take, drop=over, indirect=False), attachment)
+        answered = Callback(take, drop=over, indirect=False)
+        cancel = self._session.get(key, payload, timeout, answered, attachment, is_urgent=is_urgent)
         self._pending.add(cancel)
         try:
             reply = await future
@@ -138,22 +143,24 @@ class AsyncSession:
         return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
 
     @asynccontextmanager
-    async def answering(self, key: str, bound: Bound, busy: bytes) -> AsyncIterator[Mailbox[Request]]:
+    async def answering(
+        self, key: str, bound: Bound, busy: bytes, intake: Intake = EVERYTHING
+    ) -> AsyncIterator[Mailbox[Request]]:
         """Serve a key for as long as the block lasts.
 
         Args:
             key: The key.
             bound: How many requests wait.
             busy: The error answer to requests that find no room.
+            intake: Decides which requests are accepted.
         """
         requests: Mailbox[Request] = Mailbox(bound)
 
-        def take(request: Request) -> None:
-            if not requests.put(request, len(request.payload)):
-                request.refuse(busy)
+        def take(request: Request) -> bool:
+            return requests.put(request, request.size)
 
         try:
-            async with declared(partial(self._session.answer, key, take), _undeclare):
+            async with declared(partial(self._session.answer, key, take, busy, intake), _undeclare):
                 yield requests
         finally:  # what comes until it is undeclared finds no answer either
             requests.close()

@@ -15,7 +15,6 @@ import json
 import queue
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import zenoh
@@ -23,6 +22,7 @@ from zenoh.handlers import Callback
 
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
+from seoro.bridges.session.requests import Everything, Intake, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -33,44 +33,15 @@ PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it 
 # scans a second has had to wait 20 ms for a processor, and what it sends then is lost.
 ROOM = 16
 INBOX_SIZE = 256
+EVERYTHING = Everything()
 # As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
 LARGEST = 64 << 20  # [bytes]
-PART = b"part"  # goes beside a part of an answer
 
 
 def _reason(error: Exception) -> str:
     """What Zenoh says, without where in its sources it was raised, and in words for the most frequent case."""
     said = str(error).partition(" at /")[0]
     return "nothing answers there" if said.startswith("Unable to connect to any of") else said
-
-
-@dataclass(frozen=True)
-class Request:
-    """A query that arrived, with what came beside its payload. Answer it exactly once, from any thread."""
-
-    key: str
-    payload: bytes
-    _query: zenoh.Query = field(repr=False)
-    attachment: bytes = b""
-
-    def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
-        """Answer."""
-        with self._query:
-            self._query.reply(self.key, payload, attachment=attachment)
-
-    def reply_part(self, payload: bytes) -> None:
-        """Answer in part, before the answer itself; only to those who ask for parts."""
-        self._query.reply(self.key, payload, attachment=PART)
-
-    def drop(self) -> None:
-        """Answer nothing: nobody serves the key any more, as whoever asks is told."""
-        with self._query:
-            pass
-
-    def refuse(self, payload: bytes) -> None:
-        """Answer with an error."""
-        with self._query:
-            self._query.reply_err(payload)
 
 
 class Session:
@@ -105,6 +76,7 @@ class Session:
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         self._kept: list[Any] = []
+        self._refuser = Refuser()
         self._listing = threading.Lock()
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
@@ -131,7 +103,7 @@ class Session:
         """Zenoh's own session, for the modules of this package."""
         return self._zenoh
 
-    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any]) -> None:
+    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any], intake: Intake = EVERYTHING) -> None:
         """Serve a key expression until the session closes.
 
         Args:
@@ -139,26 +111,33 @@ class Session:
             busy: The error answer to requests that find the queue full.
             inbox: The queue of each `Request`, in the order in which they were sent. Others may put other things
                 into it. (It costs a round trip 0.1 ms less than a `Queue`.)
+            intake: Decides which requests are accepted.
         """
 
-        def take(request: Request) -> None:
-            if inbox.qsize() < INBOX_SIZE:
-                inbox.put(request)
-            else:
-                request.refuse(busy)
+        def take(request: Request) -> bool:
+            if inbox.qsize() >= INBOX_SIZE:
+                return False
+            inbox.put(request)
+            return True
 
-        self._queryables.append(self._declare_queryable(key, take))
+        self._queryables.append(self._declare_queryable(key, receiver(intake, self._refuser, take, busy)))
 
-    def answer(self, key: str, take: Callable[[Request], None]) -> Callable[[], None]:
-        """Serve a key: `take` gets requests on a thread of Zenoh's and must not wait. Returns what ends it."""
-        queryable = self._declare_queryable(key, take)
+    def answer(
+        self, key: str, take: Callable[[Request], bool | None], busy: bytes = b"", intake: Intake = EVERYTHING
+    ) -> Callable[[], None]:
+        """Serve a key. Returns what ends it.
+
+        Args:
+            key: A key expression.
+            take: Gets requests on a thread of Zenoh's, must not wait, and returns False if there is no room.
+            busy: The error answer then.
+            intake: Decides which requests are accepted.
+        """
+        queryable = self._declare_queryable(key, receiver(intake, self._refuser, take, busy))
         undeclare: Callable[[], None] = queryable.undeclare
         return undeclare
 
-    def _declare_queryable(self, key: str, take: Callable[[Request], None]) -> Any:
-        def receive(query: zenoh.Query) -> None:
-            take(Request(str(query.key_expr), _bytes(query.payload), query, _bytes(query.attachment)))
-
+    def _declare_queryable(self, key: str, receive: Callable[[zenoh.Query], None]) -> Any:
         return self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
 
     def declare_token(self, key: str) -> Callable[[], None]:
@@ -185,8 +164,12 @@ class Session:
         answers: Callback[zenoh.Reply],
         attachment: bytes | None = None,
         consolidation: zenoh.ConsolidationMode = zenoh.ConsolidationMode.AUTO,
+        is_urgent: bool = False,
     ) -> Callable[[], None]:
-        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request."""
+        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request.
+
+        One that is urgent overtakes everything else on its way, as its answer does.
+        """
         token = zenoh.CancellationToken()
         try:
             self._zenoh.get(
@@ -199,6 +182,8 @@ class Session:
                 congestion_control=zenoh.CongestionControl.DROP,
                 cancellation_token=token,
                 attachment=attachment,
+                priority=zenoh.Priority.REAL_TIME if is_urgent else zenoh.Priority.DATA,
+                express=is_urgent,
             )
         except zenoh.ZError as error:
             raise SessionError(f"cannot ask {key}: {error}") from error
@@ -246,6 +231,7 @@ class Session:
         closing.join(CLOSE_DEADLINE)
 
     def _close(self) -> None:
+        self._refuser.close()
         self._zenoh.close()  # type: ignore[no-untyped-call]
         with self._listing:
             if self._lister is not None:
@@ -264,10 +250,6 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
     session.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
     done.wait(timeout + CLOSE_DEADLINE)
     return frozenset(found)
-
-
-def _bytes(content: zenoh.ZBytes | None) -> bytes:
-    return b"" if content is None else content.to_bytes()
 
 
 def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:

@@ -147,12 +147,12 @@ async def ask(
     called = f"the {address.called} node '{address.node}'"
     try:
         try:
-            answer = await _ask_once(address, key, verb.name, request, timeout)
+            answer = await _ask_once(address, key, verb, request, timeout)
         except Refused as refused:
             if address.seals is None or said_in(refused.payload).code != STALE:
                 raise
             address.seals.forget()
-            answer = await _ask_once(address, key, verb.name, request, timeout)
+            answer = await _ask_once(address, key, verb, request, timeout)
         return verb.read_answer(answer)
     except Refused as refused:
         raise refusal_of(refused) from None
@@ -166,9 +166,12 @@ async def ask(
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
 
 
-async def _ask_once(address: NodeAddress, key: str, verb: str, request: wire.Message, timeout: float) -> bytes:
+async def _ask_once(
+    address: NodeAddress, key: str, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float
+) -> bytes:
     payload = wire.encode(request)
-    return await address.session.query(key, payload, timeout, await address.beside(verb, key, payload))
+    beside = await address.beside(verb.name, key, payload)
+    return await address.session.query(key, payload, timeout, beside, is_urgent=verb.is_urgent)
 
 
 def _ignore_request(request: wire.Message) -> None:

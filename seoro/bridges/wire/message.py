@@ -85,6 +85,7 @@ class Verb(Generic[Q, A]):
         answer: Model of the answer.
         limits: Of a request. They hold before it is known who sends it.
         answers: Limits of an answer.
+        is_urgent: Whether request and answer overtake everything else on their way.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Verb(Generic[Q, A]):
     answer: type[A]
     limits: Limits = SMALL
     answers: Limits = ANSWER
+    is_urgent: bool = False
 
     def read(self, payload: bytes) -> Q:
         """Decode a request.
