@@ -22,7 +22,7 @@ from pydantic import BaseModel
 from seoro.bridges.wire.limits import Limits, check_limits
 
 HOMES = ("sim_nodes.", "seoro.bridges.wire")  # modules whose frozen classes may be named
-MAX_ELEMENTS = 5_000_000  # of a value, with those that are packed within it
+MAX_ELEMENTS = 10_000_000  # of a value, with those that are packed within it
 MAX_DEPTH = 100  # of what is packed at once
 KINDS = "biufc"  # of numbers in arrays: bool, int, unsigned, float, complex
 

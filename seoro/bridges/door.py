@@ -22,12 +22,14 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bridges.wire.keys import NAMESPACE, node_tokens_of
+from seoro.bridges.wire.limits import MAX_REQUEST
 from seoro.errors import InvalidUse
 
 if TYPE_CHECKING:
     from seoro.keys.certificates import Seat
     from seoro.keys.folder import Keys
 
+LARGEST_RECEIVED: Final = MAX_REQUEST + (1 << 16)  # [bytes] of a message with what Zenoh adds to it
 PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
 
 log = logging.getLogger(__name__)
@@ -47,6 +49,7 @@ class Door:
         revoked: Who is revoked, if it has keys.
         node: Name of the node that is reached there, which no other may have when it comes; None for no node.
         namespace: Of that.
+        largest: [bytes] of a message that is received.
     """
 
     listen: str | None = None
@@ -55,6 +58,7 @@ class Door:
     revoked: Revoked | None = None
     node: str | None = None
     namespace: str = NAMESPACE
+    largest: int = LARGEST_RECEIVED
 
     async def attend(self, serve: Served, *, task_status: TaskStatus[None]) -> None:
         """Serve, at one session after another; does not end. It has started when the first one is served.
@@ -92,7 +96,7 @@ class Door:
         """
         endpoint = self.listen or self.connect or ""
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
-        return open_session(listen=self.listen, connect=self.connect, security=security)
+        return open_session(listen=self.listen, connect=self.connect, security=security, largest=self.largest)
 
     async def _check_name(self, session: AsyncSession) -> None:
         """Check that runs which ask for the node by its name reach no other."""

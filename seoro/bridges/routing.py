@@ -13,6 +13,7 @@ from seoro.bridges.door import Door
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import ROUTING, keys_for
 from seoro.bridges.session import AsyncSession, is_secured
+from seoro.bridges.wire.limits import MAX_MESSAGE
 
 
 async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> None:
@@ -30,7 +31,7 @@ async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> 
     found = keys_for(endpoint, ROUTING, keys)
     revoked = None if found is None or not is_secured(endpoint) else Revoked(found)
     async with background() as tasks:
-        await tasks.start(Door(endpoint, keys=found, revoked=revoked).attend, _pass_on)
+        await tasks.start(Door(endpoint, keys=found, revoked=revoked, largest=MAX_MESSAGE).attend, _pass_on)
         ready()
         await anyio.sleep_forever()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
@@ -107,3 +108,4 @@ class Reached:
 async def _answer(gate: Gate, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
         tasks.start_soon(answer, request, partial(gate.carry_out, request), "executor", UNAVAILABLE)
+        await asyncio.sleep(0)  # one at a time, so that nothing else waits for as many as have come at once

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from seoro.bridges import wire
 from seoro.bridges.executor import messages
 from seoro.bridges.executor.sight import LOOK
-from seoro.bridges.wire.limits import BYTES, SMALL, LimitExceeded, Limits, check_limits
+from seoro.bridges.wire.limits import MAX_REQUEST, SMALL, LimitExceeded, Limits, check_limits
 from sim_nodes.codec import CodecError, pack, unpack
 
 MEBIBYTE = 1 << 20
@@ -100,6 +100,7 @@ def test_limits_are_small_unless_a_verb_says_why_not() -> None:
         "spawn_entities", "spawn_entity", "submit",
     }  # fmt: skip
     assert max(verb.limits.items for verb in VERBS) <= 100_000
+    assert max(verb.limits.size for verb in VERBS) == MAX_REQUEST
 
 
 def test_a_refusal_does_not_repeat_what_was_sent() -> None:
@@ -129,13 +130,15 @@ def test_a_part_of_a_blob_is_taken() -> None:
 def test_a_large_snapshot_is_taken() -> None:
     snapshot = wire.Snapshot(
         format=3, version="", engine="", engine_version="", world="", seed=0, time=0.0, digest="",
-        state=b"x" * (BYTES.size - 1000),
+        state=b"x" * (wire.RESTORE_STATE.limits.size - 1000),
     )  # fmt: skip
     assert wire.SAVE_STATE.read_answer(wire.encode(snapshot)) == snapshot
+    restore = wire.RestoreState(snapshot=snapshot)
+    assert wire.RESTORE_STATE.read(wire.encode(restore)) == restore
 
 
 def test_a_state_has_limits_too() -> None:
-    nested = msgpack.ExtType(1, msgpack.packb([msgpack.ExtType(1, bomb(3_000_000))] * 2))
+    nested = msgpack.ExtType(1, msgpack.packb([msgpack.ExtType(1, bomb(6_000_000))] * 2))
     with pytest.raises(CodecError, match="elements"):
         unpack(msgpack.packb(nested))
     assert unpack(pack(((1, 2), {"a": (3,)}))) == ((1, 2), {"a": (3,)})

@@ -50,6 +50,7 @@ async def serving(
     make: Callable[[Work, HappeningLog], Sequence[ServedRobot]],
     state: Path | None = None,
     log: Path | None = None,
+    alarm: Callable[[bool], object] = lambda is_on: None,
 ) -> AsyncIterator[RobotServer]:
     """Serve robots for as long as the block lasts; in its end they stand still.
 
@@ -59,6 +60,7 @@ async def serving(
         make: Makes the robots, which tell of goals and watches there.
         state: File in which an emergency stop outlasts the node; None for nowhere.
         log: File of the log of a node with keys.
+        alarm: Told, on any thread, that there is an emergency stop, and that it was carried out.
 
     Raises:
         InvalidUse: The log cannot be written, or there is another node of the name.
@@ -67,7 +69,7 @@ async def serving(
     with opened_gate(door, log) as gate:
         async with background() as reached, background() as tasks:
             work = Work(tasks, happenings)
-            server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state), gate)
+            server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state), gate, alarm)
             reached.start_soon(server.watchdog.watch_deadlines)
             try:
                 with stop_line(gate.lock, server.stop_at_once, server.keep_stop, door.namespace) as stops:
@@ -107,6 +109,7 @@ async def _served(
 async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
         tasks.start_soon(server.answer, request)
+        await asyncio.sleep(0)  # one at a time, so that nothing else waits for as many as have come at once
 
 
 class RobotServer:
@@ -119,6 +122,7 @@ class RobotServer:
         tasks: Where robots are stopped whose clients are gone.
         latch: Whether an emergency stop holds.
         gate: Lets requests in.
+        alarm: See `serving`.
     """
 
     def __init__(
@@ -129,12 +133,14 @@ class RobotServer:
         tasks: TaskGroup,
         latch: Latch,
         gate: NodeGate,
+        alarm: Callable[[bool], object] = lambda is_on: None,
     ) -> None:
         self.gate = gate
         self._robots = {robot.info.name: robot for robot in robots}
         self._work = work
         self._happenings = happenings
         self._latch = latch
+        self._alarm = alarm
         self._tasks = tasks
         self._loop = asyncio.get_running_loop()
         self._leases = Leases(lambda: self._robots)
@@ -339,6 +345,7 @@ class RobotServer:
         The event loop then stops what moves. If it is busy, the guard of the bridge has done so.
         """
         self._latch.stop(asked)
+        self._alarm(True)
         stopped: Future[wire.EmergencyStopped] = Future()
         with suppress(RuntimeError):  # the bridge ends
             self._loop.call_soon_threadsafe(self._tasks.start_soon, self._stop_everything, stopped)
@@ -349,7 +356,10 @@ class RobotServer:
         self._latch.keep()
 
     async def _stop_everything(self, stopped: Future[wire.EmergencyStopped]) -> None:
-        stopped.set_result(await self.stop_everything())
+        try:
+            stopped.set_result(await self.stop_everything())
+        finally:
+            self._alarm(False)
 
     async def stop_everything(self) -> wire.EmergencyStopped:
         """Stop all robots, in an emergency."""

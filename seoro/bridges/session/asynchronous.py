@@ -12,7 +12,7 @@ import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import EVERYTHING, Session
+from seoro.bridges.session.core import EVERYTHING, LARGEST, Session
 from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.errors import NoAnswer, NoServer, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
@@ -175,9 +175,10 @@ async def open_session(
     connect: str | None = None,
     patient: bool = True,
     security: Security | None = None,
+    largest: int = LARGEST,
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security)
+    make = partial(Session, listen=listen, connect=connect, patient=patient, security=security, largest=largest)
     async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)
 

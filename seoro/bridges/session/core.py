@@ -53,6 +53,7 @@ class Session:
         patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
             must not: it would stand still with a receiver that does.
         security: Keys, for endpoints `tls/...`.
+        largest: [bytes] of a message; a larger one is dropped while it arrives.
 
     Raises:
         InvalidEndpoint: It is none.
@@ -66,6 +67,7 @@ class Session:
         connect: str | None = None,
         patient: bool = True,
         security: Security | None = None,
+        largest: int = LARGEST,
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
@@ -81,7 +83,7 @@ class Session:
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
-        self._settings = _settings(listen, connect, patient)
+        self._settings = _settings(listen, connect, patient, largest)
         try:
             if security is not None:
                 secured_settings(self._settings, security)
@@ -252,7 +254,7 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
     return frozenset(found)
 
 
-def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[str, Any]:
+def _settings(listen: str | None, connect: str | None, patient: bool, largest: int) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
     queue: dict[str, Any] = {"size": {"data": ROOM}}
     if patient:
@@ -263,7 +265,7 @@ def _settings(listen: str | None, connect: str | None, patient: bool) -> dict[st
         queue["congestion_control"] = {"drop": drop}
     link: dict[str, Any] = {"tx": {"lease": LEASE, "queue": queue}}
     if patient:
-        link["rx"] = {"max_message_size": LARGEST}
+        link["rx"] = {"max_message_size": largest}
     return {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},

@@ -12,7 +12,7 @@ from seoro.bridges import wire
 from seoro.bridges.leasing.share import own_id
 from seoro.bridges.seals import Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.wire.proving import STALE, is_open, is_sealed
+from seoro.bridges.wire.proving import DENIED, STALE, is_open, is_sealed
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, InvalidUse
 from seoro.runtime.contracts import Lost, Reporter
@@ -48,6 +48,10 @@ class NodeAddress:
         try:
             await self.seals.prove()
         except BackendRefused as error:
+            if error.code != DENIED:  # it is busy
+                raise BackendLost(
+                    f"the {self.called} node '{self.node}' does not prove who it is: {error}"
+                ) from None
             raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
         except SessionError as error:
             raise BackendLost(f"the {self.called} node '{self.node}' does not prove who it is: {error}") from error
@@ -169,7 +173,10 @@ async def ask(
 async def _ask_once(
     address: NodeAddress, key: str, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float
 ) -> bytes:
-    payload = wire.encode(request)
+    try:
+        payload = verb.pack(request)
+    except wire.LimitExceeded as error:
+        raise BackendRefused(str(error), wire.Result.OPERATION_FAILED) from None
     beside = await address.beside(verb.name, key, payload)
     return await address.session.query(key, payload, timeout, beside, is_urgent=verb.is_urgent)
 

@@ -95,6 +95,19 @@ class Verb(Generic[Q, A]):
     answers: Limits = ANSWER
     is_urgent: bool = False
 
+    def pack(self, request: Q) -> bytes:
+        """Encode a request.
+
+        Raises:
+            LimitExceeded: It is larger than whoever serves the verb accepts.
+        """
+        payload = encode(request)
+        if len(payload) > self.limits.size:
+            raise LimitExceeded(
+                f"the request `{self.name}` has {len(payload)} bytes: at most {self.limits.size} are accepted"
+            )
+        return payload
+
     def read(self, payload: bytes) -> Q:
         """Decode a request.
 

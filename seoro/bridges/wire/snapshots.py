@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from seoro.bridges.wire.limits import BYTES
+from seoro.bridges.wire.limits import BYTES, MAX_REQUEST, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulatorFeatures
 
@@ -49,4 +49,4 @@ class RestoreState(Message):
 
 
 SAVE_STATE = Verb("save_state", Empty, Snapshot, answers=BYTES)
-RESTORE_STATE = Verb("restore_state", RestoreState, SimulatorFeatures, BYTES)
+RESTORE_STATE = Verb("restore_state", RestoreState, SimulatorFeatures, Limits(MAX_REQUEST))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import threading
+from concurrent.futures import Future
 
 import anyio
 import pytest
@@ -108,3 +110,26 @@ async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -
                 change("slow")
             told = await stop()
             assert told.unsettled == unsettled
+
+
+async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
+    async with background() as tasks:
+        happenings = HappeningLog()
+        work = Work(tasks, happenings)
+        latch, alarms, told = Latch(), list[bool](), threading.Event()
+
+        def alarm(is_on: bool) -> None:
+            alarms.append(is_on)
+            told.set()
+
+        server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate(), alarm)
+        stops: list[Future[wire.EmergencyStopped]] = []
+        thread = threading.Thread(target=lambda: stops.append(server.stop_at_once(wire.EmergencyStop(by="ana"))))
+        thread.start()
+        assert told.wait(5.0)  # in which the event loop does nothing else
+        thread.join()
+        assert latch.stopped is not None
+        assert (alarms, stops[0].done()) == ([True], False)
+        assert (await asyncio.wrap_future(stops[0])).stopped == ("slow",)
+        await anyio.sleep(0)
+        assert alarms == [True, False]
