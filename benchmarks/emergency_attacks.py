@@ -48,6 +48,7 @@ from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_
 
 WITHIN = 0.5  # [s]
 GROWTH = 100.0  # [MB]
+SECONDS = 1.0  # of an attack by large messages, in which one comes after another
 REQUESTS = 20_000  # of one wave of those that wait
 SIZES = {"bomb": 20_000_000, "largest": (64 << 20) - 4096}  # [bytes]
 ATTACKS = (*SIZES, "waiting")
@@ -131,7 +132,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
         if kind == "waiting":
             send_many(line.strip())
         else:
-            until = time.monotonic() + 2.0
+            until = time.monotonic() + SECONDS
             while time.monotonic() < until:
                 send_largest()
         print("over", flush=True)
@@ -203,7 +204,7 @@ async def stop_during(target: Target, attacker: Attacker, random_: random.Random
     """Have the attacker attack, and stop everything meanwhile."""
     run = await _running(target) if target.is_executor else ""
     attacker.begin(run)
-    await anyio.sleep(random_.uniform(0.1, 1.5))
+    await anyio.sleep(random_.uniform(0.1, SECONDS))
     began = time.time()
     (outcome,) = await stop_all([target.endpoint], "a benchmark", "to measure it", target.keys(OPERATOR))
     effect = _since(target.state) - began

@@ -4,8 +4,8 @@ It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pip
 line on stdout when it is on guard, and needs nothing else of the bridge. A byte in the pipe is a sign of life, and
 `END` comes from a bridge that has stopped its robots itself. `ALARM` comes from a thread of the bridge that hears
 of emergency stops: the guard stops the robots, and need not wait for what the bridge does. When the pipe ends
-without `END`, the bridge was killed; when no sign comes for a while, it hangs. Either way velocities are zero then,
-and its goals are canceled; where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
+without `END`, the bridge was killed; when no sign comes for a while, it hangs. Either way velocities are zero, and
+its goals are canceled; where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
 
 Goals that other processes of seoro have left behind are canceled, too (`leftovers.py`): of a bridge that has died
 together with its guard, and of runs that were killed.
