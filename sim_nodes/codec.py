@@ -19,7 +19,11 @@ import msgpack
 import numpy as np
 from pydantic import BaseModel
 
+from seoro.bridges.wire.limits import Limits, check_limits
+
 HOMES = ("sim_nodes.", "seoro.bridges.wire")  # modules whose frozen classes may be named
+MAX_ELEMENTS = 10_000_000  # of a value, with those that are packed within it
+MAX_DEPTH = 100  # of what is packed at once
 KINDS = "biufc"  # of numbers in arrays: bool, int, unsigned, float, complex
 
 
@@ -60,8 +64,14 @@ def unpack(data: bytes) -> Any:
     Raises:
         CodecError: They are none that `pack` makes.
     """
+    return _unpack(data, [MAX_ELEMENTS])
+
+
+def _unpack(data: bytes, left: list[int]) -> Any:
+    """As `unpack`; `left` has the elements that all that is packed within one another may still have."""
     try:
-        return msgpack.unpackb(data, ext_hook=_value, strict_map_key=False)
+        left[0] -= check_limits(data, Limits(len(data), left[0], MAX_DEPTH))
+        return msgpack.unpackb(data, ext_hook=partial(_value, left), strict_map_key=False)
     except CodecError:
         raise
     except (ValueError, TypeError, KeyError, msgpack.UnpackException, RecursionError) as error:
@@ -159,8 +169,8 @@ def _content(value: object) -> tuple[_Kind, object]:
             raise CodecError(f"{_called(type(value))} is no data that can be saved")
 
 
-def _value(code: int, data: bytes) -> Any:
-    content = unpack(data)
+def _value(left: list[int], code: int, data: bytes) -> Any:
+    content = _unpack(data, left)
     match code:
         case _Kind.TUPLE:
             return tuple(content)

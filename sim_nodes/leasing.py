@@ -38,6 +38,7 @@ OF_ALL = frozenset(
         wire.REWIND,
     )
 )
+RELEASED = "an emergency stop, which was released at once"
 HARMLESS = frozenset({wire.STOP_ROBOT.name, wire.GET_NAVIGATION_FEEDBACK.name})
 STILL = frozenset({wire.INJECT_FAULT.name, wire.CLEAR_FAULTS.name})  # move nothing by themselves
 
@@ -50,14 +51,17 @@ class Leasing:
     Args:
         simulator: The simulator.
         stop_file: Where an emergency stop is kept, so that it outlasts the process; None for nowhere.
+
+    Attributes:
+        latch: Whether an emergency stop holds.
     """
 
     def __init__(self, simulator: Simulator, stop_file: Path | None = None) -> None:
         self._simulator = simulator
-        self._latch = Latch(stop_file)
+        self.latch = Latch(stop_file)
         self._leases = Leases(lambda: self._robots)
-        if self._latch.reason:  # robots may go on with what a snapshot says
-            self._stop(self._robots, self._latch.reason)
+        if self.latch.reason:  # robots may go on with what a snapshot says
+            self._stop(self._robots, self.latch.reason)
         verbs: dict[wire.Verb[Any, Any], Carry] = {
             wire.GET_ROBOT_FEATURES: self._features,
             wire.TAKE_ROBOTS: self._take,
@@ -66,10 +70,9 @@ class Leasing:
             wire.GET_LAB_STATE: self._state,
             wire.LEASE_ROBOTS: self._lease,
             wire.RELEASE_LEASE: self._end_lease,
-            wire.EMERGENCY_STOP: self.emergency_stop,
             wire.RELEASE_STOP: self._release_stop,
         }
-        self.verbs = MappingProxyType({verb.name: (verb.request, carry) for verb, carry in verbs.items()})
+        self.verbs = MappingProxyType({verb.name: (verb, carry) for verb, carry in verbs.items()})
 
     @property
     def _robots(self) -> dict[str, Robot]:
@@ -94,7 +97,7 @@ class Leasing:
             RequestRefused: Another has what it is about, or an emergency stop holds.
         """
         if verb in OF_ALL:
-            self._latch.check()
+            self.latch.check()
             self._leases.check_all(sender)
             return request
         if verb.startswith(READING) or verb in HARMLESS:
@@ -107,7 +110,7 @@ class Leasing:
             robot = getattr(request, "name", "")
         if robot and robot in self._robots:
             if verb not in STILL:
-                self._latch.check()
+                self.latch.check()
             self._leases.check(sender, robot, has_to_hold=False)
         return request
 
@@ -125,7 +128,7 @@ class Leasing:
     def note_life(self, request: bytes) -> None:
         """Note a sign of life when it arrives, which may be a while before it is answered."""
         try:
-            self._leases.renew(wire.decode(wire.HoldRobots, request).holder)
+            self._leases.renew(wire.HOLD_ROBOTS.read(request).holder)
         except (wire.WireError, RequestRefused):
             return  # which the answer says
 
@@ -167,7 +170,7 @@ class Leasing:
         )
 
     def _take(self, holder: wire.Holder) -> wire.RobotFeatures:
-        self._latch.check()
+        self.latch.check()
         if holder.gives_signs and self._simulator.state is not SimulationState.PLAYING:
             raise RequestRefused(
                 Result.INCORRECT_STATE,
@@ -181,7 +184,7 @@ class Leasing:
 
     def _hold(self, request: wire.HoldRobots) -> wire.Happenings:
         hold = self._leases.hold_of(request.holder) or self._leases.renew(request.holder)
-        self._latch.check()
+        self.latch.check()
         return share_of(hold, self._simulator.log.since(request.since))
 
     def _release(self, holder: wire.Holder) -> wire.Empty:
@@ -204,7 +207,7 @@ class Leasing:
             kind=features.engine,
             version=features.version,
             robots=tuple(self._state_of(robot) for robot in features.robots),
-            stopped=self._latch.stopped,
+            stopped=self.latch.stopped,
             clock="real" if features.state is SimulationState.PLAYING else "granted",
             holder="" if everything is None else called(everything.holder),
             received=received,
@@ -236,15 +239,16 @@ class Leasing:
         self._leases.end_lease(request)
         return wire.Empty()
 
-    def emergency_stop(self, request: wire.EmergencyStop) -> wire.EmergencyStopped:
-        """Stop everything, and let nothing move until that is released."""
-        began = time.monotonic()
-        self._latch.stop(request)
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """The names of all robots; from any thread."""
+        return tuple(self._robots)
+
+    def stop_robots(self) -> None:
+        """Stop all robots in an emergency, and let time pass again."""
         self._simulator.go_on()
-        robots = tuple(self._robots)
-        self._stop(robots, self._latch.reason)
-        return wire.EmergencyStopped(stopped=robots, took=time.monotonic() - began)
+        self._stop(tuple(self._robots), self.latch.reason or RELEASED)
 
     def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
-        self._latch.release(request)
+        self.latch.release(request)
         return wire.Empty()

@@ -26,8 +26,10 @@ from typing import assert_never
 
 from anyio.from_thread import start_blocking_portal
 
-from seoro.bridges.door import node_door
+from seoro.bridges.door import Door, node_door
+from seoro.bridges.serving.emergency import StopLine, hearing_stops, stop_line
 from seoro.bridges.serving.gate import NodeGate, opened_gate
+from seoro.bridges.serving.intake import CountedIntake
 from seoro.bridges.session import (
     AsyncSession,
     Publisher,
@@ -35,19 +37,18 @@ from seoro.bridges.session import (
     Session,
     SessionError,
     declare_publisher,
-    declare_subscriber,
 )
 from seoro.bridges.wire import (
+    BRIDGE_VERBS,
     CHALLENGE,
     HOLD_ROBOTS,
-    EmergencyStop,
+    LAB_VERBS,
+    VERBS,
     LabResult,
     Refusal,
     Result,
     SimulationState,
     WireError,
-    decode,
-    emergency_key,
     encode,
     holder_tokens,
     node_command,
@@ -58,11 +59,14 @@ from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.leasing import Leasing
 from sim_nodes.simulator import Simulator
+from sim_nodes.stopping import Stops
 from sim_nodes.verbs import handle
 from sim_nodes.waiting import WaitingRequests
 
 # Zenoh's threads and the main one take turns; with the default of 5 ms a wake-up can cost as much.
 SWITCH_INTERVAL = 5e-4  # [s]
+
+ALL_VERBS = (*VERBS, *BRIDGE_VERBS, *LAB_VERBS, CHALLENGE)
 
 log = logging.getLogger(__name__)
 
@@ -93,9 +97,7 @@ class TokenChanged:
 
 @dataclass(frozen=True)
 class Urgent:
-    """An emergency stop was published."""
-
-    payload: bytes
+    """There is an emergency stop."""
 
 
 @dataclass(frozen=True)
@@ -151,19 +153,22 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
     with opened_gate(door, settings.log) as gate, start_blocking_portal() as portal:
         simulator, inbox = make(), queue.SimpleQueue[Arrived]()
         _wake_on_signals(partial(inbox.put, Signalled()))
-        reached = partial(_reached, settings, simulator, gate, inbox, secrets.token_hex(8))
-        portal.start_task(door.attend, reached)
-        ready(simulator)
         serving = Serving(simulator, gate, settings.stop_file)
-        while True:
-            serving.turn(inbox)
+        stops = Stops(simulator, serving.leasing, partial(inbox.put, Urgent()))
+        with stop_line(gate.lock, stops.stop, serving.leasing.latch.keep, settings.namespace) as line:
+            reached = partial(_reached, settings, simulator, door, line, inbox, secrets.token_hex(8))
+            portal.start_task(door.attend, reached)
+            ready(simulator)
+            while True:
+                serving.turn(inbox, stops)
 
 
 @asynccontextmanager
 async def _reached(
     settings: NodeSettings,
     simulator: Simulator,
-    gate: NodeGate,
+    door: Door,
+    stops: StopLine,
     inbox: queue.SimpleQueue[Arrived],
     boot: str,
     session: AsyncSession,
@@ -172,41 +177,25 @@ async def _reached(
     opened = session.blocking
     busy = Refusal(code=LabResult.UNAVAILABLE, message="the node has too many requests waiting: ask again later")
     inbox.put(Opened())
-    opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox)
-    blind = _listen(opened, settings, simulator, gate, inbox)
-    simulator.streams.connect(partial(_declare_stream, opened, settings))
-    opened.declare_token(node_token(settings.namespace, settings.node, boot))
-    try:
-        yield
-    finally:
-        blind()  # that tokens go with the session says nothing of their holders
+    intake = CountedIntake(ALL_VERBS, "node", stop=stops.take)
+    async with hearing_stops(stops, door, session):
+        opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox, intake)
+        blind = _watch_holders(opened, settings.namespace, inbox)
+        simulator.streams.connect(partial(_declare_stream, opened, settings))
+        opened.declare_token(node_token(settings.namespace, settings.node, boot))
+        try:
+            yield
+        finally:
+            blind()  # that tokens go with the session says nothing of their holders
 
 
-def _listen(
-    session: Session,
-    settings: NodeSettings,
-    simulator: Simulator,
-    gate: NodeGate,
-    inbox: queue.SimpleQueue[Arrived],
-) -> Callable[[], None]:
-    """Hear of holders that die, and of emergency stops, also in the middle of a long grant.
-
-    Returns:
-        What ends hearing of holders.
-    """
+def _watch_holders(session: Session, namespace: str, inbox: queue.SimpleQueue[Arrived]) -> Callable[[], None]:
+    """Watch the tokens of those who hold robots; returns what ends it."""
 
     def changed(token: str, is_alive: bool) -> None:
         inbox.put(TokenChanged(token, is_alive))
 
-    key = emergency_key(settings.namespace)
-
-    def stop(payload: bytes, seal: bytes) -> None:
-        if gate.obeys(key, payload, seal):
-            simulator.halt()
-            inbox.put(Urgent(payload))
-
-    declare_subscriber(session, key, stop)
-    return session.watch_tokens(holder_tokens(settings.namespace), changed)
+    return session.watch_tokens(holder_tokens(namespace), changed)
 
 
 def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Outlet:
@@ -220,23 +209,29 @@ class Serving:
         simulator: The simulator.
         gate: Lets requests in.
         stop_file: See `NodeSettings`.
+
+    Attributes:
+        leasing: Who has which robots.
     """
 
     def __init__(self, simulator: Simulator, gate: NodeGate, stop_file: Path | None = None) -> None:
         self._simulator = simulator
         self._gate = gate
-        self._leasing = Leasing(simulator, stop_file)
+        self.leasing = Leasing(simulator, stop_file)
         self._waiting = WaitingRequests(simulator.log)
 
-    def turn(self, inbox: queue.SimpleQueue[Arrived]) -> None:
-        """Keep pace while playing, and see to what has come, is due, or comes next."""
+    def turn(self, inbox: queue.SimpleQueue[Arrived], stops: Stops) -> None:
+        """Keep pace while playing, and see to what has come, is due, or comes next; to emergency stops first."""
+        if stops.settle():
+            for request in self._waiting.all():
+                self.answer(request)
         clock = time.monotonic()
         delay = keep_pace(self._simulator, clock)
         if inbox.empty():  # else a sign of life may have come that nobody has had the time to see
-            self._leasing.stop_overdue()
+            self.leasing.stop_overdue()
         for request in self._waiting.due(clock):
             self.answer(request)
-        times = (delay, self._waiting.within(clock), self._leasing.within())
+        times = (delay, self._waiting.within(clock), self.leasing.within())
         timeout = min((each for each in times if each is not None), default=None)
         try:
             arrived = inbox.get(block=timeout != 0.0, timeout=timeout)
@@ -244,30 +239,18 @@ class Serving:
             return
         match arrived:
             case TokenChanged():
-                self._leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
+                self.leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
             case Opened():
-                self._leasing.lose_sight()
-            case Urgent():
-                self._stop(arrived.payload)
+                self.leasing.lose_sight()
             case Request():
                 if arrived.key.endswith(f"/{HOLD_ROBOTS.name}"):
-                    self._leasing.note_life(arrived.payload)
+                    self.leasing.note_life(arrived.payload)
                 if not self._waiting.put_aside(arrived, time.monotonic()):
                     self.answer(arrived)
-            case Signalled():
+            case Urgent() | Signalled():  # which the next turn begins with
                 pass
             case _:
                 assert_never(arrived)
-
-    def _stop(self, payload: bytes) -> None:
-        try:
-            asked = decode(EmergencyStop, payload)
-        except WireError:
-            asked = EmergencyStop(by="somebody whose message cannot be read")
-        self._leasing.emergency_stop(asked)
-        self._gate.stopped()
-        for request in self._waiting.all():
-            self.answer(request)
 
     def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
@@ -276,7 +259,7 @@ class Serving:
             if verb == CHALLENGE.name:
                 request.reply(encode(self._gate.prove(request.payload)))
                 return
-            with self._gate.admitted(request, self._leasing.holds) as sender:
+            with self._gate.admitted(request, self.leasing.holds) as sender:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
         except RequestRefused as refused:
@@ -287,12 +270,12 @@ class Serving:
             _refuse(request, LabResult.FAULT, why)
 
     def _carry_out(self, sender: str, verb: str, payload: bytes) -> bytes:
-        own = self._leasing.verbs.get(verb)
+        own = self.leasing.verbs.get(verb)
         if own is None:
-            return handle(self._simulator, verb, payload, partial(self._leasing.permit, sender))
-        model, carry = own
+            return handle(self._simulator, verb, payload, partial(self.leasing.permit, sender))
+        known, carry = own
         try:
-            asked = decode(model, payload)
+            asked = known.read(payload)
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
         self._simulator.stay()

@@ -176,14 +176,14 @@ class Simulation(Stateful):
                 raise UnstablePhysics(f"the state of the robot '{name}' is not finite at {self.time:g} s")
 
     def run(self, until: float) -> None:
-        """Simulate to the first step at or after a time, whatever happens."""
-        while self.time < until:
+        """Simulate to the first step at or after a time, whatever happens but an emergency stop."""
+        while self.time < until and not self.halted.is_set():
             self._pass(until)
 
     def step(self, count: int) -> None:
-        """Make physics steps, whatever happens."""
+        """Make physics steps, whatever happens but an emergency stop."""
         end = self._steps + count
-        while self._steps < end:
+        while self._steps < end and not self.halted.is_set():
             self._make(min(end - self._steps, self._steps_to_tick(1)))
 
     def _pass(self, until: float) -> None:

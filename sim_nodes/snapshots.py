@@ -14,7 +14,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from seoro.bridges.wire import SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
+from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.input_files import Kind, read_input
 from sim_nodes.codec import CodecError, pack, unpack
@@ -77,7 +77,7 @@ def read(path: Path) -> Snapshot:
         RequestRefused: The file cannot be read, or holds no snapshot.
     """
     try:
-        return decode(Snapshot, read_input(path, Kind.SNAPSHOT))
+        return decode(Snapshot, read_input(path, Kind.SNAPSHOT), BYTES)
     except OSError as error:
         raise RequestRefused(Result.NOT_FOUND, f"{path} cannot be read: {error.strerror}") from error
     except WireError as error:

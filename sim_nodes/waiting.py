@@ -12,9 +12,7 @@ from seoro.bridges.wire import (
     AWAIT_HAPPENINGS,
     HOLD_ROBOTS,
     LONGEST_WAIT,
-    AwaitHappenings,
     WireError,
-    decode,
 )
 from sim_nodes.happenings import Log
 
@@ -50,7 +48,7 @@ class WaitingRequests:
         if request.key.rpartition("/")[2] not in VERBS or len(self._waiting) >= MAX_WAITING:
             return False
         try:
-            asked = decode(AwaitHappenings, request.payload)
+            asked = AWAIT_HAPPENINGS.read(request.payload)
         except WireError:
             return False
         if asked.since != self._log.number or not 0.0 < asked.wait <= LONGEST_WAIT:

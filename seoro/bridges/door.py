@@ -22,6 +22,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bridges.wire.keys import NAMESPACE, node_command, node_tokens_of
+from seoro.bridges.wire.limits import MAX_REQUEST
 from seoro.bridges.wire.proving import CHALLENGE
 from seoro.errors import InvalidUse
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from seoro.keys.folder import Keys
     from seoro.keys.revocation import Revocations
 
+LARGEST_RECEIVED: Final = MAX_REQUEST + (1 << 16)  # [bytes] of a message with what Zenoh adds to it
 PAUSE: Final = 0.2  # [s] before an endpoint that does not open again is tried once more
 
 log = logging.getLogger(__name__)
@@ -49,6 +51,7 @@ class Door:
         node: Name of the node that is reached there, which no other may have when it comes; None for no node.
         namespace: Of that.
         gossip: Whether peers that connect to this hub learn of each other, such as nodes of ROS 2 (see `Session`).
+        largest: [bytes] of a message that is received.
     """
 
     listen: str | None = None
@@ -58,6 +61,7 @@ class Door:
     node: str | None = None
     namespace: str = NAMESPACE
     gossip: bool = False
+    largest: int = LARGEST_RECEIVED
 
     async def attend(self, serve: Served, *, task_status: TaskStatus[None]) -> None:
         """Serve, at one session after another; does not end. It has started when the first one is served.
@@ -73,7 +77,7 @@ class Door:
             while True:
                 known = None if self.revoked is None else self.revoked.current()
                 try:
-                    async with self._session(known) as session:
+                    async with self.open(known) as session:
                         if not is_open:
                             await self._check_name(session)
                         async with serve(session):
@@ -87,10 +91,21 @@ class Door:
                     log.error("cannot be reached: %s; trying again", error)
                     await anyio.sleep(PAUSE)
 
-    def _session(self, known: Revocations | None) -> AbstractAsyncContextManager[AsyncSession]:
+    def open(self, known: Revocations | None) -> AbstractAsyncContextManager[AsyncSession]:
+        """Open a session there.
+
+        Args:
+            known: Identities that are revoked, which get nothing from one that listens; None without keys.
+        """
         endpoint = self.listen or self.connect or ""
         security = security_of(endpoint, self.keys, listens=self.listen is not None, revoked=known)
-        return open_session(listen=self.listen, connect=self.connect, security=security, gossip=self.gossip)
+        return open_session(
+            listen=self.listen,
+            connect=self.connect,
+            security=security,
+            gossip=self.gossip,
+            largest=self.largest,
+        )
 
     async def _check_name(self, session: AsyncSession) -> None:
         """Check that runs which ask for the node by its name reach no other."""

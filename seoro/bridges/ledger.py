@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.serving.answering import decoded
+from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import Result
 from seoro.keys.roles import STOPPING
@@ -82,7 +83,19 @@ class Ledger:
             reason: Why, in words.
         """
         of = {} if number is None else {"of": number}
-        self._owe(**_entry(asked), outcome=outcome, **of, **_reason(reason))
+        entry = {**_entry(asked), "outcome": outcome, **of, **_reason(reason)}
+        if asked.verb != EMERGENCY_STOP.name or not self._write_urgently(entry):
+            self._owe(**entry)
+
+    def _write_urgently(self, entry: dict[str, Any]) -> bool:
+        """Write a line into the room that is reserved for it; returns whether that was possible."""
+        with self._lock:
+            try:
+                self._audit.write(is_urgent=True, **entry)
+            except OSError:
+                log.exception("cannot write an emergency stop into the audit log yet")
+                return False
+        return True
 
     def refuse(self, asked: Asked, reason: str) -> None:
         """Write down what was refused before it was taken, unless that happens all the time."""

@@ -13,6 +13,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
+from seoro.keys.roles import Role
 from seoro.keys.sealing import Stale, Verifier, prove
 from seoro.keys.signing import Signatures, certificate_der, sign
 from seoro.steady import steady_ns
@@ -34,6 +35,11 @@ class Lock:
         self.boot: Final = secrets.token_hex(8)  # which start of it this is
         self._verifier = Verifier(keys, self.boot, revoked.current)
         self._signatures = Signatures(keys.authority, revoked.current)
+
+    @property
+    def role(self) -> Role:
+        """As what it has its keys."""
+        return self._keys.identity.role
 
     def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""

@@ -14,6 +14,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.secured import ROUTING, keys_for
 from seoro.bridges.session import AsyncSession, is_secured
+from seoro.bridges.wire.limits import MAX_MESSAGE
 
 
 async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> None:
@@ -33,7 +34,7 @@ async def route(endpoint: str, keys: Path | None, ready: Callable[[], None]) -> 
     """
     found = keys_for(endpoint, ROUTING, keys)
     revoked = None if found is None or not is_secured(endpoint) else Revoked(found)
-    door = Door(endpoint, keys=found, revoked=revoked, gossip=not is_secured(endpoint))
+    door = Door(endpoint, keys=found, revoked=revoked, gossip=not is_secured(endpoint), largest=MAX_MESSAGE)
     async with background() as tasks:
         await tasks.start(door.attend, _pass_on_nodes if door.gossip else _pass_on)
         ready()

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 from seoro.bridges.session import AsyncSession, Refused
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command
 from seoro.bridges.wire.lab import EMERGENCY_STOP
-from seoro.bridges.wire.message import WireError, decode, encode
-from seoro.bridges.wire.proving import CHALLENGE, DENIED, Challenge, Proof, is_open
+from seoro.bridges.wire.message import WireError, encode
+from seoro.bridges.wire.proving import CHALLENGE, DENIED, Challenge, is_open
 from seoro.bridges.wire.refusal import said_in
 from seoro.bridges.wire.results import Result
 from seoro.errors import BackendRefused
@@ -119,7 +119,7 @@ class Seals:
             said = await self._session.query(
                 self._peer.key(CHALLENGE.name), encode(Challenge(nonce=nonce)), TIMEOUT
             )
-            proof = decode(Proof, said)
+            proof = CHALLENGE.read_answer(said)
             sealer.accept(
                 proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns())
             )

@@ -20,7 +20,7 @@ def read_snapshot(path: Path) -> wire.Snapshot:
     except OSError as error:
         raise InvalidUse(f"the snapshot {path} cannot be read: {error.strerror}") from error
     try:
-        return wire.decode(wire.Snapshot, content)
+        return wire.decode(wire.Snapshot, content, wire.BYTES)
     except wire.WireError:
         raise InvalidUse(
             f"{path} holds no snapshot",

@@ -15,6 +15,7 @@ from typing import Any, Final, TypeAlias, Union, get_args, get_origin, get_type_
 
 import msgpack
 
+from seoro.bridges.wire.limits import MAX_MESSAGE, Limits, check_limits
 from seoro.errors import BackendError, BackendUnreachable, InvalidScenario, InvalidUse, SeoroError
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frozen import Frozen, Value
@@ -101,6 +102,9 @@ class _Packed(Value):
 End: TypeAlias = Ended | NotRun
 
 
+LIMITS: Final = Limits(MAX_MESSAGE, 1_000_000, 1000)  # of the bytes of an end
+
+
 class InvalidEnd(Exception):
     """Bytes that are no end of a run."""
 
@@ -135,6 +139,7 @@ def unpack_end(data: bytes) -> End:
         InvalidEnd: There is none in them.
     """
     try:
+        check_limits(data, LIMITS)
         texts, content = msgpack.unpackb(data, unicode_errors="surrogatepass")
         files = tuple(SourceFile(_of(str, name), _of(str, text)) for name, text in texts)
         both: _Packed = _unpack(_Packed, content, files, 0)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import AsyncIterator
+from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -25,6 +27,7 @@ class Emergency:
     """
 
     def __init__(self, queue: Queue, folder: Path) -> None:
+        self._loop = asyncio.get_running_loop()
         self._queue = queue
         self._latch = Latch(folder / FILE)
         queue.hold_back(self._latch.reason)
@@ -34,22 +37,31 @@ class Emergency:
         """Why no run begins; empty if nothing speaks against it."""
         return self._latch.reason
 
-    async def stop(self, asked: wire.EmergencyStop) -> wire.EmergencyStopped:
-        """Stop all runs; those that wait go on waiting."""
+    def stop(self, asked: wire.EmergencyStop) -> Future[wire.EmergencyStopped]:
+        """Stop all runs; those that wait go on waiting. From any thread, whatever the event loop does."""
         began = time.monotonic()
         self._latch.stop(asked)
+        runs = self._queue.halt_processes(self._latch.reason)
+        with suppress(RuntimeError):  # the executor ends
+            self._loop.call_soon_threadsafe(self._follow)
+        stopped: Future[wire.EmergencyStopped] = Future()
+        stopped.set_result(
+            wire.EmergencyStopped(stopped=tuple(run[:8] for run in runs), took=time.monotonic() - began)
+        )
+        return stopped
+
+    def _follow(self) -> None:
+        """Note in the event loop what holds."""
         self._queue.hold_back(self._latch.reason)
-        stopped = self._queue.halt_running(self._latch.reason)
-        await anyio.to_thread.run_sync(self._latch.sync)
-        return wire.EmergencyStopped(stopped=tuple(run[:8] for run in stopped), took=time.monotonic() - began)
+        if self._latch.reason:
+            self._queue.halt_running(self._latch.reason)
+
+    def keep(self) -> None:
+        """Write down whether runs may begin."""
+        self._latch.keep()
 
     async def release(self, asked: wire.ReleaseStop) -> wire.Empty:
         """Let runs begin again."""
-        self._latch.release(asked)
+        await anyio.to_thread.run_sync(self._latch.release, asked)
         self._queue.hold_back("")
         return wire.Empty()
-
-    async def obey(self, heard: AsyncIterator[wire.EmergencyStop]) -> None:
-        """Stop when it is published; runs as long as the executor."""
-        async for asked in heard:
-            await self.stop(asked)

@@ -5,6 +5,9 @@ Without keys everybody who reaches the executor may ask for everything; that is 
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -16,13 +19,12 @@ from seoro.bridges.ledger import Asked, take
 from seoro.bridges.serving.answering import decoded
 from seoro.bridges.session import Request
 from seoro.bridges.wire import Empty, Message, Result, encode
-from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.limits import Policy
 from seoro.executor.serving import Server
 from seoro.keys.errors import InvalidKeys
-from seoro.keys.roles import MOVING, READING, STOPPING, executor_verbs, least_role
+from seoro.keys.roles import READING, STOPPING, executor_verbs, least_role
 from seoro.rates import Rates
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from seoro.keys.certificates import Identity
 
 _UNSAID: Final = READING | {"missing_blobs", "put_blob"}  # of which only refusals are written down
+FOLLOWED_BY_ONE: Final = 200  # requests for records of one identity that wait at the same time
+FOLLOWED: Final = 500  # of all
 _SUBMITTING: Final = {verb.name: verb for verb in (wire.SUBMIT, wire.DRY_RUN, wire.PUT_BLOB)}
 
 
@@ -47,6 +51,7 @@ class Gate:
         self._policy = policy
         self._lock = lock
         self._rates = Rates()
+        self._following: Counter[str] = Counter()
 
     async def carry_out(self, request: Request, verb: str, payload: bytes) -> Message:
         """Carry out a verb.
@@ -75,7 +80,8 @@ class Gate:
                 ledger.refuse(asked, refused.message)
             raise
         try:
-            answer = await self._carry_out_for(who, request, asked, lock)
+            with self._counted(who, verb):
+                answer = await self._carry_out_for(who, request, asked, lock)
         except RequestRefused as refused:
             if verb not in _UNSAID:
                 ledger.conclude(asked, number, "refused", refused.message)
@@ -92,26 +98,32 @@ class Gate:
                 await anyio.to_thread.run_sync(ledger.sync)
         return answer
 
+    @contextmanager
+    def _counted(self, who: Identity, verb: str) -> Iterator[None]:
+        """Count a request that may wait, before it is read.
+
+        Raises:
+            RequestRefused: Too many of this identity wait.
+        """
+        if verb != wire.RECORDS.name:
+            yield
+            return
+        if self._following[who.name] >= FOLLOWED_BY_ONE:
+            why = f"{who} follows {FOLLOWED_BY_ONE} runs at once, which is as many as may be: ask again later"
+            raise RequestRefused(wire.UNAVAILABLE, why)
+        self._following[who.name] += 1
+        try:
+            yield
+        finally:
+            self._following[who.name] -= 1
+            if not self._following[who.name]:
+                del self._following[who.name]
+
     async def _carry_out_for(self, who: Identity, request: Request, asked: Asked, lock: Lock) -> Message:
         if asked.verb == wire.REVOKE.name:
             return _revoke(lock, decoded(wire.REVOKE, asked.payload))
         said = _stamped(asked.verb, asked.payload, who)
         return await self._server.carry_out(asked.verb, said, request.reply_part)
-
-    def obeys(self, key: str, payload: bytes, seal: bytes) -> bool:
-        """Whether an emergency stop that is published is by somebody who may; it is written down."""
-        if self._lock is None:
-            return True
-        asked = Asked(None, EMERGENCY_STOP.name, payload)
-        try:
-            asked = replace(asked, who=(who := self._lock.admit_urgent(key, payload, seal)))
-            if who.role not in MOVING:
-                raise RequestRefused(DENIED, f"{who} may not stop everything")
-        except RequestRefused as refused:
-            self._lock.ledger.refuse(asked, refused.message)
-            return False
-        take(self._lock.ledger, asked, "executor")
-        return True
 
     def _check(self, who: Identity, verb: str) -> None:
         if verb not in executor_verbs(who.role):

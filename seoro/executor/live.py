@@ -98,6 +98,11 @@ class LiveRun:
         if self._worker is not None:
             self._worker.halt(reason)
 
+    def halt_process(self, reason: str) -> None:
+        """Tell its process to halt, if it has one; from any thread. `halt` has to follow."""
+        if (worker := self._worker) is not None:
+            worker.halt(reason)
+
     def leave(self) -> None:
         """When its process has ended without having begun it, it is left for the next start of the executor."""
         self._is_left = not self.is_stopped

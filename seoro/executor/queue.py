@@ -162,6 +162,17 @@ class Queue:
             self._live[run].halt(reason)
         return self._going_on
 
+    def halt_processes(self, reason: str) -> tuple[str, ...]:
+        """Tell the processes of all runs that go on to halt, and return the runs; let none begin. From any thread.
+
+        The event loop follows up by `hold_back` and `halt_running`.
+        """
+        self._held_back = reason
+        live = dict(self._live)
+        for each in live.values():
+            each.halt_process(reason)
+        return tuple(run for run in live if run not in self._waiting)
+
     @property
     def _going_on(self) -> tuple[str, ...]:
         return tuple(run for run in self._live if run not in self._waiting)

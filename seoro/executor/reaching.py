@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
@@ -13,21 +14,23 @@ from anyio.abc import TaskGroup, TaskStatus
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.door import Door
-from seoro.bridges.executor.messages import UNAVAILABLE
+from seoro.bridges.executor.messages import EXECUTOR_VERBS, RECORDS, UNAVAILABLE
+from seoro.bridges.executor.sight import LOOK
 from seoro.bridges.serving.answering import answer, decoded
-from seoro.bridges.serving.emergency import emergencies
+from seoro.bridges.serving.emergency import StopLine, hearing_stops
+from seoro.bridges.serving.intake import CountedIntake
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire.keys import executor_command
 from seoro.bridges.wire.message import Message
 from seoro.bridges.wire.proving import CLAIM
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.executor.emergency import Emergency
-from seoro.executor.gate import Gate
+from seoro.executor.gate import FOLLOWED, Gate
 from seoro.executor.naming import Name
 
 if TYPE_CHECKING:
     from seoro.bridges.lock import Lock
 
+VERBS: Final = (*EXECUTOR_VERBS, CLAIM, LOOK, wire.EMERGENCY_STOP, wire.RELEASE_STOP)
 WAITING: Final = Bound(1024, lose="newest")  # requests
 
 
@@ -61,12 +64,12 @@ class Reached:
         return self._name.lost
 
     @asynccontextmanager
-    async def answering(self, gate: Gate, emergency: Emergency, tasks: TaskGroup) -> AsyncIterator[None]:
+    async def answering(self, gate: Gate, stops: StopLine, tasks: TaskGroup) -> AsyncIterator[None]:
         """Answer requests for as long as the block lasts, and in its end those that came before it.
 
         Args:
             gate: Carries them out.
-            emergency: Is told of emergency stops that are published.
+            stops: Obeys emergency stops.
             tasks: Where requests are carried out.
 
         Raises:
@@ -74,27 +77,33 @@ class Reached:
             SessionError: The endpoint does not work.
         """
         async with background() as duties:
-            await duties.start(self._door.attend, partial(self._served, gate, emergency, tasks))
+            await duties.start(self._door.attend, partial(self._served, gate, stops, tasks))
             yield
 
     @asynccontextmanager
     async def _served(
-        self, gate: Gate, emergency: Emergency, tasks: TaskGroup, session: AsyncSession
+        self, gate: Gate, stops: StopLine, tasks: TaskGroup, session: AsyncSession
     ) -> AsyncIterator[None]:
-        async with emergencies(session, wire.NAMESPACE, gate.obeys) as heard, background() as duties:
-            await duties.start(self._take_requests, gate, tasks, session)
-            duties.start_soon(emergency.obey, heard)
+        async with hearing_stops(stops, self._door, session), background() as duties:
+            await duties.start(self._take_requests, gate, stops, tasks, session)
             yield
 
     async def _take_requests(
-        self, gate: Gate, tasks: TaskGroup, session: AsyncSession, *, task_status: TaskStatus[None]
+        self,
+        gate: Gate,
+        stops: StopLine,
+        tasks: TaskGroup,
+        session: AsyncSession,
+        *,
+        task_status: TaskStatus[None],
     ) -> None:
         """Take requests under the name, for as long as nobody has it who had it before."""
         busy = wire.encode(wire.Refusal(code=UNAVAILABLE, message="the executor is busy: ask again later"))
         if not self._had_name:
             await self._name.wait_until_free(session)
+        intake = CountedIntake(VERBS, "executor", UNAVAILABLE, {RECORDS.name: FOLLOWED}, stops.take)
         async with (
-            session.answering(self._key, WAITING, busy) as requests,
+            session.answering(self._key, WAITING, busy, intake) as requests,
             session.token(self._name.token),
             background() as duties,
         ):
@@ -109,6 +118,7 @@ class Reached:
     async def _answer(self, gate: Gate, requests: Mailbox[Request], tasks: TaskGroup) -> None:
         async for request in requests:
             tasks.start_soon(answer, request, partial(self._carry_out, gate, request), "executor", UNAVAILABLE)
+            await asyncio.sleep(0)  # one at a time, so that nothing else waits for as many as have come at once
 
     async def _carry_out(self, gate: Gate, request: Request, verb: str, payload: bytes) -> Message:
         if verb == CLAIM.name:

@@ -20,6 +20,8 @@ from seoro.bridges.door import Door
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.revoked import Revoked
 from seoro.bridges.secured import SERVING_RUNS, keys_for
+from seoro.bridges.serving.emergency import stop_line
+from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.message import WireError
 from seoro.errors import InvalidUse
 from seoro.executor import bubblewrap
@@ -132,8 +134,9 @@ async def executing(options: ExecutorOptions) -> AsyncIterator[Started]:
             dry_runs = DryRuns(pool, can_sandbox=not trouble)
             server = Server(store, queue, dry_runs, options.jobs, policy, emergency, trouble)
             gate = Gate(server, policy, lock)
+            stops = stack.enter_context(stop_line(lock, emergency.stop, emergency.keep, NAMESPACE))
             reached = Reached(options.name, Door(options.listen, options.connect, keys, revoked), lock)
-            async with reached.answering(gate, emergency, tasks), background() as duties:
+            async with reached.answering(gate, stops, tasks), background() as duties:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.keep_ends)

@@ -24,7 +24,7 @@ from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.executor.sight import LOOK, Hop, Look, PlaceSeen, Sight
 from seoro.bridges.launch import can_film, is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
-from seoro.bridges.wire import EMERGENCY_STOP, RELEASE_STOP, Empty, Message, Result, Verb, encode
+from seoro.bridges.wire import RELEASE_STOP, Empty, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.errors import InvalidUse
@@ -104,7 +104,6 @@ class Server:
             wire.READ_FILE: self._read_file,
             wire.REMOVE_RUN: self._remove_run,
             LOOK: self._look,
-            EMERGENCY_STOP: emergency.stop,
             RELEASE_STOP: emergency.release,
         }
         self._handlers = MappingProxyType({verb.name: (verb, handler) for verb, handler in handlers.items()})

@@ -26,7 +26,7 @@ from typing import Any, Final, TypeVar
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo, State
-from seoro.bridges.wire import decode, encode
+from seoro.bridges.wire import encode
 from seoro.durable import sync_file, sync_folder, sync_tree
 from seoro.errors import InvalidUse
 
@@ -159,7 +159,7 @@ class Store:
     async def submission(self, run: str) -> wire.Submission:
         """What a run was submitted with."""
         [row] = await self._rows("SELECT submission FROM runs WHERE run = ?", run)
-        return decode(wire.Submission, row[0])
+        return wire.SUBMIT.read(row[0])
 
     async def info(self, run: str) -> RunInfo:
         """What is known of a run.

@@ -14,7 +14,7 @@ import anyio
 
 from seoro.background import background
 from seoro.bridges.executor import messages as wire
-from seoro.bridges.wire import Result, decode
+from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.frames import Frame, Job
 from seoro.executor.limits import Limits
@@ -119,7 +119,7 @@ async def _told(worker: Worker, limits: Limits) -> wire.Tried:
             duties.start_soon(hold_to_usage)
             async for kind, data in worker.frames():
                 if kind is Frame.TRIED:
-                    tried = decode(wire.Tried, data)
+                    tried = wire.DRY_RUN.read_answer(data)
                 elif kind is Frame.END:
                     return wire.Tried(end=data) if data else tried
             raise _not_known(killed or "its process died")

@@ -30,7 +30,7 @@ import anyio
 import seoro.bridges.launch
 import seoro.bridges.wire.everything  # noqa: F401
 from seoro.bridges import wire
-from seoro.bridges.executor.messages import BundledFilm, Tried
+from seoro.bridges.executor.messages import BUNDLE, BundledFilm, Tried
 from seoro.bridges.session import brokered
 from seoro.bundle.places import locating
 from seoro.bundle.unpacking import options_of
@@ -157,7 +157,7 @@ def work(control_pipe: int, data_pipe: int) -> None:
     first = read_frame(control)
     if first is None:
         return
-    job = wire.decode(Job, first[1])
+    job = wire.decode(Job, first[1], BUNDLE)
     _redirect(Path(job.log))
     enter(job.environment, Path(job.home))
     _limit(job)

@@ -13,6 +13,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Final
@@ -46,6 +47,8 @@ class Worker:
         self._process = process
         self._ended = ended
         self._control = control
+        self._controlling = threading.Lock()  # an emergency stop comes from a thread of its own
+        self._is_closed = False
         self._reader = reader
 
     @property
@@ -79,8 +82,11 @@ class Worker:
             self._write(Frame.GIVE_UP, reason.encode())
 
     def _write(self, kind: Frame, data: bytes) -> None:
-        with os.fdopen(os.dup(self._control), "wb") as pipe:
-            pipe.write(frame(kind, data))
+        with self._controlling:
+            if self._is_closed:
+                return
+            with os.fdopen(os.dup(self._control), "wb") as pipe:
+                pipe.write(frame(kind, data))
 
     async def frames(self) -> AsyncIterator[tuple[Frame, bytes]]:
         """What it tells, to the end of its run or its own."""
@@ -110,7 +116,9 @@ class Worker:
 
     def close(self) -> None:
         """Close the pipe for its job."""
-        os.close(self._control)
+        with self._controlling:
+            self._is_closed = True
+            os.close(self._control)
 
 
 class Template:

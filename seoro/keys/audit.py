@@ -26,6 +26,7 @@ from seoro.input_files import Kind, open_input
 from seoro.keys.certificates import check_issued, identity_of
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
+from seoro.keys.reserve import reserve
 from seoro.keys.roles import Role
 from seoro.keys.signing import certificate_der
 
@@ -33,10 +34,13 @@ WRITERS: Final = frozenset({Role.EXECUTOR, Role.NODE})
 _ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
 _NOTHING: Final = "0" * 64  # the hash of the line before the first
 _LONGEST: Final = 1 << 20  # [bytes] of a line
+RESERVE: Final = 1 << 16  # [bytes] of the disk that emergency stops always have
 
 
 class Audit:
     """Writes a log, which goes on where it was.
+
+    Room for emergency stops is reserved behind its end: a full disk keeps out all other lines before them.
 
     Args:
         path: Its file.
@@ -52,6 +56,7 @@ class Audit:
         whole, last = _last_line(path)
         self._file.truncate(whole)  # what was half written when an executor died is no line
         self._file.seek(whole)
+        self._reserved = whole  # up to which byte there is room that nobody else gets
         self._number = 0 if last is None else int(json.loads(last)["number"]) + 1
         self._previous = _NOTHING if last is None else hashlib.sha256(last).hexdigest()
         certificate = b64encode(certificate_der(keys.certificate)).decode()
@@ -59,10 +64,11 @@ class Audit:
         self.sync()
         sync_folder(path.absolute().parent)
 
-    def write(self, **entry: Any) -> int:
+    def write(self, *, is_urgent: bool = False, **entry: Any) -> int:
         """Write a line.
 
         Args:
+            is_urgent: Whether it may use the room that is reserved.
             entry: What it says, as JSON has it.
 
         Returns:
@@ -75,6 +81,8 @@ class Audit:
         signature = self._keys.key.sign(_signed(said), _ALGORITHM)
         line = json.dumps({**said, "signature": b64encode(signature).decode()}).encode() + b"\n"
         at = self._file.tell()
+        if not is_urgent:
+            self._reserve(at, at + len(line) + RESERVE)
         try:
             if self._file.write(line) != len(line):
                 raise OSError("the disk is full")
@@ -93,6 +101,24 @@ class Audit:
             OSError: That cannot be done.
         """
         os.fdatasync(self._file.fileno())
+
+    def _reserve(self, at: int, end: int) -> None:
+        """Reserve room up to a byte, and somewhat more if there is any, so as not to do it for each line.
+
+        Raises:
+            OSError: There is no room.
+        """
+        if end <= self._reserved:
+            return
+        for each in (end + RESERVE, end):
+            try:
+                reserve(self._file.fileno(), at, each - at)
+            except OSError:
+                if each == end:
+                    raise
+            else:
+                self._reserved = each
+                return
 
     def close(self) -> None:
         """Write nothing any more."""

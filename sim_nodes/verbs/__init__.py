@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import MappingProxyType
+from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
@@ -51,8 +52,8 @@ PARTS = (
     spawnables,
     artifacts,
 )
-VERBS: MappingProxyType[str, tuple[type[wire.Message], Handler]] = MappingProxyType(
-    {verb.name: (verb.request, handler) for part in PARTS for verb, handler in part.HANDLERS}
+VERBS: MappingProxyType[str, tuple[wire.Verb[Any, Any], Handler]] = MappingProxyType(
+    {verb.name: (verb, handler) for part in PARTS for verb, handler in part.HANDLERS}
 )
 
 Permit = Callable[[str, wire.Message], wire.Message]
@@ -80,9 +81,9 @@ def handle(simulator: Simulator, verb: str, payload: bytes, permit: Permit = _pe
     """
     if verb not in VERBS:
         raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"there is no verb {verb!r}: known are {listed(VERBS)}")
-    model, handler = VERBS[verb]
+    known, handler = VERBS[verb]
     try:
-        request = wire.decode(model, payload)
+        request = known.read(payload)
     except wire.WireError as error:
         raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
     request = permit(verb, request)

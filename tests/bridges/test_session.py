@@ -24,7 +24,7 @@ from seoro.bridges.session import (
     SessionError,
     open_session,
 )
-from seoro.bridges.session.core import _settings
+from seoro.bridges.session.core import LARGEST, _settings
 from seoro.bridges.session.endpoints import is_endpoint
 from tests.routers import routing
 
@@ -230,5 +230,5 @@ def open_files() -> list[str]:
 
 @pytest.mark.parametrize("patient", [True, False])
 def test_a_megabyte_may_wait_to_be_sent(patient: bool) -> None:
-    queue = _settings(None, "tcp/127.0.0.1:7447", patient)["transport"]["link"]["tx"]["queue"]
+    queue = _settings(None, "tcp/127.0.0.1:7447", patient, False, LARGEST)["transport"]["link"]["tx"]["queue"]
     assert queue["size"]["data"] * 65_536 == 1_048_576

@@ -1,7 +1,8 @@
 """Logs of what was asked: nothing in them can be changed unnoticed."""
 
 import json
-from collections.abc import Callable
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -94,3 +95,36 @@ def test_only_executors_write_logs(lab: KeyedLab, tmp_path: Path) -> None:
     write(path, read_keys(lab.keys("anna")), 1)
     with pytest.raises(InvalidUse, match="is neither an executor nor a node"):
         check_log(path, read_keys(lab.keys("vera")).authority)
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Iterator[Path]:
+    """A folder on a disk of 1 MiB."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    mounted = subprocess.run(command, check=False, capture_output=True, text=True)
+    if mounted.returncode != 0:
+        pytest.skip(f"nothing can be mounted here: {mounted.stderr.strip()}")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def test_a_full_disk_has_room_for_emergency_stops(small: Path, keys: Keys) -> None:
+    log = small / "audit.jsonl"
+    audit = Audit(log, keys)
+    with (small / "much").open("wb", buffering=0) as much, pytest.raises(OSError, match="No space left"):
+        while True:
+            much.write(bytes(4096))
+    with pytest.raises(OSError, match="No space left"):
+        while True:  # what there is for the next lines
+            audit.write(what="submit", by="anna")
+    for number in range(100):
+        audit.write(is_urgent=True, what="emergency_stop", by="anna", outcome="done", reason=f"smoke {number}")
+    (small / "much").unlink()
+    audit.write(what="submit", by="anna")
+    audit.close()
+    assert check_log(log, keys.authority).writers == (keys.identity.name,)
+    assert log.read_bytes().count(b'"emergency_stop"') == 100

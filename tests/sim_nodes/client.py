@@ -31,7 +31,7 @@ class Client:
         self.simulator = Simulator(make_engine(engine), world, seed)
 
     def ask(self, verb: Verb[Q, A], request: Q) -> A:
-        return wire.decode(verb.answer, verbs.handle(self.simulator, verb.name, wire.encode(request)))
+        return verb.read_answer(verbs.handle(self.simulator, verb.name, wire.encode(request)))
 
     @property
     def truth(self) -> Pose2:

@@ -83,7 +83,7 @@ def test_a_robot_that_is_driven_by_a_velocity_is_driven_on(purpose: Purpose) -> 
 
 def save(client: Client) -> wire.Snapshot:
     answer = client.ask(wire.SAVE_STATE, wire.Empty())
-    return wire.decode(wire.Snapshot, wire.encode(answer))
+    return wire.SAVE_STATE.read_answer(wire.encode(answer))
 
 
 def restore(

@@ -25,7 +25,7 @@ class Tray:
     is_closed: bool = False
 
     def put(self, payload: bytes) -> None:
-        self.told.append(wire.decode(wire.Streamed, payload))
+        self.told.append(wire.decode(wire.Streamed, payload, wire.ANSWER))
 
     def close(self) -> None:
         self.is_closed = True

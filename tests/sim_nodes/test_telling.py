@@ -26,7 +26,7 @@ async def test_a_playing_node_publishes_samples_and_tells_what_happens(tmp_path:
         told: Mailbox[wire.Streamed] = Mailbox(Bound(1000))
 
         def take(sample: Sample) -> None:
-            told.put(decode(wire.Streamed, sample.payload), 1)
+            told.put(decode(wire.Streamed, sample.payload, wire.ANSWER), 1)
 
         request = wire.OpenStream(id="view", sensors=(SensorName(robot=ROBOT, sensor="lidar"),))
         async with subscribing(viewer, wire.node_stream("default", "sim", "view"), take):

@@ -11,9 +11,7 @@ from tests.sim_nodes.client import ROBOT, TRUTH, Client
 
 def test_every_verb_of_the_wire_is_served(maze: Client) -> None:
     assert set(verbs.VERBS) == {verb.name for verb in wire.VERBS}
-    assert {verb.name: verb.request for verb in wire.VERBS} == {
-        name: model for name, (model, _) in verbs.VERBS.items()
-    }
+    assert {verb.name: verb for verb in wire.VERBS} == {name: model for name, (model, _) in verbs.VERBS.items()}
 
 
 def test_features_say_what_there_is(maze: Client) -> None:

@@ -12,6 +12,7 @@ from seoro.bridges.executor.messages import UNAVAILABLE
 from seoro.bridges.seals import Peer, Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError, asking_for_parts
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
+from seoro.bridges.wire.limits import Limits
 from seoro.bridges.wire.message import A, M, Message, Q, Verb, WireError, decode, encode
 from seoro.bridges.wire.proving import STALE
 from seoro.bridges.wire.refusal import said_in
@@ -112,7 +113,7 @@ class Executor:
             seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
             async with asking_for_parts(self._session, key, payload, wait + TIMEOUT, seal) as parts:
                 async for is_part, said in parts:
-                    yield self._decoded(part, said) if is_part else self._decoded(verb.answer, said)
+                    yield self._decoded(part if is_part else verb.answer, said, verb.answers)
         except Refused as refused:
             raise self._refusal(refused) from None
         except SessionError as error:
@@ -132,13 +133,14 @@ class Executor:
         payload = encode(request)
         seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
         try:
-            return self._decoded(verb.answer, await self._session.query(key, payload, wait + TIMEOUT, seal))
+            answer = await self._session.query(key, payload, wait + TIMEOUT, seal, is_urgent=verb.is_urgent)
+            return self._decoded(verb.answer, answer, verb.answers)
         except Refused as refused:
             raise self._refusal(refused) from None
 
-    def _decoded(self, kind: type[M], answer: bytes) -> M:
+    def _decoded(self, kind: type[M], answer: bytes, limits: Limits) -> M:
         try:
-            return decode(kind, answer)
+            return decode(kind, answer, limits)
         except WireError as error:
             raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error
 

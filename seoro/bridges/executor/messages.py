@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
+from seoro.bridges.wire.limits import BYTES, KIBIBYTE, MAX_MESSAGE, MEBIBYTE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.proving import CHALLENGE, CLAIM
 
@@ -333,19 +334,24 @@ class Revoke(Said):
     data: Annotated[bytes, Field(max_length=CHUNK)]
 
 
+HASHES = Limits(MEBIBYTE, MAX_FILES + 100)  # of all files of a bundle
+PART = Limits(CHUNK + 256 * KIBIBYTE)  # of a file, with two texts
+BUNDLE = Limits(16 * MEBIBYTE, 10 * MAX_FILES)  # a manifest of 10,000 files, which has 7 elements for each
+FILES = Limits(MAX_MESSAGE, 2_000_000)  # 400,000 files that a run has left
+
 DESCRIBE = Verb("describe", Empty, ExecutorInfo)
-MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes)
-PUT_BLOB = Verb("put_blob", PutBlob, Empty)
-SUBMIT = Verb("submit", Submission, RunInfo)
-DRY_RUN = Verb("dry_run", DryRun, Tried)
+MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes, HASHES)
+PUT_BLOB = Verb("put_blob", PutBlob, Empty, PART)
+SUBMIT = Verb("submit", Submission, RunInfo, BUNDLE)
+DRY_RUN = Verb("dry_run", DryRun, Tried, BUNDLE, BYTES)
 LIST_RUNS = Verb("list_runs", ListRuns, Runs)
-GET_RUN = Verb("get_run", OneRun, Details)
+GET_RUN = Verb("get_run", OneRun, Details, answers=BYTES)
 STOP_RUN = Verb("stop_run", StopRun, RunInfo)
-RECORDS = Verb("records", AskRecords, Records)
-LIST_FILES = Verb("list_files", OneRun, Outputs)
+RECORDS = Verb("records", AskRecords, Records, answers=BYTES)
+LIST_FILES = Verb("list_files", OneRun, Outputs, answers=FILES)
 READ_FILE = Verb("read_file", ReadFile, FilePart)
 REMOVE_RUN = Verb("remove_run", OneRun, Empty)
-REVOKE = Verb("revoke", Revoke, Empty)
+REVOKE = Verb("revoke", Revoke, Empty, PART)
 EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
     CHALLENGE, CLAIM, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, DRY_RUN, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS,
     LIST_FILES, READ_FILE, REMOVE_RUN, REVOKE,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+import threading
 import time
 from datetime import datetime
 from pathlib import Path
@@ -11,13 +13,18 @@ from pathlib import Path
 from seoro.bridges.wire.lab import MAX_TEXT, EmergencyStop, ReleaseStop, Stopped
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import LabResult, Result
-from seoro.durable import sync_file, sync_folder
+from seoro.durable import sync_folder
+
+ROOM = 16_384  # [bytes] of the file; a stop of the longest texts has less
 
 log = logging.getLogger(__name__)
 
 
 class Latch:
-    """Whether an emergency stop holds.
+    """Whether an emergency stop holds; for any thread.
+
+    Room for it on the disk is reserved while none holds, in a file beside its own: a disk that fills up later does
+    not keep it from outlasting the process.
 
     Args:
         file: Where that is kept, so that it outlasts the process; None for nowhere. A file that cannot be read is
@@ -26,7 +33,10 @@ class Latch:
 
     def __init__(self, file: Path | None = None) -> None:
         self._file = file
+        self._lock = threading.Lock()
         self._stopped = None if file is None or not file.exists() else _read(file)
+        if self._stopped is None:
+            self.keep()
 
     @property
     def stopped(self) -> Stopped | None:
@@ -36,13 +46,17 @@ class Latch:
     @property
     def reason(self) -> str:
         """Why nothing moves, in words; empty if nothing speaks against it."""
-        return "" if self._stopped is None else f"emergency stop by {in_words(self._stopped)}"
+        stopped = self._stopped
+        return "" if stopped is None else f"emergency stop by {in_words(stopped)}"
 
     def stop(self, asked: EmergencyStop) -> None:
-        """Let nothing move from now on. Who was first stays the one who has stopped it."""
-        if self._stopped is None:
-            self._stopped = Stopped(by=asked.by[:MAX_TEXT], reason=asked.reason[:MAX_TEXT], since=time.time())
-            self._write()
+        """Let nothing move from now on. Who was first stays the one who has stopped it.
+
+        Nothing is written yet, so that no disk delays it: `keep` does that.
+        """
+        with self._lock:
+            if self._stopped is None:
+                self._stopped = Stopped(by=asked.by[:MAX_TEXT], reason=asked.reason[:MAX_TEXT], since=time.time())
 
     def release(self, asked: ReleaseStop) -> None:
         """Let things move again.
@@ -54,8 +68,9 @@ class Latch:
             raise RequestRefused(Result.OPERATION_FAILED, "an emergency stop is released with a reason: say why")
         if self._stopped is not None:
             log.warning("%s: released by %s: %s", self.reason, asked.by[:MAX_TEXT], asked.reason[:MAX_TEXT])
-        self._stopped = None
-        self._write()
+        with self._lock:
+            self._stopped = None
+        self.keep()
 
     def check(self) -> None:
         """Refuse what moves something while the stop holds.
@@ -69,28 +84,36 @@ class Latch:
                 f"nothing moves since the {self.reason}; `seoro lab release --all --reason ...` ends that",
             )
 
-    def sync(self) -> None:
-        """Force the stop to the disk, so that it outlasts a loss of power; blocks."""
-        if self._file is None or self._stopped is None:
-            return
-        try:
-            sync_file(self._file)
-            sync_folder(self._file.parent)
-        except OSError as error:
-            log.error("the emergency stop would not outlast a loss of power: %s", error)
-
-    def _write(self) -> None:
-        """Keep it; that a disk is full must not keep robots from being stopped."""
+    def keep(self) -> None:
+        """Write down whether a stop holds; what cannot be written is logged."""
         if self._file is None:
             return
+        reserve = self._file.with_suffix(".reserve")
         try:
-            if self._stopped is None:
-                self._file.unlink(missing_ok=True)
-            else:
-                self._file.parent.mkdir(parents=True, exist_ok=True)
-                self._file.write_text(json.dumps(self._stopped.model_dump()), encoding="utf-8")
+            with self._lock:
+                if self._stopped is not None:
+                    _write(self._file, reserve, json.dumps(self._stopped.model_dump()).encode())
+                elif self._file.exists():
+                    self._file.replace(reserve)
+                elif not reserve.exists():
+                    self._file.parent.mkdir(parents=True, exist_ok=True)
+                    reserve.write_bytes(b" " * ROOM)
         except OSError as error:
-            log.error("the emergency stop would not outlast a restart: %s", error)
+            log.error("an emergency stop would not outlast a restart: %s", error)
+
+
+def _write(file: Path, reserve: Path, text: bytes) -> None:
+    """Write over what is there, which needs no room on the disk; what is left of it is blank."""
+    place = file if file.exists() else reserve
+    if not place.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        place.touch()
+    with place.open("r+b", buffering=0) as kept:
+        kept.write(text.ljust(ROOM))
+        os.fsync(kept.fileno())
+    if place != file:
+        place.replace(file)
+        sync_folder(file.parent)
 
 
 def in_words(stopped: Stopped) -> str:

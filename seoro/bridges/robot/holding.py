@@ -72,7 +72,7 @@ class HoldingRequests(Requests):
         key = wire.node_command(address.namespace, address.node, wire.HOLD_ROBOTS.name)
         sender = wire.sender(self._holder.holder)
         payload = await address.session.query(key, wire.encode(request), request.wait + ANSWER, sender)
-        return wire.decode(wire.Happenings, payload)
+        return wire.HOLD_ROBOTS.read_answer(payload)
 
     def _tell(self, told: wire.Happenings) -> None:
         news = [happening for happening in told.happenings if happening.number > self._number]

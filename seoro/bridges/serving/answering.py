@@ -40,12 +40,12 @@ async def answer(
         else:
             await anyio.to_thread.run_sync(request.reply, payload)
     except RequestRefused as refused:
-        _refuse(request, refused.code, refused.message)
+        refuse(request, refused.code, refused.message)
     except Exception as error:
         log.exception("fault in %s", verb)
-        _refuse(request, LabResult.FAULT, f"fault in the {called}: {type(error).__name__}: {error}")
+        refuse(request, LabResult.FAULT, f"fault in the {called}: {type(error).__name__}: {error}")
     except BaseException:
-        _refuse(request, ended, f"the {called} ends")
+        refuse(request, ended, f"the {called} ends")
         raise
 
 
@@ -56,12 +56,13 @@ def decoded(verb: wire.Verb[Any, Any], payload: bytes) -> Any:
         RequestRefused: It is none of that verb.
     """
     try:
-        return wire.decode(verb.request, payload)
+        return verb.read(payload)
     except wire.WireError as error:
         raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
 
 
-def _refuse(request: Request, code: int, message: str) -> None:
+def refuse(request: Request, code: int, message: str) -> None:
+    """Refuse a request; one that cannot be answered is logged."""
     try:
         request.refuse(wire.encode(wire.Refusal(code=code, message=message)))
     except Exception:  # whoever asked is gone, or was answered in part

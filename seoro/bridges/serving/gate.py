@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -14,9 +13,8 @@ from seoro.bridges.door import Door
 from seoro.bridges.ledger import Asked, take
 from seoro.bridges.session import Request
 from seoro.bridges.wire.holding import sender_of
-from seoro.bridges.wire.lab import EMERGENCY_STOP
-from seoro.bridges.wire.message import WireError, decode
-from seoro.bridges.wire.proving import DENIED, STALE, Challenge, Proof, has_seal, is_open, is_sealed
+from seoro.bridges.wire.message import WireError
+from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE, Proof, has_seal, is_open, is_sealed
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import Result
 from seoro.errors import InvalidUse
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
     from seoro.bridges.lock import Lock
     from seoro.keys.certificates import Identity
 
-STOP: Final = EMERGENCY_STOP.name
 CALLED: Final = "node"
 
 
@@ -39,7 +36,11 @@ class NodeGate:
 
     def __init__(self, lock: Lock | None = None) -> None:
         self._lock = lock
-        self._stops: deque[Asked] = deque()  # that are not written down yet
+
+    @property
+    def lock(self) -> Lock | None:
+        """The keys of the node; None if it has none."""
+        return self._lock
 
     @contextmanager
     def admitted(self, request: Request, holds: Callable[[str], bool]) -> Iterator[str]:
@@ -61,10 +62,9 @@ class NodeGate:
         try:
             if sender and not is_sealed(verb):
                 raise RequestRefused(DENIED, "whoever asks for that holds no robots here any more")
-            asked = replace(asked, who=(who := _admit(self._lock, request, verb)))
+            asked = replace(asked, who=(who := self._lock.admit(request)))
             _check(who, verb)
-            # Who stops everything is written down when all stands still.
-            number = take(self._lock.ledger, asked, CALLED) if is_sealed(verb) and verb != STOP else None
+            number = take(self._lock.ledger, asked, CALLED) if is_sealed(verb) else None
         except RequestRefused as refused:
             if refused.code != STALE:
                 self._lock.ledger.refuse(asked, refused.message)
@@ -89,34 +89,9 @@ class NodeGate:
         if self._lock is None:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, "this node has no keys")
         try:
-            return self._lock.prove(decode(Challenge, payload))
+            return self._lock.prove(CHALLENGE.read(payload))
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-
-    def obeys(self, key: str, payload: bytes, seal: bytes) -> bool:
-        """Whether an emergency stop that is published is by somebody who may."""
-        if self._lock is None:
-            return True
-        asked = Asked(None, STOP, payload)
-        try:
-            asked = replace(asked, who=(who := self._lock.admit_urgent(key, payload, seal)))
-            _check(who, STOP)
-        except RequestRefused as refused:
-            self._lock.ledger.refuse(asked, refused.message)
-            return False
-        self._stops.append(asked)
-        return True
-
-    def stopped(self) -> None:
-        """Write down the emergency stops that were published, when all stands still."""
-        while self._lock is not None and self._stops:
-            self._lock.ledger.conclude(self._stops.popleft(), None, "done")
-
-
-def _admit(lock: Lock, request: Request, verb: str) -> Identity:
-    if verb == STOP:
-        return lock.admit_urgent(request.key, request.payload, request.attachment)
-    return lock.admit(request)
 
 
 def _check(who: Identity, verb: str) -> None:

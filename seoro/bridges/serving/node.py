@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Sequence
-from contextlib import asynccontextmanager
+from concurrent.futures import Future
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import anyio
+import anyio.to_thread
 from anyio.abc import TaskGroup
 
 from seoro import __version__
@@ -21,10 +25,11 @@ from seoro.bridges.leasing.latch import Latch
 from seoro.bridges.leasing.leases import Hold, Leases, called
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.serving.answering import answer, decoded
-from seoro.bridges.serving.emergency import emergencies
+from seoro.bridges.serving.emergency import StopLine, hearing_stops, stop_line
 from seoro.bridges.serving.gate import NodeGate, opened_gate
 from seoro.bridges.serving.happenings import HappeningLog
 from seoro.bridges.serving.hold import Watchdog
+from seoro.bridges.serving.intake import CountedIntake
 from seoro.bridges.serving.robot import Handlers, ServedRobot, state_of
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
@@ -45,6 +50,7 @@ async def serving(
     make: Callable[[Work, HappeningLog], Sequence[ServedRobot]],
     state: Path | None = None,
     log: Path | None = None,
+    alarm: Callable[[bool], object] = lambda is_on: None,
 ) -> AsyncIterator[RobotServer]:
     """Serve robots for as long as the block lasts; in its end they stand still.
 
@@ -54,6 +60,7 @@ async def serving(
         make: Makes the robots, which tell of goals and watches there.
         state: File in which an emergency stop outlasts the node; None for nowhere.
         log: File of the log of a node with keys.
+        alarm: Told, on any thread, that there is an emergency stop, and that it was carried out.
 
     Raises:
         InvalidUse: The log cannot be written, or there is another node of the name.
@@ -62,11 +69,12 @@ async def serving(
     with opened_gate(door, log) as gate:
         async with background() as reached, background() as tasks:
             work = Work(tasks, happenings)
-            server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state), gate)
+            server = RobotServer(make(work, happenings), work, happenings, tasks, Latch(state), gate, alarm)
             reached.start_soon(server.watchdog.watch_deadlines)
-            await reached.start(door.attend, partial(_served, server, name, boot, tasks))
             try:
-                yield server
+                with stop_line(gate.lock, server.stop_at_once, server.keep_stop, door.namespace) as stops:
+                    await reached.start(door.attend, partial(_served, server, name, boot, tasks, stops, door))
+                    yield server
             finally:
                 with anyio.move_on_after(STOP_DEADLINE, shield=True):
                     await server.end("the bridge ends")
@@ -74,33 +82,34 @@ async def serving(
 
 @asynccontextmanager
 async def _served(
-    server: RobotServer, name: str, boot: str, tasks: TaskGroup, session: AsyncSession
+    server: RobotServer,
+    name: str,
+    boot: str,
+    tasks: TaskGroup,
+    stops: StopLine,
+    door: Door,
+    session: AsyncSession,
 ) -> AsyncIterator[None]:
     """Be the node at a session; `boot` tells this start of it from the next."""
     busy = wire.encode(wire.Refusal(code=wire.LabResult.UNAVAILABLE, message="the node is busy: ask again later"))
+    intake = CountedIntake(server.verbs, "node", stop=stops.take)
     server.watchdog.lose_sight()
     async with (
         session.tokens(wire.holder_tokens(wire.NAMESPACE)) as tokens,
-        emergencies(session, wire.NAMESPACE, server.gate.obeys) as urgent,
-        session.answering(wire.node_command(wire.NAMESPACE, name, "*"), WAITING, busy) as requests,
+        hearing_stops(stops, door, session),
+        session.answering(wire.node_command(wire.NAMESPACE, name, "*"), WAITING, busy, intake) as requests,
         session.token(wire.node_token(wire.NAMESPACE, name, boot)),
         background() as duties,
     ):
         duties.start_soon(server.watchdog.watch_tokens, tokens)
         duties.start_soon(_answer, server, requests, tasks)
-        duties.start_soon(_obey, server, urgent)
         yield
 
 
 async def _answer(server: RobotServer, requests: Mailbox[Request], tasks: TaskGroup) -> None:
     async for request in requests:
         tasks.start_soon(server.answer, request)
-
-
-async def _obey(server: RobotServer, urgent: AsyncIterator[wire.EmergencyStop]) -> None:
-    async for asked in urgent:
-        await server.emergency_stop(asked)
-        server.gate.stopped()
+        await asyncio.sleep(0)  # one at a time, so that nothing else waits for as many as have come at once
 
 
 class RobotServer:
@@ -113,6 +122,7 @@ class RobotServer:
         tasks: Where robots are stopped whose clients are gone.
         latch: Whether an emergency stop holds.
         gate: Lets requests in.
+        alarm: See `serving`.
     """
 
     def __init__(
@@ -123,13 +133,16 @@ class RobotServer:
         tasks: TaskGroup,
         latch: Latch,
         gate: NodeGate,
+        alarm: Callable[[bool], object] = lambda is_on: None,
     ) -> None:
         self.gate = gate
         self._robots = {robot.info.name: robot for robot in robots}
         self._work = work
         self._happenings = happenings
         self._latch = latch
+        self._alarm = alarm
         self._tasks = tasks
+        self._loop = asyncio.get_running_loop()
         self._leases = Leases(lambda: self._robots)
         self._ended = ""  # why nothing is done any more
         self._carried: dict[anyio.CancelScope, str] = {}  # what is being carried out, and for which robot
@@ -145,7 +158,6 @@ class RobotServer:
             wire.GET_LAB_STATE: self._state,
             wire.LEASE_ROBOTS: self._lease,
             wire.RELEASE_LEASE: self._end_lease,
-            wire.EMERGENCY_STOP: self.emergency_stop,
             wire.RELEASE_STOP: self._release_stop,
         }
         self._own = MappingProxyType({verb.name: (verb, carry) for verb, carry in own.items()})
@@ -155,8 +167,14 @@ class RobotServer:
         }
 
     @property
+    def verbs(self) -> frozenset[wire.Verb[Any, Any]]:
+        """All that can be asked for."""
+        served = (verb for named in (self._own, *self._theirs.values()) for verb, _ in named.values())
+        return frozenset({wire.CHALLENGE, wire.EMERGENCY_STOP, *served})
+
+    @property
     def _verbs(self) -> frozenset[str]:
-        return frozenset(self._own).union(*self._theirs.values())
+        return frozenset({wire.EMERGENCY_STOP.name}).union(self._own, *self._theirs.values())
 
     async def end(self, reason: str) -> None:
         """Stop all robots, whose goals end as interrupted for a reason, and refuse what is asked for then."""
@@ -321,10 +339,31 @@ class RobotServer:
         self._leases.end_lease(request)
         return wire.Empty()
 
-    async def emergency_stop(self, request: wire.EmergencyStop) -> wire.EmergencyStopped:
-        """Stop everything, and let nothing move until that is released."""
+    def stop_at_once(self, asked: wire.EmergencyStop) -> Future[wire.EmergencyStopped]:
+        """Let nothing move from now on, until that is released; from any thread.
+
+        The event loop then stops what moves. If it is busy, the guard of the bridge has done so.
+        """
+        self._latch.stop(asked)
+        self._alarm(True)
+        stopped: Future[wire.EmergencyStopped] = Future()
+        with suppress(RuntimeError):  # the bridge ends
+            self._loop.call_soon_threadsafe(self._tasks.start_soon, self._stop_everything, stopped)
+        return stopped
+
+    def keep_stop(self) -> None:
+        """Write down whether an emergency stop holds."""
+        self._latch.keep()
+
+    async def _stop_everything(self, stopped: Future[wire.EmergencyStopped]) -> None:
+        try:
+            stopped.set_result(await self.stop_everything())
+        finally:
+            self._alarm(False)
+
+    async def stop_everything(self) -> wire.EmergencyStopped:
+        """Stop all robots, in an emergency."""
         began = time.monotonic()
-        self._latch.stop(request)
         names = tuple(self._robots)
         async with anyio.create_task_group() as tasks:
             for name in names:
@@ -342,5 +381,5 @@ class RobotServer:
         over.set()
 
     async def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
-        self._latch.release(request)
+        await anyio.to_thread.run_sync(self._latch.release, request)
         return wire.Empty()

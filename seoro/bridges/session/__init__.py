@@ -8,7 +8,7 @@ Zenoh. No other package imports zenoh.
 """
 
 from seoro.bridges.session.asynchronous import AsyncSession, Reply, open_session
-from seoro.bridges.session.core import Request, Session
+from seoro.bridges.session.core import Session
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.session.mailbox import Bound, Mailbox
@@ -21,11 +21,13 @@ from seoro.bridges.session.publications import (
     publishing,
     subscribing,
 )
+from seoro.bridges.session.requests import Intake, Request
 from seoro.bridges.session.security import Security
 
 __all__ = [
     "AsyncSession",
     "Bound",
+    "Intake",
     "InvalidEndpoint",
     "Mailbox",
     "NoAnswer",

@@ -12,10 +12,11 @@ import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import Request, Session
+from seoro.bridges.session.core import EVERYTHING, LARGEST, Session
 from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.errors import NoAnswer, NoServer, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.requests import Intake, Request
 from seoro.bridges.session.security import Security
 
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
@@ -70,7 +71,9 @@ class AsyncSession:
         for cancel in list(self._pending):
             cancel()
 
-    async def query(self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None) -> bytes:
+    async def query(
+        self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None, *, is_urgent: bool = False
+    ) -> bytes:
         """Ask one server and wait for its answer.
 
         Args:
@@ -78,11 +81,12 @@ class AsyncSession:
             payload: The request.
             timeout: [s] of the machine's clock.
             attachment: What travels beside the payload.
+            is_urgent: Whether it overtakes everything else on its way.
 
         Raises:
             NoServer, NoAnswer, Refused: There is no answer, or an error.
         """
-        return (await self._asked(key, payload, timeout, attachment)).value(key)
+        return (await self._asked(key, payload, timeout, attachment, is_urgent=is_urgent)).value(key)
 
     async def query_others(self, key: str, payload: bytes, timeout: float) -> tuple[bytes, ...]:
         """Ask all other sessions that serve a key; returns the answers that came in time.
@@ -96,7 +100,14 @@ class AsyncSession:
         return tuple(answer for is_ok, answer in reply.answers if is_ok)
 
     async def _asked(
-        self, key: str, payload: bytes, timeout: float, attachment: bytes | None, *, to_others: bool = False
+        self,
+        key: str,
+        payload: bytes,
+        timeout: float,
+        attachment: bytes | None,
+        *,
+        to_others: bool = False,
+        is_urgent: bool = False,
     ) -> Reply:
         loop = asyncio.get_running_loop()
         future: asyncio.Future[Reply] = loop.create_future()
@@ -117,10 +128,18 @@ class AsyncSession:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
 
+        consolidation = zenoh.ConsolidationMode.NONE if to_others else zenoh.ConsolidationMode.AUTO
+        answered = Callback(take, drop=over, indirect=False)
         cancel = self._session.get(
-            key, payload, timeout, Callback(take, drop=over, indirect=False), attachment,
-            zenoh.ConsolidationMode.NONE if to_others else zenoh.ConsolidationMode.AUTO, to_others=to_others,
-        )  # fmt: skip
+            key,
+            payload,
+            timeout,
+            answered,
+            attachment,
+            consolidation,
+            to_others=to_others,
+            is_urgent=is_urgent,
+        )
         self._pending.add(cancel)
         try:
             reply = await future
@@ -162,22 +181,24 @@ class AsyncSession:
         return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
 
     @asynccontextmanager
-    async def answering(self, key: str, bound: Bound, busy: bytes) -> AsyncIterator[Mailbox[Request]]:
+    async def answering(
+        self, key: str, bound: Bound, busy: bytes, intake: Intake = EVERYTHING
+    ) -> AsyncIterator[Mailbox[Request]]:
         """Serve a key for as long as the block lasts.
 
         Args:
             key: The key.
             bound: How many requests wait.
             busy: The error answer to requests that find no room.
+            intake: Decides which requests are accepted.
         """
         requests: Mailbox[Request] = Mailbox(bound)
 
-        def take(request: Request) -> None:
-            if not requests.put(request, len(request.payload)):
-                request.refuse(busy)
+        def take(request: Request) -> bool:
+            return requests.put(request, request.size)
 
         try:
-            async with declared(partial(self._session.answer, key, take), _undeclare):
+            async with declared(partial(self._session.answer, key, take, busy, intake), _undeclare):
                 yield requests
         finally:  # what comes until it is undeclared finds no answer either
             requests.close()
@@ -194,6 +215,7 @@ async def open_session(
     security: Security | None = None,
     gossip: bool = False,
     as_peer: bool = False,
+    largest: int = LARGEST,
 ) -> AsyncIterator[AsyncSession]:
     """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
     make = partial(
@@ -204,6 +226,7 @@ async def open_session(
         security=security,
         gossip=gossip,
         as_peer=as_peer,
+        largest=largest,
     )
     async with declared(make, Session.close) as opened:
         yield AsyncSession(opened)

@@ -15,7 +15,6 @@ import json
 import queue
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import zenoh
@@ -24,6 +23,7 @@ from zenoh.handlers import Callback
 from seoro.bridges.session.brokered import reached
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
+from seoro.bridges.session.requests import Everything, Intake, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -34,44 +34,15 @@ PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it 
 # scans a second has had to wait 20 ms for a processor, and what it sends then is lost.
 ROOM = 16
 INBOX_SIZE = 256
+EVERYTHING = Everything()
 # As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
 LARGEST = 64 << 20  # [bytes]
-PART = b"part"  # goes beside a part of an answer
 
 
 def _reason(error: Exception) -> str:
     """What Zenoh says, without where in its sources it was raised, and in words for the most frequent case."""
     said = str(error).partition(" at /")[0]
     return "nothing answers there" if said.startswith("Unable to connect to any of") else said
-
-
-@dataclass(frozen=True)
-class Request:
-    """A query that arrived, with what came beside its payload. Answer it exactly once, from any thread."""
-
-    key: str
-    payload: bytes
-    _query: zenoh.Query = field(repr=False)
-    attachment: bytes = b""
-
-    def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
-        """Answer."""
-        with self._query:
-            self._query.reply(self.key, payload, attachment=attachment)
-
-    def reply_part(self, payload: bytes) -> None:
-        """Answer in part, before the answer itself; only to those who ask for parts."""
-        self._query.reply(self.key, payload, attachment=PART)
-
-    def drop(self) -> None:
-        """Answer nothing: nobody serves the key any more, as whoever asks is told."""
-        with self._query:
-            pass
-
-    def refuse(self, payload: bytes) -> None:
-        """Answer with an error."""
-        with self._query:
-            self._query.reply_err(payload)
 
 
 class Session:
@@ -87,6 +58,7 @@ class Session:
             a router does not pass on what peers send to each other. The router itself connects to none of them.
         as_peer: Whether to connect to a peer as another one, which learns what that peer announces itself, and not
             what it has from others.
+        largest: [bytes] of a message; a larger one is dropped while it arrives.
 
     Raises:
         InvalidEndpoint: It is none.
@@ -102,6 +74,7 @@ class Session:
         security: Security | None = None,
         gossip: bool = False,
         as_peer: bool = False,
+        largest: int = LARGEST,
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
@@ -114,12 +87,13 @@ class Session:
         self._tokens: list[Any] = []
         self._queryables: list[Any] = []
         self._kept: list[Any] = []
+        self._refuser = Refuser()
         self._listing = threading.Lock()
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
         way = connect if connect is None else reached(connect)
-        self._settings = _settings(listen, way, patient, gossip)
+        self._settings = _settings(listen, way, patient, gossip, largest)
         if as_peer:
             self._settings["mode"] = "peer"
         try:
@@ -153,7 +127,7 @@ class Session:
         """Zenoh's own session, for the modules of this package."""
         return self._zenoh
 
-    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any]) -> None:
+    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any], intake: Intake = EVERYTHING) -> None:
         """Serve a key expression until the session closes.
 
         Args:
@@ -161,26 +135,33 @@ class Session:
             busy: The error answer to requests that find the queue full.
             inbox: The queue of each `Request`, in the order in which they were sent. Others may put other things
                 into it. (It costs a round trip 0.1 ms less than a `Queue`.)
+            intake: Decides which requests are accepted.
         """
 
-        def take(request: Request) -> None:
-            if inbox.qsize() < INBOX_SIZE:
-                inbox.put(request)
-            else:
-                request.refuse(busy)
+        def take(request: Request) -> bool:
+            if inbox.qsize() >= INBOX_SIZE:
+                return False
+            inbox.put(request)
+            return True
 
-        self._queryables.append(self._declare_queryable(key, take))
+        self._queryables.append(self._declare_queryable(key, receiver(intake, self._refuser, take, busy)))
 
-    def answer(self, key: str, take: Callable[[Request], None]) -> Callable[[], None]:
-        """Serve a key: `take` gets requests on a thread of Zenoh's and must not wait. Returns what ends it."""
-        queryable = self._declare_queryable(key, take)
+    def answer(
+        self, key: str, take: Callable[[Request], bool | None], busy: bytes = b"", intake: Intake = EVERYTHING
+    ) -> Callable[[], None]:
+        """Serve a key. Returns what ends it.
+
+        Args:
+            key: A key expression.
+            take: Gets requests on a thread of Zenoh's, must not wait, and returns False if there is no room.
+            busy: The error answer then.
+            intake: Decides which requests are accepted.
+        """
+        queryable = self._declare_queryable(key, receiver(intake, self._refuser, take, busy))
         undeclare: Callable[[], None] = queryable.undeclare
         return undeclare
 
-    def _declare_queryable(self, key: str, take: Callable[[Request], None]) -> Any:
-        def receive(query: zenoh.Query) -> None:
-            take(Request(str(query.key_expr), _bytes(query.payload), query, _bytes(query.attachment)))
-
+    def _declare_queryable(self, key: str, receive: Callable[[zenoh.Query], None]) -> Any:
         return self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
 
     def declare_token(self, key: str) -> Callable[[], None]:
@@ -209,6 +190,7 @@ class Session:
         consolidation: zenoh.ConsolidationMode = zenoh.ConsolidationMode.AUTO,
         *,
         to_others: bool = False,
+        is_urgent: bool = False,
     ) -> Callable[[], None]:
         """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request.
 
@@ -220,6 +202,7 @@ class Session:
             attachment: What travels beside the payload.
             consolidation: Which answers of several are taken.
             to_others: Whether all other sessions that serve the key are asked, instead of one.
+            is_urgent: Whether it overtakes everything else on its way, as its answer does.
         """
         token = zenoh.CancellationToken()
         try:
@@ -234,6 +217,8 @@ class Session:
                 congestion_control=zenoh.CongestionControl.DROP,
                 cancellation_token=token,
                 attachment=attachment,
+                priority=zenoh.Priority.REAL_TIME if is_urgent else zenoh.Priority.DATA,
+                express=is_urgent,
             )
         except zenoh.ZError as error:
             raise SessionError(f"cannot ask {key}: {error}") from error
@@ -281,6 +266,7 @@ class Session:
         closing.join(CLOSE_DEADLINE)
 
     def _close(self) -> None:
+        self._refuser.close()
         self._zenoh.close()  # type: ignore[no-untyped-call]
         with self._listing:
             if self._lister is not None:
@@ -301,11 +287,9 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
     return frozenset(found)
 
 
-def _bytes(content: zenoh.ZBytes | None) -> bytes:
-    return b"" if content is None else content.to_bytes()
-
-
-def _settings(listen: str | None, connect: str | None, patient: bool, gossip: bool = False) -> dict[str, Any]:
+def _settings(
+    listen: str | None, connect: str | None, patient: bool, gossip: bool, largest: int
+) -> dict[str, Any]:
     """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
     queue: dict[str, Any] = {"size": {"data": ROOM}}
     if patient:
@@ -316,7 +300,7 @@ def _settings(listen: str | None, connect: str | None, patient: bool, gossip: bo
         queue["congestion_control"] = {"drop": drop}
     link: dict[str, Any] = {"tx": {"lease": LEASE, "queue": queue}}
     if patient:
-        link["rx"] = {"max_message_size": LARGEST}
+        link["rx"] = {"max_message_size": largest}
     return {
         "mode": "router" if listen else "client",
         "listen": {"endpoints": [listen] if listen else []},

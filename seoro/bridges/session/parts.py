@@ -11,8 +11,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from seoro.bridges.session.asynchronous import AsyncSession, Reply
-from seoro.bridges.session.core import PART
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.requests import PART
 
 WAITING = Bound(1 << 14)  # parts that wait to be looked at; the last, which says that it is, is never lost
 

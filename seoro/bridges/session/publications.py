@@ -25,6 +25,7 @@ from seoro.bridges.session.core import Session
 from seoro.bridges.session.declaring import declared
 from seoro.bridges.session.errors import SessionError
 from seoro.bridges.session.mailbox import LATEST, Mailbox
+from seoro.bridges.session.requests import MOST_BESIDE
 
 HEARTBEAT = 0.5  # [s] after a sample at the latest, subscribers that recover are told how many there were
 
@@ -92,25 +93,36 @@ def declare_publisher(session: Session, key: str) -> Publisher:
     return Publisher(_declare_publisher(session, key, reliable=True, keep=0, recover=False), key)
 
 
-def declare_subscriber(session: Session, key: str, take: Callable[[bytes, bytes], None]) -> None:
+def declare_subscriber(session: Session, key: str, take: Callable[[bytes, bytes], None], largest: int) -> None:
     """Subscribe until the session closes, for those who have no event loop.
 
     Args:
         session: Session to subscribe with.
         key: A key expression, wildcards included.
         take: Gets payloads, and what travels beside them, on a thread of Zenoh's, and must not wait.
+        largest: [bytes] of a payload; of a larger one there is nothing, and nothing is copied.
     """
 
     def receive(sample: zenoh.Sample) -> None:
-        attachment = sample.attachment
-        take(sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
+        payload, attachment = sample.payload, sample.attachment
+        is_beside = attachment is not None and len(attachment) <= MOST_BESIDE
+        take(
+            payload.to_bytes() if len(payload) <= largest else b"",
+            attachment.to_bytes() if attachment is not None and is_beside else b"",
+        )
 
     session.keep(_declare_subscriber(session, key, receive, history=0, recover=False))
 
 
 @asynccontextmanager
 async def publishing(
-    session: AsyncSession, key: str, *, reliable: bool = True, keep: int = 0, recover: bool = False
+    session: AsyncSession,
+    key: str,
+    *,
+    reliable: bool = True,
+    keep: int = 0,
+    recover: bool = False,
+    is_urgent: bool = False,
 ) -> AsyncIterator[Publisher]:
     """Be a publisher on a key for as long as the block lasts.
 
@@ -120,8 +132,17 @@ async def publishing(
         reliable: Whether links that can lose data send it again.
         keep: How many samples are kept for subscribers that come later.
         recover: Whether subscribers can find out what they have missed, and get it as long as it is kept.
+        is_urgent: Whether it overtakes everything else on its way.
     """
-    declare = partial(_declare_publisher, session.blocking, key, reliable=reliable, keep=keep, recover=recover)
+    declare = partial(
+        _declare_publisher,
+        session.blocking,
+        key,
+        reliable=reliable,
+        keep=keep,
+        recover=recover,
+        is_urgent=is_urgent,
+    )
     async with declared(declare, _undeclare) as publisher:
         yield Publisher(publisher, key)
 
@@ -150,10 +171,14 @@ async def subscribing(
         yield
 
 
-def _declare_publisher(session: Session, key: str, *, reliable: bool, keep: int, recover: bool) -> Any:
+def _declare_publisher(
+    session: Session, key: str, *, reliable: bool, keep: int, recover: bool, is_urgent: bool = False
+) -> Any:
     options: dict[str, Any] = {
         "congestion_control": zenoh.CongestionControl.DROP,
         "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
+        "priority": zenoh.Priority.REAL_TIME if is_urgent else zenoh.Priority.DATA,
+        "express": is_urgent,
     }
     try:
         if not keep:

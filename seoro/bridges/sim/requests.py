@@ -12,7 +12,7 @@ from seoro.bridges import wire
 from seoro.bridges.leasing.share import own_id
 from seoro.bridges.seals import Seals
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.wire.proving import STALE, is_open, is_sealed
+from seoro.bridges.wire.proving import DENIED, STALE, is_open, is_sealed
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, InvalidUse
 from seoro.runtime.contracts import GoalStatus, Lost, Report, Reporter
@@ -48,6 +48,10 @@ class NodeAddress:
         try:
             await self.seals.prove()
         except BackendRefused as error:
+            if error.code != DENIED:  # it is busy
+                raise BackendLost(
+                    f"the {self.called} node '{self.node}' does not prove who it is: {error}"
+                ) from None
             raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
         except SessionError as error:
             raise BackendUnreachable(
@@ -154,13 +158,13 @@ async def ask(
     called = f"the {address.called} node '{address.node}'"
     try:
         try:
-            answer = await _ask_once(address, key, verb.name, request, timeout)
+            answer = await _ask_once(address, key, verb, request, timeout)
         except Refused as refused:
             if address.seals is None or said_in(refused.payload).code != STALE:
                 raise
             address.seals.forget()
-            answer = await _ask_once(address, key, verb.name, request, timeout)
-        return wire.decode(verb.answer, answer)
+            answer = await _ask_once(address, key, verb, request, timeout)
+        return verb.read_answer(answer)
     except Refused as refused:
         raise refusal_of(refused) from None
     except NoServer:
@@ -173,9 +177,15 @@ async def ask(
         raise BackendLost(f"{called} sent an answer that is none: {error}") from error
 
 
-async def _ask_once(address: NodeAddress, key: str, verb: str, request: wire.Message, timeout: float) -> bytes:
-    payload = wire.encode(request)
-    return await address.session.query(key, payload, timeout, await address.beside(verb, key, payload))
+async def _ask_once(
+    address: NodeAddress, key: str, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float
+) -> bytes:
+    try:
+        payload = verb.pack(request)
+    except wire.LimitExceeded as error:
+        raise BackendRefused(str(error), wire.Result.OPERATION_FAILED) from None
+    beside = await address.beside(verb.name, key, payload)
+    return await address.session.query(key, payload, timeout, beside, is_urgent=verb.is_urgent)
 
 
 def _ignore_request(request: wire.Message) -> None:

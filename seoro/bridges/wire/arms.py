@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from seoro.bridges.wire.geometry import Pose
+from seoro.bridges.wire.limits import MEBIBYTE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -115,7 +116,9 @@ class WatchJoint(Message):
     tolerance: float
 
 
-FOLLOW_JOINT_TRAJECTORY = Verb("follow_joint_trajectory", FollowJointTrajectory, Empty)
+TRAJECTORY = Limits(MEBIBYTE, 50_000)  # 1000 points of an arm with 40 joints
+
+FOLLOW_JOINT_TRAJECTORY = Verb("follow_joint_trajectory", FollowJointTrajectory, Empty, TRAJECTORY)
 MOVE_TO_POSE = Verb("move_to_pose", MoveToPose, Empty)
 GRIPPER_COMMAND = Verb("gripper_command", GripperCommand, Empty)
 HOLD_ENTITY = Verb("hold_entity", HoldEntity, Empty)

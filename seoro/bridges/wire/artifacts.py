@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from seoro.bridges.wire.limits import BYTES
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -20,4 +21,4 @@ class Artifacts(Message):
     artifacts: tuple[Artifact, ...]
 
 
-GET_ARTIFACTS = Verb("get_artifacts", Empty, Artifacts)
+GET_ARTIFACTS = Verb("get_artifacts", Empty, Artifacts, answers=BYTES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges.wire.entities import EntityName
 from seoro.bridges.wire.geometry import Pose, Vector3
+from seoro.bridges.wire.limits import BYTES
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -51,4 +52,4 @@ SPAWN_CAMERA = Verb("spawn_camera", SpawnCamera, EntityName)
 AIM_CAMERA = Verb("aim_camera", AimCamera, Empty)
 FOLLOW_ENTITY = Verb("follow_entity", FollowEntity, Empty)
 GET_CAMERAS = Verb("get_cameras", Empty, CameraNames)
-GET_CAMERA_IMAGE = Verb("get_camera_image", EntityName, CameraImage)
+GET_CAMERA_IMAGE = Verb("get_camera_image", EntityName, CameraImage, answers=BYTES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges.wire.filters import EntityFilter
 from seoro.bridges.wire.geometry import EntityState, Pose, Twist
+from seoro.bridges.wire.limits import ANSWER, MEBIBYTE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.results import Result
 
@@ -63,8 +64,11 @@ class SetEntityState(Message):
     twist: Twist | None = None
 
 
-SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName)
-SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, Spawnings)
+MODEL = Limits(5 * MEBIBYTE)  # the text of a model, of which nodes read a million characters
+MODELS = Limits(ANSWER.size, 100_000)  # several hundred entities
+
+SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName, MODEL)
+SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, Spawnings, MODELS)
 DELETE_ENTITY = Verb("delete_entity", EntityName, Empty)
 GET_ENTITIES = Verb("get_entities", EntityFilter, Entities)
 GET_ENTITY_STATE = Verb("get_entity_state", EntityName, EntityState)

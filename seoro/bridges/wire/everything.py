@@ -18,6 +18,7 @@ from seoro.bridges.wire.holding import BRIDGE_VERBS
 from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.lab import *
 from seoro.bridges.wire.lab import LAB_VERBS
+from seoro.bridges.wire.limits import *
 from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.localisation import *
 from seoro.bridges.wire.maps import *

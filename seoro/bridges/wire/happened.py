@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.message import Message, Verb
-from seoro.bridges.wire.passing import Contact, Occurrence
+from seoro.bridges.wire.passing import HAPPENED, Contact, Occurrence
 
 LONGEST_WAIT = 10.0  # [s] that a client may wait for an answer
 
@@ -57,4 +57,4 @@ class Happenings(Message):
     happenings: tuple[Happening, ...] = ()
 
 
-AWAIT_HAPPENINGS = Verb("await_happenings", AwaitHappenings, Happenings)
+AWAIT_HAPPENINGS = Verb("await_happenings", AwaitHappenings, Happenings, answers=HAPPENED)

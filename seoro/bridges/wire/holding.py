@@ -15,6 +15,7 @@ from typing import Any
 
 from seoro.bridges.wire.happened import AwaitHappenings, Happenings
 from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.passing import HAPPENED
 from seoro.bridges.wire.simulator import RobotInfo
 
 HOLD_WAIT = 0.05  # [s] that a client waits for happenings; it asks again then, which is its sign of life
@@ -73,6 +74,6 @@ def sender_of(attachment: bytes) -> str:
 
 GET_ROBOT_FEATURES = Verb("get_robot_features", Empty, RobotFeatures)
 TAKE_ROBOTS = Verb("take_robots", Holder, RobotFeatures)
-HOLD_ROBOTS = Verb("hold_robots", HoldRobots, Happenings)
+HOLD_ROBOTS = Verb("hold_robots", HoldRobots, Happenings, answers=HAPPENED)
 RELEASE_ROBOTS = Verb("release_robots", Holder, Empty)
 BRIDGE_VERBS: tuple[Verb[Any, Any], ...] = (GET_ROBOT_FEATURES, TAKE_ROBOTS, HOLD_ROBOTS, RELEASE_ROBOTS)

@@ -141,6 +141,6 @@ class ReleaseStop(Message):
 GET_LAB_STATE = Verb("get_lab_state", Empty, LabState)
 LEASE_ROBOTS = Verb("lease_robots", LeaseRobots, Empty)
 RELEASE_LEASE = Verb("release_lease", ReleaseLease, Empty)
-EMERGENCY_STOP = Verb("emergency_stop", EmergencyStop, EmergencyStopped)
+EMERGENCY_STOP = Verb("emergency_stop", EmergencyStop, EmergencyStopped, is_urgent=True)
 RELEASE_STOP = Verb("release_stop", ReleaseStop, Empty)
 LAB_VERBS: tuple[Verb[Any, Any], ...] = (GET_LAB_STATE, LEASE_ROBOTS, RELEASE_LEASE, EMERGENCY_STOP, RELEASE_STOP)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from seoro.bridges.wire.limits import BYTES
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -19,4 +20,4 @@ class OccupancyGrid(Message):
     cells: bytes
 
 
-GET_MAP = Verb("get_map", Empty, OccupancyGrid)
+GET_MAP = Verb("get_map", Empty, OccupancyGrid, answers=BYTES)

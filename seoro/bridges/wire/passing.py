@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.geometry import Vector3
+from seoro.bridges.wire.limits import MAX_MESSAGE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulationTime
 
@@ -102,7 +103,9 @@ class CancelWatch(Message):
     id: str
 
 
-ADVANCE = Verb("advance", Advance, Advanced)
+HAPPENED = Limits(MAX_MESSAGE, 1_000_000)  # of 10,000 things at once, or a part of a film
+
+ADVANCE = Verb("advance", Advance, Advanced, answers=HAPPENED)
 REWIND = Verb("rewind", Rewind, SimulationTime)
 CANCEL_GOAL = Verb("cancel_goal", CancelGoal, Empty)
 CANCEL_WATCH = Verb("cancel_watch", CancelWatch, Empty)

@@ -11,6 +11,7 @@ from typing import Annotated, Final
 
 from pydantic import ConfigDict, Field
 
+from seoro.bridges.wire.limits import KIBIBYTE, SMALL, Limits
 from seoro.bridges.wire.message import Message, Verb
 
 DENIED: Final = 102  # the code of a refusal: the keys of who asks, or their role, do not allow it
@@ -48,8 +49,8 @@ class Claim(Message):
     )
 
 
-CHALLENGE = Verb("challenge", Challenge, Proof)
-CLAIM = Verb("claim", Challenge, Claim)
+CHALLENGE = Verb("challenge", Challenge, Proof, Limits(KIBIBYTE, 16), SMALL)
+CLAIM = Verb("claim", Challenge, Claim, Limits(KIBIBYTE, 16), SMALL)
 
 _ALWAYS: Final = frozenset({"take_robots", "lease_robots", "release_lease", "emergency_stop", "release_stop"})
 _READING: Final = "get_"  # begins what changes nothing

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from seoro.bridges.wire.limits import BYTES
 from seoro.bridges.wire.message import Empty, Message, Verb
 
 
@@ -26,4 +27,4 @@ class Recorded(Message):
 
 
 START_RECORDING = Verb("start_recording", StartRecording, Empty)
-STOP_RECORDING = Verb("stop_recording", Empty, Recorded)
+STOP_RECORDING = Verb("stop_recording", Empty, Recorded, answers=BYTES)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from seoro.bridges.wire.limits import ANSWER
 from seoro.bridges.wire.message import WireError, decode
 from seoro.bridges.wire.results import Refusal, Result
 
@@ -32,7 +33,7 @@ class RequestRefused(Exception):
 def said_in(payload: bytes) -> Refusal:
     """What was said with a refusal; words that are no message are taken as they are."""
     try:
-        return decode(Refusal, payload)
+        return decode(Refusal, payload, ANSWER)
     except WireError:
         return Refusal(code=Result.OPERATION_FAILED, message=payload[:200].decode(errors="replace"))
 

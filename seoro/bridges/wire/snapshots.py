@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from seoro.bridges.wire.limits import BYTES, MAX_REQUEST, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.simulator import SimulatorFeatures
 
@@ -47,5 +48,5 @@ class RestoreState(Message):
     seed: int | None = None
 
 
-SAVE_STATE = Verb("save_state", Empty, Snapshot)
-RESTORE_STATE = Verb("restore_state", RestoreState, SimulatorFeatures)
+SAVE_STATE = Verb("save_state", Empty, Snapshot, answers=BYTES)
+RESTORE_STATE = Verb("restore_state", RestoreState, SimulatorFeatures, Limits(MAX_REQUEST))

@@ -28,7 +28,9 @@ def test_nothing_moves_until_it_is_released_with_a_reason(tmp_path: Path) -> Non
 
 def test_it_outlasts_the_process(tmp_path: Path) -> None:
     file = tmp_path / "stop.json"
-    Latch(file).stop(SMOKE)
+    latch = Latch(file)
+    latch.stop(SMOKE)
+    latch.keep()
     again = Latch(file)
     assert again.stopped is not None
     assert again.stopped.by == "ana@lab"
@@ -47,4 +49,21 @@ def test_a_file_that_cannot_be_written_does_not_keep_it_from_stopping(tmp_path: 
     (tmp_path / "in the way").write_text("")
     latch = Latch(tmp_path / "in the way" / "stop.json")
     latch.stop(SMOKE)
+    latch.keep()
     assert latch.stopped is not None
+
+
+def test_a_stop_is_kept_on_a_disk_without_room(tmp_path: Path) -> None:
+    file = tmp_path / "stop.json"
+    latch = Latch(file)
+    size = file.with_suffix(".reserve").stat().st_size
+    longest = EmergencyStop(by="\x00" * 500, reason="\U0001f525" * 500)
+    for asked in (longest, SMOKE):
+        latch.stop(asked)
+        latch.keep()
+        assert (file.stat().st_size, list(tmp_path.iterdir())) == (size, [file])  # in the room that was reserved
+        again = Latch(file).stopped
+        assert again is not None
+        assert (again.by, again.reason) == (asked.by, asked.reason)
+        latch.release(ReleaseStop(by="bob", reason="toast"))
+        assert Latch(file).stopped is None

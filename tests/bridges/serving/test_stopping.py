@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
+import asyncio
+import threading
+from concurrent.futures import Future
 
 import anyio
 import pytest
@@ -79,7 +81,7 @@ async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None
         async with anyio.create_task_group() as commands:
             commands.start_soon(command)
             await robot.asked.wait()
-            await ask(server, wire.EMERGENCY_STOP, wire.EmergencyStop(by="ana", reason="smoke"))
+            await asyncio.wrap_future(server.stop_at_once(wire.EmergencyStop(by="ana", reason="smoke")))
             robot.ready.set()
         assert robot.velocity == 0.0
         assert "emergency stop by ana" in refused[0].message
@@ -96,14 +98,38 @@ async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -
         drive = wire.Drive(id="a run.goal-1", robot="slow", linear=1.0, angular=0.0, duration=1.0)
         await ask(server, wire.DRIVE, drive)
         await anyio.sleep(0)
-        stop = partial(ask, server, wire.EMERGENCY_STOP, wire.EmergencyStop(by="ana"))
+
+        async def stop() -> wire.EmergencyStopped:
+            return await asyncio.wrap_future(server.stop_at_once(wire.EmergencyStop(by="ana")))
+
         told = await stop()
-        assert isinstance(told, wire.EmergencyStopped)
         assert told.unsettled == ("slow",)
         robot.ready.set()
         for change, unsettled in ((None, ()), (work.doubt, ("slow",)), (work.settle, ())):
             if change is not None:
                 change("slow")
             told = await stop()
-            assert isinstance(told, wire.EmergencyStopped)
             assert told.unsettled == unsettled
+
+
+async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
+    async with background() as tasks:
+        happenings = HappeningLog()
+        work = Work(tasks, happenings)
+        latch, alarms, told = Latch(), list[bool](), threading.Event()
+
+        def alarm(is_on: bool) -> None:
+            alarms.append(is_on)
+            told.set()
+
+        server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate(), alarm)
+        stops: list[Future[wire.EmergencyStopped]] = []
+        thread = threading.Thread(target=lambda: stops.append(server.stop_at_once(wire.EmergencyStop(by="ana"))))
+        thread.start()
+        assert told.wait(5.0)  # in which the event loop does nothing else
+        thread.join()
+        assert latch.stopped is not None
+        assert (alarms, stops[0].done()) == ([True], False)
+        assert (await asyncio.wrap_future(stops[0])).stopped == ("slow",)
+        await anyio.sleep(0)
+        assert alarms == [True, False]

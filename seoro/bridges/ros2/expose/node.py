@@ -124,7 +124,7 @@ class ExposedNode:
         key = wire.node_stream(self.address.namespace, self.address.node, name)
 
         def take(sample: Sample) -> None:
-            told.put(wire.decode(wire.Streamed, sample.payload), len(sample.payload))
+            told.put(wire.decode(wire.Streamed, sample.payload, wire.ANSWER), len(sample.payload))
 
         async with subscribing(self.address.session, key, take):
             await self.ask(wire.OPEN_STREAM, wanted.model_copy(update={"id": name}))

@@ -2,9 +2,10 @@
 
 It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pipe from the bridge as stdin, says a
 line on stdout when it is on guard, and needs nothing else of the bridge. A byte in the pipe is a sign of life, and
-`END` comes from a bridge that has stopped its robots itself. When the pipe ends without that, the bridge was
-killed; when no sign comes for a while, it hangs. Either way velocities are zero then, and its goals are canceled;
-where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
+`END` comes from a bridge that has stopped its robots itself. `ALARM` comes from a thread of the bridge that hears
+of emergency stops: the guard stops the robots, and need not wait for what the bridge does. When the pipe ends
+without `END`, the bridge was killed; when no sign comes for a while, it hangs. Either way velocities are zero, and
+its goals are canceled; where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
 
 Goals that other processes of seoro have left behind are canceled, too (`leftovers.py`): of a bridge that has died
 together with its guard, and of runs that were killed.
@@ -40,6 +41,7 @@ from seoro.errors import SeoroError
 PERIOD: Final = 0.05  # [s] between two signs of life
 SIGN: Final = b"."
 PENDING: Final = b"?"  # a sign of a bridge that has sent goals of which nobody has said yet whether they are taken
+ALARM: Final = b"!"  # a sign of a bridge that has an emergency stop to carry out
 END: Final = b"e"
 LINGER: Final = (
     30.0  # [s] for which goals of a bridge that was killed are canceled, if the robot is not reached at once
@@ -136,10 +138,10 @@ async def last_sign(pipe: int, stop: Callable[[str], None], go_on: Callable[[], 
 
     Args:
         pipe: The file on which it gives signs of life.
-        stop: Called when there is none, and with why.
+        stop: Called when there is none, or an alarm, and with why.
         go_on: Called when there is one again.
     """
-    hangs, last = False, SIGN
+    hangs, last = False, SIGN  # it hangs while an alarm is on, too
     while True:
         with anyio.move_on_after(None if hangs else SILENCE):
             await anyio.wait_readable(pipe)
@@ -152,7 +154,10 @@ async def last_sign(pipe: int, stop: Callable[[str], None], go_on: Callable[[], 
         last = signs[-1:] or last
         if not signs or last == END:
             return last
-        if hangs:
+        if ALARM in signs and not hangs:
+            hangs = True
+            stop("is told to stop everything")
+        if hangs and last != ALARM:
             hangs = False
             go_on()
 

@@ -17,7 +17,8 @@ from anyio import TASK_STATUS_IGNORED
 from anyio.abc import Process, TaskStatus
 
 from seoro.background import background
-from seoro.bridges.ros2.robots.guard import END, PENDING, PERIOD, SIGN, GuardSettings
+from seoro.bridges.ros2.robots.alarm import Alarm
+from seoro.bridges.ros2.robots.guard import ALARM, END, PENDING, PERIOD, SIGN, GuardSettings
 from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.errors import BackendError
@@ -37,17 +38,19 @@ class Signs:
         pipe: The file that the guard reads; it is closed at the end.
         standstills: Told of each sign.
         unanswered: Goals of which they tell, at once.
+        alarm: An emergency stop, of which they tell at once, too.
     """
 
-    def __init__(self, pipe: int, standstills: Standstills, unanswered: Unanswered) -> None:
+    def __init__(self, pipe: int, standstills: Standstills, unanswered: Unanswered, alarm: Alarm) -> None:
         os.set_blocking(pipe, False)
         self._pipe = pipe
         self._standstills = standstills
         self._unanswered = unanswered
+        self._alarm = alarm
         self._turned = time.monotonic()
         self._over = threading.Event()
         self._writing = threading.Lock()  # so that the last sign is what is so
-        unanswered.when_changed = self._write
+        unanswered.when_changed = alarm.when_changed = self._write
         self._thread = threading.Thread(target=self._give, name="signs of life", daemon=True)
         self._thread.start()
 
@@ -59,7 +62,7 @@ class Signs:
 
     def end(self) -> None:
         """Say that the end is well, and give none any more."""
-        self._unanswered.when_changed = lambda: None
+        self._unanswered.when_changed = self._alarm.when_changed = lambda: None
         self._over.set()
         self._thread.join()
         self._standstills.note_end()
@@ -75,11 +78,11 @@ class Signs:
 
     def _write(self) -> None:
         with self._writing, suppress(OSError):  # nobody reads any more, or for a while
-            os.write(self._pipe, PENDING if self._unanswered.is_any else SIGN)
+            os.write(self._pipe, ALARM if self._alarm.is_on else PENDING if self._unanswered.is_any else SIGN)
 
 
 @asynccontextmanager
-async def guarded(settings: GuardSettings, unanswered: Unanswered) -> AsyncIterator[Standstills]:
+async def guarded(settings: GuardSettings, unanswered: Unanswered, alarm: Alarm) -> AsyncIterator[Standstills]:
     """Have a process stop the robots of this one if that cannot do so any more, for as long as the block lasts.
 
     Gives when that was so, of which this process has to know when it goes on.
@@ -87,13 +90,14 @@ async def guarded(settings: GuardSettings, unanswered: Unanswered) -> AsyncItera
     Args:
         settings: What the guard has to know.
         unanswered: Goals that may be taken after the end of this process.
+        alarm: Emergency stops.
 
     Raises:
         BackendError: The guard does not start.
     """
     standstills = Standstills()
     async with background() as tasks:
-        await tasks.start(_keep_guarded, settings, standstills, unanswered)
+        await tasks.start(_keep_guarded, settings, standstills, unanswered, alarm)
         yield standstills
 
 
@@ -101,17 +105,18 @@ async def _keep_guarded(
     settings: GuardSettings,
     standstills: Standstills,
     unanswered: Unanswered,
+    alarm: Alarm,
     *,
     task_status: TaskStatus[None] = TASK_STATUS_IGNORED,
 ) -> None:
-    async with _guard(settings, standstills, unanswered) as guard:
+    async with _guard(settings, standstills, unanswered, alarm) as guard:
         task_status.started()
         await guard.wait()
     while True:
         log.warning("the guard of the bridge has ended, and is started again")
         await anyio.sleep(ANEW_AFTER)
         try:
-            async with _guard(settings, standstills, unanswered) as guard:
+            async with _guard(settings, standstills, unanswered, alarm) as guard:
                 await guard.wait()
         except BackendError as error:
             log.warning("%s", error)
@@ -119,7 +124,7 @@ async def _keep_guarded(
 
 @asynccontextmanager
 async def _guard(
-    settings: GuardSettings, standstills: Standstills, unanswered: Unanswered
+    settings: GuardSettings, standstills: Standstills, unanswered: Unanswered, alarm: Alarm
 ) -> AsyncIterator[Process]:
     """A guard that is on guard; it is told when the block ends.
 
@@ -138,7 +143,7 @@ async def _guard(
     finally:
         os.close(theirs)
     assert process.stdout is not None
-    signs = Signs(ours, standstills, unanswered)
+    signs = Signs(ours, standstills, unanswered, alarm)
     try:
         said = b""
         with anyio.move_on_after(READY_WITHIN), suppress(anyio.EndOfStream):

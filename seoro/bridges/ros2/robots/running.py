@@ -17,6 +17,7 @@ from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import RosSystem, connect
+from seoro.bridges.ros2.robots.alarm import Alarm
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardedRobot, GuardSettings
 from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
@@ -84,20 +85,25 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
     for folder in options.interfaces:
         types = types.add_folder(folder)
     dialect = named_dialect(options.dialect, options.domain)
-    unanswered = Unanswered()
+    unanswered, alarm = Unanswered(), Alarm()
     door = node_door(options.listen, options.connect, options.node)
     async with connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system:
         warn_of_others(options.robots, system)
         async with (
-            guarded(_guard_of(options, system), unanswered) as standstills,
-            _served(options, door, system, standstills, unanswered),
+            guarded(_guard_of(options, system), unanswered, alarm) as standstills,
+            _served(options, door, system, standstills, unanswered, alarm),
         ):
             yield
 
 
 @asynccontextmanager
 async def _served(
-    options: BridgeOptions, door: Door, system: RosSystem, standstills: Standstills, unanswered: Unanswered
+    options: BridgeOptions,
+    door: Door,
+    system: RosSystem,
+    standstills: Standstills,
+    unanswered: Unanswered,
+    alarm: Alarm,
 ) -> AsyncIterator[None]:
     """Be between the robots and runs, in a bridge that has a guard."""
     made: list[RosRobot] = []
@@ -120,7 +126,7 @@ async def _served(
                 robot.forget()
 
         async with (
-            serving(door, options.node, make, options.state, options.log) as server,
+            serving(door, options.node, make, options.state, options.log, alarm.set) as server,
             system.node(BRIDGE) as node,
             SharedClock(node, tasks).used(log.warning, forget),
         ):

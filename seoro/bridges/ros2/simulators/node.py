@@ -80,7 +80,7 @@ class RosSimulator:
             )
         verb, handler = self.verbs[name]
         try:
-            request = wire.decode(verb.request, payload)
+            request = verb.read(payload)
         except wire.WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
         return await handler(request)

@@ -24,7 +24,17 @@ from seoro.bridges.ros2.clients.numbers import digest, new_number
 from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
-from seoro.bridges.ros2.robots.guard import END, PENDING, SIGN, GuardedRobot, GuardSettings, guard, last_sign
+from seoro.bridges.ros2.robots.alarm import Alarm
+from seoro.bridges.ros2.robots.guard import (
+    ALARM,
+    END,
+    PENDING,
+    SIGN,
+    GuardedRobot,
+    GuardSettings,
+    guard,
+    last_sign,
+)
 from seoro.bridges.ros2.robots.guarded import Signs
 from seoro.bridges.ros2.robots.leftovers import GONE_FOR, LATCHED, STATUSES, Senders
 from seoro.bridges.ros2.robots.standstill import Standstills
@@ -231,13 +241,34 @@ async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyP
     assert heard == ["has given no sign of life for 0.02 s", "goes on"]
 
 
+async def test_an_alarm_is_heeded_until_the_bridge_has_carried_it_out() -> None:
+    heard: list[str] = []
+    ours, theirs = os.pipe()
+
+    def stop(why: str) -> None:
+        heard.append(why)
+        os.write(theirs, ALARM + ALARM)  # as long as the bridge has not
+        os.write(theirs, SIGN)
+
+    def go_on() -> None:
+        heard.append("goes on")
+        os.write(theirs, END)
+
+    os.write(theirs, SIGN + ALARM)
+    with anyio.fail_after(5.0):
+        assert await last_sign(ours, stop, go_on) == END
+    os.close(ours)
+    os.close(theirs)
+    assert heard == ["is told to stop everything", "goes on"]
+
+
 async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PERIOD", 0.001)
     monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PATIENCE", 0.1)
     theirs, ours = os.pipe()
     os.set_blocking(theirs, False)
     standstills = Standstills()
-    signs = Signs(ours, standstills, unanswered := Unanswered())
+    signs = Signs(ours, standstills, unanswered := Unanswered(), Alarm())
 
     def given() -> int:
         with suppress(BlockingIOError):

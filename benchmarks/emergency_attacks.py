@@ -1,0 +1,403 @@
+"""Emergency stops while somebody attacks: `PYTHONPATH=. python benchmarks/emergency_attacks.py`.
+
+A process attacks an executor, a simulator or a bridge over the loopback, with the keys of a viewer where there are
+keys: by messages of 20 MB and of 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
+Meanwhile an operator stops everything, again and again. A try holds if the stop took effect within 0.5 s and was
+acknowledged; a target holds if all its tries do, its memory has grown by no more than 100 MB, and its log, where
+there are keys, names the operator. The exit status is 1 if something does not hold.
+
+    --tries N         of each attack at each target (default 100)
+    --targets A,B     executor, keyed-executor, keyed-simulator, bridge (default all)
+    --attacks A,B     bomb, largest, waiting (default all)
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import statistics
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import anyio
+import processes
+from zenoh.handlers import Callback
+
+import seoro
+from seoro.bridges import wire
+from seoro.bridges.executor.messages import AskRecords, State
+from seoro.bridges.secured import security_of
+from seoro.bridges.session import Session
+from seoro.keys.folder import Keys, read_keys
+from seoro.keys.roles import Role
+from seoro.keys.sealing import NONCE, Sealer
+from seoro.lab.commanding import Outcome, release_all, stop_all
+from tests.executors import LONG
+from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_lab
+
+WITHIN = 0.5  # [s]
+GROWTH = 100.0  # [MB]
+SECONDS = 1.0  # of an attack by large messages, in which one comes after another
+REQUESTS = 20_000  # of one wave of those that wait
+SIZES = {"bomb": 20_000_000, "largest": (64 << 20) - 4096}  # [bytes]
+ATTACKS = (*SIZES, "waiting")
+OPERATOR, VIEWER = "anna", "vera"
+Seal = Callable[[str, bytes], bytes]
+SHOWN = 300  # [characters] of an error
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is attacked.
+
+    Attributes:
+        endpoint: Where it is reached.
+        name: Its name.
+        verb: Which a viewer may ask for.
+        process: Its process, whose children count, too.
+        state: File in which it keeps an emergency stop.
+        lab: The keys, if there are any.
+        audit: Its log, if there is one.
+    """
+
+    endpoint: str
+    name: str
+    verb: str
+    process: int
+    state: Path
+    lab: KeyedLab | None = None
+    audit: Path | None = None
+
+    @property
+    def is_executor(self) -> bool:
+        """Whether it runs scenarios."""
+        return self.name == NAME
+
+    def keys(self, who: str) -> Path | None:
+        """The folder with the keys of somebody."""
+        return None if self.lab is None else self.lab.keys(who)
+
+
+# ---------------------------------------------------------------- the attacker, a process of its own
+
+
+def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
+    """Attack once for each line on stdin, the run that requests wait for; print when that begins and ends."""
+    keys = read_keys(Path(folder)) if folder else None
+    security = security_of(endpoint, keys) if keys is not None else None
+    session = Session(connect=endpoint, security=security)
+    make_key = wire.executor_command if name == NAME else wire.node_command
+    waiting_verb = "records" if name == NAME else verb
+
+    def ask(
+        verb: str, payload: bytes, seal: Callable[[str, bytes], bytes] | None, over: Callable[[], Any]
+    ) -> None:
+        key = make_key(wire.NAMESPACE, name, verb)
+        beside = None if seal is None else seal(key, payload)
+        session.get(key, payload, 20.0, Callback(lambda reply: None, drop=over, indirect=False), beside)
+
+    def send_largest() -> None:
+        size = SIZES[kind]
+        payload = b"\xdd" + struct.pack(">I", size - 5) + b"\x80" * (size - 5)
+        done = threading.Event()
+        ask(verb, payload, None, done.set)
+        done.wait(30.0)
+
+    def send_many(run: str) -> None:
+        payload = wire.encode(wire.Empty())
+        if name == NAME:
+            payload = wire.encode(
+                AskRecords(run=run, state=State.RUNNING, is_announced=True, at=1 << 40, wait=10.0)
+            )
+        seal = _sealer(session, name, keys) if keys is not None and name == NAME else None
+        left = threading.Semaphore(0)
+        for _ in range(REQUESTS):
+            ask(waiting_verb, payload, seal, left.release)
+        for _ in range(REQUESTS):
+            left.acquire(timeout=25.0)
+
+    for line in sys.stdin:
+        print("begins", flush=True)
+        if kind == "waiting":
+            send_many(line.strip())
+        else:
+            until = time.monotonic() + SECONDS
+            while time.monotonic() < until:
+                send_largest()
+        print("over", flush=True)
+    session.close()
+
+
+def _sealer(session: Session, name: str, keys: Keys) -> Seal:
+    """What seals the requests of somebody to an executor."""
+    sealer, nonce, replies, done = Sealer(keys, name), os.urandom(NONCE), [], threading.Event()
+    asked = time.time_ns()
+    key = wire.executor_command(wire.NAMESPACE, name, "challenge")
+    payload = wire.encode(wire.Challenge(nonce=nonce))
+    session.get(key, payload, 10.0, Callback(replies.append, drop=done.set, indirect=False))
+    done.wait(10.0)
+    proof = wire.CHALLENGE.read_answer(replies[0].ok.payload.to_bytes())
+    sealer.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns()))
+    return sealer.seal
+
+
+class Attacker:
+    """The process that attacks."""
+
+    def __init__(self, kind: str, target: Target) -> None:
+        folder = "" if target.lab is None else str(target.keys(VIEWER))
+        line = [sys.executable, __file__, "--attack", kind, target.endpoint, target.name, target.verb, folder]
+        self._process = subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def begin(self, run: str) -> None:
+        """Attack once, and return when it has begun."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{run}\n")
+        self._process.stdin.flush()
+        self._read("begins")
+
+    def wait(self) -> None:
+        """Wait until the attack is over."""
+        self._read("over")
+
+    def _read(self, expected: str) -> None:
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline().strip()
+        if line != expected:
+            raise SystemExit(f"the attacker has ended: {line!r}")
+
+    def close(self) -> None:
+        """End it."""
+        self._process.kill()
+        self._process.communicate()
+
+
+# ---------------------------------------------------------------- the operator
+
+
+@dataclass(frozen=True)
+class Try:
+    """A stop during an attack: after what time it took effect, and was acknowledged [s]; and an error, if any."""
+
+    effect: float
+    answer: float
+    error: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is in time."""
+        return self.effect <= WITHIN and not self.error
+
+
+async def stop_during(target: Target, attacker: Attacker, random_: random.Random) -> Try:
+    """Have the attacker attack, and stop everything meanwhile."""
+    run = await _running(target) if target.is_executor else ""
+    attacker.begin(run)
+    await anyio.sleep(random_.uniform(0.1, SECONDS))
+    began = time.time()
+    (outcome,) = await stop_all([target.endpoint], "a benchmark", "to measure it", target.keys(OPERATOR))
+    effect = _since(target.state) - began
+    attacker.wait()
+    await _release(target)
+    return Try(effect, outcome.took, outcome.error)
+
+
+def _since(state: Path) -> float:
+    """When a stop took effect that holds [s since 1970], which is written down after it did."""
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline:
+        try:
+            return float(json.loads(state.read_text())["since"])
+        except (OSError, ValueError):
+            time.sleep(0.01)
+    return float("inf")
+
+
+async def _release(target: Target) -> None:
+    outcomes: list[Outcome] = []
+    for _ in range(10):
+        outcomes = await release_all([target.endpoint], "a benchmark", "it is measured", target.keys(OPERATOR))
+        if not target.state.exists():
+            return
+    raise SystemExit(f"the stop was not released: {outcomes}")
+
+
+async def _running(target: Target) -> str:
+    """A run that goes on."""
+    scenario = target.state.parent / "long.osc"
+    scenario.write_text(LONG)
+    async with seoro.Client(target.endpoint, target.keys(OPERATOR)) as client:
+        run = await client.submit(NAME, scenario)
+        async for info, _ in run.parts():
+            if info.announcement:
+                return run.id
+    raise SystemExit("the run does not begin")
+
+
+# ---------------------------------------------------------------- memory
+
+
+def processes_of(process: int) -> list[int]:
+    """A process and all that it has started, and these."""
+    found = [process]
+    for each in found:
+        try:
+            children = Path(f"/proc/{each}/task/{each}/children").read_text().split()
+        except OSError:
+            continue
+        found += map(int, children)
+    return found
+
+
+def peak(process: int) -> float:
+    """The most memory that a process has had since `forget_peak` [MB]; zero of one that has ended."""
+    try:
+        status = Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return 0.0
+    lines = dict(line.split(":", 1) for line in status.splitlines() if ":" in line)
+    return int(lines.get("VmHWM", "0 kB").split()[0]) * 1024 / 1e6
+
+
+def forget_peak(process: int) -> None:
+    """Count the most memory from now on."""
+    Path(f"/proc/{process}/clear_refs").write_text("5")
+
+
+# ---------------------------------------------------------------- targets
+
+
+@contextmanager
+def target_of(name: str, folder: Path) -> Iterator[Target]:
+    """A target that runs."""
+    os.environ["XDG_STATE_HOME"] = str(folder / "states")
+    made = {
+        "executor": _executor,
+        "keyed-executor": _keyed_executor,
+        "keyed-simulator": _keyed_simulator,
+        "bridge": _bridge,
+    }
+    with ExitStack() as stack:
+        yield made[name](folder, stack)
+
+
+def _executor(folder: Path, stack: ExitStack) -> Target:
+    endpoint, state = f"tcp/127.0.0.1:{free_port()}", folder / "state"
+    line = ("serve", "--name", NAME, "--listen", endpoint, "--folder", str(state))
+    running = stack.enter_context(command(folder / "log", endpoint, *line))
+    return Target(endpoint, NAME, "describe", running.process.pid, state / "emergency_stop.json")
+
+
+def _keyed_executor(folder: Path, stack: ExitStack) -> Target:
+    lab, state = make_lab(folder / "lab"), folder / "state"
+    running = stack.enter_context(keyed_executor(folder, lab))
+    stop, audit = state / "emergency_stop.json", state / "audit.jsonl"
+    return Target(running.endpoint, NAME, "challenge", running.process.pid, stop, lab, audit)
+
+
+def _keyed_simulator(folder: Path, stack: ExitStack) -> Target:
+    lab = make_lab(folder / "lab")
+    lab.authority.add("hall", Role.NODE, lab.keys("hall"))
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    line = ("sim", "mujoco", "--world", "hall", "--rate", "1", "--node", "hall", "--listen", endpoint)
+    os.environ["SEORO_KEYS"] = str(lab.keys("hall"))
+    running = stack.enter_context(command(folder / "log", endpoint, *line))
+    del os.environ["SEORO_KEYS"]
+    audit = next((folder / "states").glob("seoro/simulators/hall@*.audit.jsonl"))
+    stop = next(audit.parent.glob("*.reserve")).with_suffix(".json")
+    return Target(endpoint, "hall", "get_lab_state", running.process.pid, stop, lab, audit)
+
+
+def _bridge(folder: Path, stack: ExitStack) -> Target:
+    simulator, ros = (f"unixsock-stream/{folder}/{each}" for each in ("simulator", "ros"))
+    endpoint, robot = f"tcp/127.0.0.1:{free_port()}", "turtlebot4:turtlebot4@/turtlebot4"
+    stack.enter_context(
+        processes.command("sim", "mujoco", "--world", "hall", "--rate", "1", "--listen", simulator)
+    )
+    exposed = ("--expose", "--simulator", simulator, "--ros-listen", ros)
+    stack.enter_context(processes.command("bridge", "ros2", *exposed))
+    line = ("bridge", "ros2", "--robot", robot, "--ros", ros, "--listen", endpoint)
+    process = stack.enter_context(processes.command(*line))
+    states = folder / "states" / "seoro" / "bridges"
+    reserve = next(states.glob("*.reserve"))
+    return Target(endpoint, "ros2", "get_lab_state", process, reserve.with_suffix(".json"))
+
+
+# ---------------------------------------------------------------- the whole
+
+
+def measure(target: Target, kind: str, tries: int, seed: int) -> list[str]:
+    """Attack a target in one way; returns what does not hold."""
+    attacker, random_ = Attacker(kind, target), random.Random(seed)
+    named_before = 0 if target.audit is None else named_in(target.audit)
+    before = {}
+    for process in processes_of(target.process):
+        forget_peak(process)
+        before[process] = peak(process)
+    try:
+        found = [anyio.run(stop_during, target, attacker, random_) for _ in range(tries)]
+    finally:
+        attacker.close()
+    grown = max(peak(process) - most for process, most in before.items())
+    late = [each for each in found if not each.holds]
+    effects = [each.effect * 1e3 for each in found]
+    answers = [each.answer * 1e3 for each in found]
+    print(
+        f"{kind}: {tries - len(late)} of {tries} held; effect {statistics.median(effects):.0f} ms, at most "
+        f"{max(effects):.0f} ms; answer {statistics.median(answers):.0f} ms, at most {max(answers):.0f} ms; "
+        f"memory +{grown:.0f} MB",
+        flush=True,
+    )
+    wrong = [f"{kind}: effect after {each.effect:.2f} s; {each.error[:SHOWN]}" for each in late]
+    if grown > GROWTH:
+        wrong.append(f"{kind}: memory has grown by {grown:.0f} MB")
+    if target.audit is not None:
+        named = named_in(target.audit) - named_before
+        if named < tries:
+            wrong.append(f"{kind}: the log names the operator {named} times for {tries} stops")
+    return wrong
+
+
+def named_in(audit: Path) -> int:
+    """How many stops by the operator stand in a log."""
+    entries = [json.loads(line) for line in audit.read_text().splitlines()]
+    said = [(each["what"], each["by"], each.get("outcome")) for each in entries]
+    return said.count(("emergency_stop", OPERATOR, "done"))
+
+
+def main() -> int:
+    """Attack all targets; returns the exit status."""
+    if sys.argv[1:2] == ["--attack"]:
+        attack(*sys.argv[2:])
+        return 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tries", type=int, default=100)
+    parser.add_argument("--targets", default="executor,keyed-executor,keyed-simulator,bridge")
+    parser.add_argument("--attacks", default=",".join(ATTACKS))
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    wrong: list[str] = []
+    for name in options.targets.split(","):
+        with tempfile.TemporaryDirectory() as folder, target_of(name, Path(folder)) as target:
+            print(f"-- {name}", flush=True)
+            anyio.run(stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR))
+            anyio.run(_release, target)
+            for kind in options.attacks.split(","):
+                wrong += [f"{name}: {each}" for each in measure(target, kind, options.tries, options.seed)]
+    print("\n".join(wrong) or "all hold")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
