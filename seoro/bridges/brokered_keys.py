@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from seoro.bridges.session.brokered import CREDENTIALS, SIGN, Broker
+from seoro.bridges.session.errors import SessionError
+from seoro.errors import InvalidUse
 from seoro.keys.folder import KeyFolder, Keys
 
 if TYPE_CHECKING:
@@ -32,13 +34,16 @@ def brokered_keys(broker: Broker, endpoint: str) -> Keys | None:
     """The keys to use at an endpoint; None if there are none to be used.
 
     Raises:
-        SessionError: There are none, or they are of no use there.
+        InvalidUse: There are none, or they are of no use there.
     """
     from cryptography import x509  # noqa: PLC0415 - only where there are keys
 
     from seoro.keys.certificates import identity_of  # noqa: PLC0415 - the same
 
-    found = broker.ask(CREDENTIALS, endpoint)
+    try:
+        found = broker.ask(CREDENTIALS, endpoint)
+    except SessionError as error:
+        raise InvalidUse(str(error)) from error
     if found is None:
         return None
     authority, certificate = map(x509.load_pem_x509_certificate, found)

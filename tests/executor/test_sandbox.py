@@ -13,6 +13,7 @@ import msgpack
 import pytest
 
 import seoro
+from seoro.bridges.brokered_keys import brokered_keys
 from seoro.bridges.executor.messages import State
 from seoro.bridges.session import SessionError
 from seoro.bridges.session.brokered import Broker
@@ -272,3 +273,12 @@ def test_links_that_a_run_leaves_lead_nowhere(tmp_path: Path) -> None:
     (folder / "link").symlink_to("real")
     with open_left(folder / "link", folder) as file:
         assert file.read() == b"real"
+
+
+def test_keys_that_are_missing_are_reported_as_without_a_sandbox(
+    inside: Broker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "none"))  # of the broker, which looks when it is asked
+    with pytest.raises(InvalidUse, match="there are no keys in"):
+        brokered_keys(inside, "tls/127.0.0.1:7447")
+    assert brokered_keys(inside, "tcp/127.0.0.1:7447") is None
