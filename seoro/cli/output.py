@@ -7,13 +7,13 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import IO, Any, TextIO
 
 from seoro.cli.results import silence
 from seoro.errors import InvalidScenario, InvalidUse
-from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.render import render_text
-from seoro.lang.source import Span
 from seoro.reasons import printable, reason_text
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import Cancelled, RunStatus, Verdict
@@ -62,8 +62,8 @@ def error_text(error: Exception, colour: bool = False) -> str:
     match error:
         case InvalidScenario(diagnostics=diagnostics):
             return "\n\n".join(render_text(found, colour=colour) for found in diagnostics)
-        case InvalidUse(span=Span() as span):
-            return render_text(_at_run(error, span), colour=colour)
+        case InvalidUse(diagnostic=Diagnostic() as found):
+            return render_text(replace(found, message=printable(found.message)), colour=colour)
         case InvalidUse(help=hint) if hint:
             return printable(f"error: {error}\n  = help: {hint}")
         case _:
@@ -76,12 +76,6 @@ def print_reason(verdict: Verdict) -> None:
     text = reason_text(verdict, colour=use_colour(sys.stderr), width=width)
     if text:
         print("\n" + text, file=sys.stderr)
-
-
-def _at_run(error: InvalidUse, span: Span) -> Diagnostic:
-    """What was found when a scenario was to be run, or ran, as a diagnostic."""
-    first, *others = [Label(place, text) for place, text in error.places] or [Label(span, "")]
-    return Diagnostic(Severity.ERROR, error.code, printable(str(error)), first, tuple(others), help=error.help)
 
 
 class Progress:

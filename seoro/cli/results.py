@@ -214,6 +214,8 @@ def result(
 def unrun(file: str, error: SeoroError) -> dict[str, Any]:
     """The result of a file that could not be run, as plain data: `invalid`, or an error of the simulator."""
     diagnostics = error.diagnostics if isinstance(error, InvalidScenario) else ()
+    if isinstance(error, InvalidUse) and error.diagnostic is not None:
+        diagnostics = (error.diagnostic,)
     more = f", and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
     return {
         "status": "error" if isinstance(error, BackendError) else "invalid",

@@ -107,7 +107,7 @@ def not_run(error: SeoroError) -> NotRun:
         case InvalidScenario(diagnostics=diagnostics):
             return NotRun(diagnostics=diagnostics)
         case InvalidUse():
-            return NotRun(misuse=Misuse(str(error), error.span, error.help, error.places, error.code))
+            return NotRun(misuse=Misuse(error.message, error.span, error.help, error.places, error.code))
         case _:
             return NotRun(backend=str(error))
 
