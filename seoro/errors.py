@@ -59,14 +59,29 @@ class InvalidUse(SeoroError):
         code: str = "E0500",
     ) -> None:
         super().__init__(message)
-        if span is not None:
-            self.add_note(f"--> {span}")
-        if help:
+        if help and span is None:
             self.add_note(f"help: {help}")
+        self.message = message
         self.span = span
         self.help = help
         self.places = places
         self.code = code
+
+    @property
+    def diagnostic(self) -> Diagnostic | None:
+        """The message with its code and places; None if the text of the scenario has nothing to do with it."""
+        from seoro.lang.diagnostic import Diagnostic, Label, Severity  # noqa: PLC0415 - only needed for messages
+
+        if self.span is None:
+            return None
+        first, *others = [Label(place, text) for place, text in self.places] or [Label(self.span, "")]
+        return Diagnostic(Severity.ERROR, self.code, self.message, first, tuple(others), help=self.help)
+
+    def __str__(self) -> str:
+        from seoro.lang.render import render_text  # noqa: PLC0415 - only needed when it is printed
+
+        found = self.diagnostic
+        return self.message if found is None else render_text(found)
 
 
 def cause_of(error: Exception) -> Exception:

@@ -65,4 +65,17 @@ async def test_a_traceback_tells_the_place_and_what_would_work(tmp_path: Path) -
         async with seoro.start(seoro.load(tmp_path / "robot.osc")):
             pass
     shown = "".join(traceback.format_exception(caught.value))
-    assert f"--> {tmp_path}/robot.osc:4:8\nhelp: start a simulator" in shown
+    assert f"--> {tmp_path}/robot.osc:4:8\n" in shown
+    assert "= help: start a simulator" in shown
+
+
+async def test_an_error_of_the_text_says_its_code_and_places(tmp_path: Path) -> None:
+    file = tmp_path / "clash.osc"
+    file.write_text("scenario main:\n    a: int\n    keep(a > 5)\n    keep(a < 3)\n    do emit end\n")
+    with pytest.raises(seoro.InvalidUse) as caught:
+        async with seoro.start(seoro.load(file), seed=1, clock="virtual"):
+            pass
+    text, error = str(caught.value), caught.value
+    assert text.startswith("error[E0442]: these constraints cannot hold together") and "keep(a < 3)" in text
+    assert (error.code, error.message) == ("E0442", "these constraints cannot hold together")
+    assert error.diagnostic is not None and len(error.diagnostic.secondary) == 1

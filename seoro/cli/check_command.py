@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from seoro.cli.exits import Exit
 from seoro.cli.files import count, find_files
 from seoro.cli.output import use_colour
+from seoro.embed.contradictions import find_contradictions
 from seoro.embed.scenarios import check_file
 from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.render import render_text, to_json
@@ -53,7 +54,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterator[Diagnostic]:
     for file in files:
-        yield from check_file(file, strict=strict, import_python=import_python).checked.diagnostics
+        scenario = check_file(file, strict=strict, import_python=import_python)
+        yield from scenario.checked.diagnostics
+        if import_python:  # external methods may decide about constraints
+            yield from find_contradictions(scenario)
 
 
 def _once(diagnostics: Iterator[Diagnostic]) -> Iterator[Diagnostic]:

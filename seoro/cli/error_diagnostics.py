@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from seoro.errors import InvalidScenario, InvalidUse
-from seoro.lang.diagnostic import Diagnostic, Label, Severity
-from seoro.lang.source import Span
+from seoro.lang.diagnostic import Diagnostic
 from seoro.reasons import printable
 
 
@@ -13,9 +14,7 @@ def diagnostics_of(error: Exception) -> tuple[Diagnostic, ...]:
     match error:
         case InvalidScenario(diagnostics=diagnostics):
             return diagnostics
-        case InvalidUse(span=Span() as span):
-            first, *others = [Label(place, text) for place, text in error.places] or [Label(span, "")]
-            message = printable(str(error))
-            return (Diagnostic(Severity.ERROR, error.code, message, first, tuple(others), help=error.help),)
+        case InvalidUse(diagnostic=Diagnostic() as found):
+            return (replace(found, message=printable(found.message)),)
         case _:
             return ()

@@ -115,7 +115,7 @@ def not_run(error: SeoroError) -> NotRun:
         case InvalidScenario(diagnostics=diagnostics):
             return NotRun(diagnostics=diagnostics)
         case InvalidUse():
-            return NotRun(misuse=Misuse(str(error), error.span, error.help, error.places, error.code))
+            return NotRun(misuse=Misuse(error.message, error.span, error.help, error.places, error.code))
         case BackendUnreachable():
             return NotRun(backend=str(error), help=error.help)
         case _:

@@ -131,7 +131,7 @@ def _naming_robots(options: Options) -> Iterator[None]:
         robots = read_lab(options.lab.file).robots
         some = next(iter(robots), "NAME")
         hint = f"robots of the lab: {', '.join(robots) or 'none'}; choose one with `--set ACTOR=robot:{some}`"
-        raise InvalidUse(str(error), error.span, hint) from error
+        raise InvalidUse(error.message, error.span, hint) from error
 
 
 def announcement(run: Run, options: Options) -> str:

@@ -40,9 +40,12 @@ _TOKEN: Final = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-_ESCAPE: Final = re.compile(r"\\(\r\n|.)", re.DOTALL)
+_ESCAPE: Final = re.compile(
+    r"\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)", re.DOTALL
+)
 _ESCAPED: Final = {
     "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
+    "a": "\a", "b": "\b", "f": "\f", "v": "\v",
 }  # fmt: skip
 _START_CATEGORIES = frozenset({"Ll", "Lm", "Lo", "Lt", "Lu", "Nl"})
 _CHAR_CATEGORIES = _START_CATEGORIES | {"Mc", "Mn", "Nd", "Pc"}
@@ -329,7 +332,16 @@ class Lexer:
 
 
 def _unescape(text: str) -> str:
-    """Resolve escapes: those of Python that need no number; others keep their backslash."""
+    """Resolve escapes: those of Python but for octal ones and names; others keep their backslash."""
     if "\\" not in text:
         return text
-    return _ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[0]), text)
+    return _ESCAPE.sub(_escaped, text)
+
+
+def _escaped(found: re.Match[str]) -> str:
+    """What an escape stands for; half of a surrogate pair is no character, and stays as it is written."""
+    escape = found[1]
+    if escape in _ESCAPED or len(escape) < 3:
+        return _ESCAPED.get(escape, found[0])
+    number = int(escape[1:], 16)
+    return found[0] if 0xD800 <= number < 0xE000 else chr(number)

@@ -239,7 +239,7 @@ def path_of(uri: str) -> Path | None:
     except ValueError:  # a host in brackets that is none
         return None
     if len(parts.scheme) <= 1:  # none, or a drive
-        return Path(uri)
+        return Path(unquote(uri))
     if parts.scheme != "file" or parts.netloc not in {"", "localhost"}:
         return None
     return Path(unquote(parts.path))

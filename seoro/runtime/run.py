@@ -24,15 +24,14 @@ from seoro.lang.plan import InvokeScenario, Plan
 from seoro.located import Locate, as_named
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.agenda import Agenda, Flow, StepOrder
-from seoro.runtime.applied import apply, with_nested
-from seoro.runtime.behaviors.invoke import OF_TYPE
+from seoro.runtime.applied import with_nested
 from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, within
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contacts import EVENT as CONTACT
 from seoro.runtime.contracts import WARNING, Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
-from seoro.runtime.environment import Environment, EvaluationError, NoChoice, Seed
+from seoro.runtime.entry import make_entry
 from seoro.runtime.events import Events
 from seoro.runtime.homes import Homes, Placement
 from seoro.runtime.instances import Instance, Invoked
@@ -157,16 +156,7 @@ class Execution:
 
     def _instantiate(self) -> Instance:
         _check_implementations(self._plan, self._settings)
-        scenario = self._plan.scenarios[self._plan.entry]
-        entry = Instance(scenario.name, Fields(), scenario, {})
-        scope = Environment(entry, seed=Seed(self._settings.seed), run=self._run)
-        self._modifying = apply(scenario.modifiers, self._plan.modifiers, scope, entry, OF_TYPE)
-        try:
-            self._fill(entry)
-        except NoChoice as error:
-            raise InvalidUse(str(error), error.span, error.help, error.places, error.code) from error
-        except EvaluationError as error:
-            raise InvalidUse(str(error), error.span) from error
+        entry, self._modifying = make_entry(self._plan, self._settings.seed, self._run)
         for value in entry.fields.values():
             if isinstance(value, Actor):
                 self._homes.settle(value)
@@ -174,17 +164,14 @@ class Execution:
         check_needs(self._plan, entry, self._actions, self._homes)
         return entry
 
-    def _fill(self, entry: Instance) -> None:
-        applied = tuple(with_nested(self._modifying))
-        entry_parameters(self._plan, self._settings.seed, self._run, entry, applied)
-
     def _entry_again(self, place: Place) -> Instance:
         """For modifiers of the entry scenario that carry it out again; its values are the same."""
         self._services.cancelled.clear()
         entry = Instance(place.path, Fields(), self._entry.declaration, {})
-        for applied in with_nested(self._modifying):
+        modifiers = tuple(with_nested(self._modifying))
+        for applied in modifiers:
             applied.turn_to(entry)
-        self._fill(entry)
+        entry_parameters(self._plan, self._settings.seed, self._run, entry, modifiers)
         record_instance(entry, _ENTRY, self._services)
         return entry
 

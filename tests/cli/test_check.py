@@ -98,3 +98,36 @@ def test_json_of_files_without_errors_is_an_empty_list(tmp_path: Path, capsys: p
     file.write_text("struct a\n")
     assert main(["check", "--format", "json", str(file)]) == 0
     assert json.loads(capsys.readouterr().out) == []
+
+
+CONFLICT = """\
+scenario main:
+    a: int
+    keep(a > 5)
+    keep(a < 3)
+    do emit end
+"""
+
+
+def test_constraints_of_the_entry_that_clash_are_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "clash.osc"
+    file.write_text(CONFLICT)
+    assert main(["check", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert "E0442" in said and "keep(a > 5)" in said and "keep(a < 3)" in said
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "scenario main:\n    a: int\n    do emit end\n",
+        "scenario main:\n    a: int\n    keep(a > 5)\n    do emit end\n",
+        CONFLICT.replace("main", "one") + CONFLICT.replace("main", "other"),
+        "scenario main:\n    a: int = 3\n    keep(a in [6..7])\n    do emit end\n",
+    ],
+    ids=["override", "bounds", "no entry", "overridden"],
+)
+def test_what_may_get_a_value_is_no_error(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "fine.osc"
+    file.write_text(text)
+    assert main(["check", str(file)]) == 0

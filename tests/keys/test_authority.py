@@ -115,7 +115,7 @@ def test_keys_that_do_not_belong_together_are_refused(lab: KeyedLab, tmp_path: P
         ("identity.crt", "nothing", "is no certificate"),
         ("identity.key", "nothing", "is no private key"),
         ("ca.crt", None, "cannot read"),
-        ("identity.crt", None, "there are no keys"),
+        ("identity.crt", None, "contains no keys"),
     ],
 )
 def test_keys_that_are_not_whole_are_refused(lab: KeyedLab, name: str, content: str | None, message: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from seoro.lang import ast
 from seoro.lang.diagnostic import Bag
-from seoro.lang.lexer import Lexer
+from seoro.lang.lexer import Lexer, _unescape
 from seoro.lang.source import SourceFile
 from tests.lang.helpers import expression, parse
 
@@ -142,3 +142,12 @@ def test_strings(text: str, value: str) -> None:
     tree = expression(text)
     assert isinstance(tree, ast.StringLiteral)
     assert tree.value == value
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [(r"\u00e9", "é"), (r"\x41", "A"), (r"\U0001F600", "\U0001f600"), (r"\a", "\a"), (r"\ud800", r"\ud800"),
+     (r"\xg1", r"\xg1"), (r"\q", r"\q"), (r"\\x41", r"\x41"), (r"\U00110000", r"\U00110000")],
+)  # fmt: skip
+def test_escapes_with_a_number_are_resolved(written: str, meant: str) -> None:
+    assert _unescape(written) == meant

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from seoro.lang import frontend
+from seoro.lang.loader import path_of
 
 
 def write(folder: Path, **files: str) -> Path:
@@ -127,3 +128,9 @@ def test_texts_may_come_from_elsewhere(tmp_path: Path) -> None:
         "struct x\n",
         'import "a.osc"\n',
     ]
+
+
+@pytest.mark.parametrize("uri", ["my%20file.osc", "file:///my%20file.osc", "./my%20file.osc"])
+def test_paths_are_percent_decoded(uri: str) -> None:
+    found = path_of(uri)
+    assert found is not None and found.name == "my file.osc"

@@ -18,7 +18,12 @@ def key(verb: wire.Verb[Any, Any]) -> str:
     return wire.node_command("default", "hall", verb.name)
 
 
-STATE, RESTORE, HOLD, STOP = map(key, VERBS)
+STATE, RESTORE, HOLD, STOP = (
+    key(wire.GET_LAB_STATE),
+    key(wire.RESTORE_STATE),
+    key(wire.HOLD_ROBOTS),
+    key(wire.EMERGENCY_STOP),
+)
 
 
 @pytest.fixture

@@ -1,0 +1,29 @@
+"""Constraints of the entry scenario that cannot hold together, found without running anything."""
+
+from __future__ import annotations
+
+from seoro.embed.scenarios import Scenario
+from seoro.errors import InvalidScenario, InvalidUse
+from seoro.lang.diagnostic import Diagnostic
+from seoro.lang.frontend import lower
+from seoro.runtime.entry import make_entry
+
+_CONFLICT = "E0442"
+
+
+def find_contradictions(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """The conflict of constraints that `seoro exec` would report, if there is one.
+
+    A file without errors is instantiated if it has one entry scenario. Values that only an override can give are
+    no error here. External methods are called, as for a run.
+    """
+    if scenario.checked.errors:
+        return ()
+    try:
+        make_entry(lower(scenario.checked, None), 0)
+    except InvalidScenario:
+        return ()  # no entry, or a value that an override has to give
+    except InvalidUse as error:
+        found = error.diagnostic
+        return (found,) if found is not None and found.code == _CONFLICT else ()
+    return ()
