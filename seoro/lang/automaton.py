@@ -145,8 +145,8 @@ class Automaton:
     def _after_units(self, kind: str) -> int:
         """The state after all reductions by rules of one thing that a terminal brings about one after another.
 
-        They replace the top of the stack only, so that it and the state below it tell where they lead. An operand is
-        a sum, a relation, a conjunction and so on: without the table this is most of the work of a parse.
+        They replace the top of the stack only, so that it and the state below it tell where they lead. An operand
+        is a sum, a relation, a conjunction and so on: without the table this is most of the work of a parse.
         """
         below, state = self._states[-2], self._states[-1]
         key = below, state, kind
