@@ -29,7 +29,8 @@ def _init_for_the_first_time(self: Any, *values: Any, **named: Any) -> None:
     """
     cls: Any = type(self)
     setters = [getattr(cls, name).__set__ for name in cls.__match_args__]
-    init: _Init = _INITS.get(len(setters), _init_of_many)(cls, *setters)
+    make: Callable[..., _Init] = _INITS.get(len(setters), _init_of_many)
+    init = make(cls, *setters)
     setattr(cls, "__init__", init)  # noqa: B010 - to the type checker it is that of a dataclass
     init(self, *values, **named)
 
