@@ -16,7 +16,7 @@ import inspect
 from collections.abc import Callable
 from functools import cache
 from itertools import repeat
-from typing import Any, ClassVar, Final, NoReturn, TypeAlias, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, TypeAlias, dataclass_transform
 
 _Init: TypeAlias = Callable[..., None]
 _Setter: TypeAlias = Callable[[Any, Any], None]
@@ -27,9 +27,10 @@ def _init_for_the_first_time(self: Any, *values: Any, **named: Any) -> None:
 
     A file has tens of thousands of nodes and places, and most of the time for a node went into the loop.
     """
-    cls = type(self)
+    cls: Any = type(self)
     setters = [getattr(cls, name).__set__ for name in cls.__match_args__]
-    init = _INITS.get(len(setters), _init_of_many)(cls, *setters)
+    make: Callable[..., _Init] = _INITS.get(len(setters), _init_of_many)
+    init = make(cls, *setters)
     setattr(cls, "__init__", init)  # noqa: B010 - to the type checker it is that of a dataclass
     init(self, *values, **named)
 
@@ -168,6 +169,10 @@ class Frozen(metaclass=_Frozen):
     __field_defaults__: ClassVar[dict[str, Any]]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]] = _OnDemand()  # type: ignore[assignment]
     __dataclass_params__: ClassVar[Any] = _OnDemand()
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *values: Any, **named: Any) -> None: ...
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r} of {type(self).__name__}")

@@ -132,7 +132,7 @@ class Lexer:
                 continue
             offset = found.end()
             group = found.lastgroup
-            if group == "blank" or group == "comment":
+            if group in {"blank", "comment"}:
                 continue
             if group == "name" and (word := found.group()).isascii() and word[0] != "|":  # most of all
                 tokens.append(Token("NAME", word, offset - len(word), offset))

@@ -124,6 +124,13 @@ HABITS: Final = (
         place=MEMBERS,
     ),
     Habit(
+        r"def .*\) (?:-> .+ )?(?P<at>=) (?P<value>.+) \n",
+        "unexpected `=` in a method",
+        "write `is expression {value}`",
+        "is expression",
+        MEMBERS,
+    ),
+    Habit(
         r"(?:scenario|action|actor|struct|modifier) \w+(?: \. \w+)? (?P<at>\() (?:\w+ :.*)?\)",
         "parameters in brackets behind the name",
         "declare them as members, one on each line of the block: `<name>: <type> = <default>`",
