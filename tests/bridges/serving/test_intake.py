@@ -18,12 +18,8 @@ def key(verb: wire.Verb[Any, Any]) -> str:
     return wire.node_command("default", "hall", verb.name)
 
 
-STATE, RESTORE, HOLD, STOP = (
-    key(wire.GET_LAB_STATE),
-    key(wire.RESTORE_STATE),
-    key(wire.HOLD_ROBOTS),
-    key(wire.EMERGENCY_STOP),
-)
+STATE, RESTORE = key(wire.GET_LAB_STATE), key(wire.RESTORE_STATE)
+HOLD, STOP = key(wire.HOLD_ROBOTS), key(wire.EMERGENCY_STOP)
 
 
 @pytest.fixture
