@@ -7,8 +7,8 @@ of the heat map) and `localisation.txt`, which is also printed. `make experiment
 
 The error of a run is the distance between where the robot believes to be and where it is, mean over the run.
 Confidence intervals are of the mean over seeds, at 95 %, by Student's t: seeds are what is independent.
-Correlations are Spearman's, over all runs. What lost beams do is small beside what noise does, which hides it from a
-correlation over all runs. So runs are compared in pairs with the same seed and noise: the mean of the ratios of
+Correlations are Spearman's, over all runs. What lost beams do is small beside what noise does, which hides it from
+a correlation over all runs. So runs are compared in pairs with the same seed and noise: the mean of the ratios of
 their errors, with its interval by Student's t of the logarithms, and Wilcoxon's test. No run is left out, whatever
 came of it.
 """
