@@ -141,7 +141,8 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
 
 def _sealer(session: Session, name: str, keys: Keys) -> Seal:
     """What seals the requests of somebody to an executor."""
-    sealer, nonce, replies, done = Sealer(keys, name), os.urandom(NONCE), [], threading.Event()
+    sealer, nonce, done = Sealer(keys, name), os.urandom(NONCE), threading.Event()
+    replies: list[Any] = []
     asked = time.time_ns()
     key = wire.executor_command(wire.NAMESPACE, name, "challenge")
     payload = wire.encode(wire.Challenge(nonce=nonce))

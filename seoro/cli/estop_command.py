@@ -16,8 +16,9 @@ EXAMPLES = """examples:
   seoro estop tb1 tb2
   seoro lab release --all --reason "checked by hand"
 
-It stops at once, without a question. Robots, simulators and executors that are stopped refuse every command until
-`seoro lab release`. A lab is its lab file (`--lab`, else that of SEORO_LAB), and what answers at endpoints
+It stops at once, without a question. Bridges, simulators and executors that are stopped refuse every command until
+`seoro lab release --all`. With ROBOT, the bridges and simulators that serve these robots are stopped, and others go
+on. A lab is its lab file (`--lab`, else that of SEORO_LAB), and what answers at endpoints
 (`--connect`); without either, what runs on this machine.
 
 exit status: 0 all stand still, 2 the command line is invalid, 3 something was not reached or has not confirmed"""
@@ -25,7 +26,12 @@ exit status: 0 all stand still, 2 the command line is invalid, 3 something was n
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("robots", nargs="*", metavar="ROBOT", help="robots to stop (default: everything)")
+    parser.add_argument(
+        "robots",
+        nargs="*",
+        metavar="ROBOT",
+        help="robots to stop, with all others of their nodes (default: everything)",
+    )
     parser.add_argument("--reason", default="", metavar="TEXT", help="reason, shown to everybody in the lab")
     add_lab_arguments(parser)
     parser.add_argument(

@@ -183,6 +183,8 @@ async def stop_at_once(options: argparse.Namespace, *more: str) -> int:
         more: Endpoints beside those of the lab.
     """
     control = _control(options, *more)
+    if options.robots:
+        return _told(await control.stop_nodes_of(*options.robots, reason=options.reason))
     return _told(await control.stop_all(options.reason), quiet=guessed(options))
 
 

@@ -34,7 +34,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "attach": "follow a run on an executor, from its first record to its end",
     "logs": "show what has happened in a run on an executor so far",
     "stop": "stop runs on executors",
-    "estop": "emergency stop: stop all robots of a lab, or some, until they are released",
+    "estop": "emergency stop: stop all robots of a lab, or those of some nodes, until they are released",
     "get": "bring home what a run on an executor has left",
     "rm": "have executors forget a run, with all that it has left",
     "router": "be a Zenoh router, where executors, simulators and bridges meet",

@@ -112,6 +112,15 @@ class LabControl:
         """
         return await commanding.stop_all(self._endpoints, whoami(), reason, self._keys)
 
+    async def stop_nodes_of(self, *robots: str, reason: str = "") -> list[Outcome]:
+        """Emergency stop of the nodes that serve some robots; the other nodes go on.
+
+        Args:
+            robots: Their names, in the lab file or at their nodes.
+            reason: Why, for others.
+        """
+        return await commanding.stop_nodes_of(self._places(robots), self._endpoints, whoami(), reason, self._keys)
+
     async def release_all(self, reason: str) -> list[Outcome]:
         """Let things move again after an emergency stop.
 

@@ -264,6 +264,33 @@ async def end_lease(endpoints: Sequence[str], place: Place, keys: Path | None = 
     raise InvalidUse(f"nothing is leased by the name '{name}'", help="`seoro lab status` shows what is")
 
 
+async def stop_nodes_of(
+    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
+) -> list[Outcome]:
+    """Emergency stop of the nodes that serve some robots: all robots of these nodes stand still until it is released.
+
+    An unknown robot keeps none of the others from being stopped.
+
+    Args:
+        places: The robots.
+        endpoints: Where nodes are looked for.
+        by: Who stops them, and `reason` why, for others.
+        keys: Folder of keys, as in `reaching`.
+    """
+    began = time.monotonic()
+    asked = wire.EmergencyStop(by=by, reason=reason)
+    async with reaching(endpoints, keys) as reached:
+        members = await asking(reached)
+        homes: dict[Reached, None] = {}
+        unknown: list[Outcome] = []
+        for place in places:
+            try:
+                homes[_home(place, reached, members)] = None
+            except InvalidUse as error:
+                unknown.append(Outcome("", place[0], error=f"{error} ({error.help})", is_somebody=False))
+        return [*await _ask_all(list(homes), wire.EMERGENCY_STOP, asked, began), *unknown]
+
+
 async def stop_robots(
     places: Sequence[Place], endpoints: Sequence[str], keys: Path | None = None
 ) -> list[Outcome]:
