@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.serving.intake import MOST, MOST_BYTES, MOST_OF_ONE, CountedIntake
 from seoro.bridges.wire.refusal import said_in
 
-VERBS = (wire.GET_LAB_STATE, wire.RESTORE_STATE, wire.HOLD_ROBOTS, wire.EMERGENCY_STOP)
+VERBS: tuple[wire.Verb[Any, Any], ...] = (
+    wire.GET_LAB_STATE,
+    wire.RESTORE_STATE,
+    wire.HOLD_ROBOTS,
+    wire.EMERGENCY_STOP,
+)
 SEAL = b"\x95a seal"
 
 
-def key(verb: wire.Verb[wire.Q, wire.A]) -> str:
+def key(verb: wire.Verb[Any, Any]) -> str:
     return wire.node_command("default", "hall", verb.name)
 
 
