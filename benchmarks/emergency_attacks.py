@@ -98,6 +98,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
     security = security_of(endpoint, keys) if keys is not None else None
     session = Session(connect=endpoint, security=security)
     make_key = wire.executor_command if name == NAME else wire.node_command
+    patience = 20.0 if kind == "waiting" else 1.0  # [s]; messages of 64 MiB are dropped, and have no answer
     waiting_verb = "records" if name == NAME else verb
 
     def ask(
@@ -105,7 +106,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
     ) -> None:
         key = make_key(wire.NAMESPACE, name, verb)
         beside = None if seal is None else seal(key, payload)
-        session.get(key, payload, 20.0, Callback(lambda reply: None, drop=over, indirect=False), beside)
+        session.get(key, payload, patience, Callback(lambda reply: None, drop=over, indirect=False), beside)
 
     def send_largest() -> None:
         size = SIZES[kind]

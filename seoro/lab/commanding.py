@@ -267,7 +267,7 @@ async def end_lease(endpoints: Sequence[str], place: Place, keys: Path | None = 
 async def stop_nodes_of(
     places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
 ) -> list[Outcome]:
-    """Emergency stop of the nodes that serve some robots: all robots of these nodes stand still until it is released.
+    """Emergency stop of the nodes that serve some robots: all of their robots stand still until it is released.
 
     An unknown robot keeps none of the others from being stopped.
 

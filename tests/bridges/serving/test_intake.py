@@ -10,7 +10,12 @@ from seoro.bridges import wire
 from seoro.bridges.serving.intake import MOST, MOST_BYTES, MOST_OF_ONE, CountedIntake
 from seoro.bridges.wire.refusal import said_in
 
-VERBS = (wire.GET_LAB_STATE, wire.RESTORE_STATE, wire.HOLD_ROBOTS, wire.EMERGENCY_STOP)
+VERBS: tuple[wire.Verb[Any, Any], ...] = (
+    wire.GET_LAB_STATE,
+    wire.RESTORE_STATE,
+    wire.HOLD_ROBOTS,
+    wire.EMERGENCY_STOP,
+)
 SEAL = b"\x95a seal"
 
 
