@@ -19,6 +19,7 @@ import pytest
 
 import seoro
 from seoro.bridges.executor.messages import State
+from seoro.client.runs import RemoteRun
 from seoro.executor.frames import Job
 from seoro.executor.running import ExecutorOptions, executing
 from seoro.executor.store import Store
@@ -109,11 +110,11 @@ def options(folder: Path, place: Path, **others: Any) -> ExecutorOptions:
     return ExecutorOptions(NAME, folder, **{"listen": f"unixsock-stream/{place}/hub", **others})
 
 
-async def messages(run: seoro.client.RemoteRun) -> list[str]:
+async def messages(run: RemoteRun) -> list[str]:
     return [record["message"] async for record in run.records_so_far() if record["kind"] == "log"]
 
 
-async def until_begun(run: seoro.client.RemoteRun) -> None:
+async def until_begun(run: RemoteRun) -> None:
     async for record in run.records():
         if record.get("message") == "begun":
             return
