@@ -12,7 +12,7 @@ SIM ?= mujoco
 ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all test-ros2 chaos lint format goldens editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -46,6 +46,9 @@ test-all: lint  ## the same, with the long tests
 
 chaos: $(VENV)/.dev  ## play rounds of faults against a real lab, and check what must hold; resumes its journal
 	@$(BIN)/python -m tests.chaos --rounds $(ROUNDS)
+
+test-more: $(VENV)/.dev  ## a choice of the long tests, some minutes: faults at random, genuine nodes of ROS 2
+	@timeout 1500 $(BIN)/pytest -m "slow or ros2" tests/chaos tests/bridges/ros2/genuine
 
 test-ros2: $(VENV)/.dev  ## the tests with nodes of ROS 2 itself, where ../shared/ros2 has what they need
 	@$(BIN)/pytest -m ros2 tests/bridges/ros2/genuine
