@@ -18,8 +18,8 @@ EXAMPLES = """examples:
 
 It stops at once, without a question. Bridges, simulators and executors that are stopped refuse every command until
 `seoro lab release --all`. With ROBOT, only the bridges and simulators that serve these robots are stopped. A lab
-is its lab file (`--lab`, else that of SEORO_LAB), and what answers at endpoints (`--connect`); without either, what
-runs on this machine.
+is its lab file (`--lab`, else that of SEORO_LAB), and what answers at endpoints (`--connect`); without either,
+what runs on this machine.
 
 exit status: 0 all stand still, 2 the command line is invalid, 3 something was not reached or has not confirmed"""
 
