@@ -13,6 +13,7 @@ from seoro.lang.render import render_text
 from seoro.lang.source import Span
 from seoro.runtime.explanation import Activity, Emitter, Explanation, Kind, Reading
 from seoro.runtime.verdict import RunStatus, Verdict
+from seoro.terminal_text import printable
 
 _STYLES = {
     RunStatus.FAILED: "31;1",
@@ -49,11 +50,6 @@ def reason_text(verdict: Verdict, colour: bool = False, width: int | None = None
         for line in rest:
             lines += _wrap(f"{gutter}  {printable(line)}", gutter + "    ", width)
     return "\n".join(lines)
-
-
-def printable(text: str) -> str:
-    """A text of a scenario or an action without what would control the terminal."""
-    return text if text.isprintable() else "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
 
 
 def fault_text(fault: Exception) -> str:

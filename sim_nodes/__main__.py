@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -17,6 +16,7 @@ from seoro.bridges.wire import SimulationState, node_command
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import InvalidUse
+from seoro.terminal_text import log_to_stderr
 from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
@@ -46,7 +46,7 @@ INSTALLED = "seoro.engines"  # the group of entry points of packages with other 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a node until it is told to end; returns the exit status."""
     options = _parser().parse_args(arguments)
-    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(levelname)s: %(message)s")
+    log_to_stderr("%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
     node = options.node or options.engine
     settings = NodeSettings(node, options.namespace, listen, options.connect, options.stop_file, options.audit)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
-import sys
 from typing import TYPE_CHECKING
 
 from seoro.bridges.ros2.addresses import ROUTER
@@ -14,6 +12,7 @@ from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.robot_bridge import add_robot_arguments, run_robots
 from seoro.cli.signals import Ended, ending_by_signals, status_of
 from seoro.errors import InvalidUse
+from seoro.terminal_text import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import SimulatorFeatures
@@ -84,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
             "it is not said what to do",
             help="`--robot` serves robots to runs, `--expose` shows a simulator as a ROS 2 system",
         )
-    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s: %(message)s")
+    log_to_stderr()
     if options.robot:
         if options.ros_listen:
             raise InvalidUse("`--ros-listen` goes with `--expose`", help="`--ros` is where the robots' router is")

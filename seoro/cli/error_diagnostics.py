@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic
-from seoro.reasons import printable
+from seoro.terminal_text import printable
 
 
 def diagnostics_of(error: Exception) -> tuple[Diagnostic, ...]:

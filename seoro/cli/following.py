@@ -23,6 +23,7 @@ from seoro.embed.ends import Ended, LeftFile
 from seoro.errors import BackendError, InvalidUse
 from seoro.film import NAME
 from seoro.runtime.verdict import unproved
+from seoro.terminal_text import one_line
 
 QUIET = 1.0  # [s] for which a run may wait for its turn before that is said
 _LAST_WORDS = 2.0  # [s]
@@ -122,7 +123,7 @@ class Follower:
 
     @staticmethod
     def _note(text: str) -> None:
-        print(f"note: {text}", file=sys.stderr, flush=True)
+        print(f"note: {one_line(text)}", file=sys.stderr, flush=True)
 
     async def _watch_signals(self, run: RemoteRun, scope: anyio.CancelScope) -> None:
         """The first signal stops the run, if that is ours to do, and the next leaves it to itself."""

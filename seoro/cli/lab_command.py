@@ -19,8 +19,8 @@ from seoro.cli.exits import Exit
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import plain, table
 from seoro.errors import InvalidUse
-from seoro.reasons import printable
 from seoro.runtime.jsonl import to_json
+from seoro.terminal_text import one_line
 
 if TYPE_CHECKING:
     from seoro.client.lab import LabControl
@@ -213,7 +213,7 @@ def _told(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:
     shown = [each for each in outcomes if each.called not in quiet]
     for each in shown:
         took = f" ({each.took * 1000:.0f} ms)" if math.isfinite(each.took) else ""
-        print(f"{'FAILED ' if each.error else 'ok     '}{each.called}: {printable(each.error or each.done)}{took}")
+        print(f"{'FAILED ' if each.error else 'ok     '}{each.called}: {one_line(each.error or each.done)}{took}")
     if not any(each.is_somebody for each in outcomes):
         print("FAILED nobody was reached: `--lab` or `--connect` says where the lab is")
         return Exit.ERROR

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from seoro.reasons import printable
+from seoro.terminal_text import one_line
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import LabState, RobotState
@@ -53,7 +53,7 @@ def table(members: Sequence[Member], known: Sequence[Known], *, quiet: Sequence[
     executors = [f"{member.node} ({member.endpoint})" for member in members if member.is_executor]
     if executors:
         lines.append(f"executors: {', '.join(executors)}")
-    return "\n".join(printable(line) for line in lines)
+    return "\n".join(one_line(line) for line in lines)
 
 
 def _rows(members: Sequence[Member], known: Sequence[Known]) -> Iterator[tuple[str, ...]]:

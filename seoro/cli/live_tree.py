@@ -22,8 +22,8 @@ from rich.text import Text
 from seoro.cli.output import Progress, use_colour
 from seoro.cli.tree import Node, Row, Tree
 from seoro.input_files import Kind, read_input
-from seoro.reasons import printable
 from seoro.runtime.verdict import Verdict
+from seoro.terminal_text import one_line, printable
 
 RATE: Final = 6.0  # pictures a second
 _MESSAGES: Final = 6  # lines for logs
@@ -172,7 +172,7 @@ def _title(node: Node) -> str:
 
 
 def _message(when: float, level: str, text: str) -> Text:
-    shown = printable(text).replace("\n", " ")
+    shown = one_line(text)
     return Text.assemble((f"{when:9.3f} s  ", "dim"), (shown, _LEVELS.get(level, "")))
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, BinaryIO, cast
 from seoro.cli.exits import Exit
 from seoro.errors import InvalidUse
 from seoro.lsp.frames import Frames
+from seoro.terminal_text import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.lsp.server import SeoroServer
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     address = _address(options.tcp) if options.tcp is not None else None
     from seoro.lsp.features import make_server  # noqa: PLC0415 - slow to load, and optional
 
-    logging.basicConfig(stream=sys.stderr, level=logging.DEBUG if options.debug else logging.WARNING)
+    log_to_stderr(logging.BASIC_FORMAT, logging.DEBUG if options.debug else logging.WARNING)
     _calm_collector()
     server = make_server(options.strict)
     if address is not None:

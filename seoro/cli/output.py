@@ -13,10 +13,11 @@ from seoro.cli.error_diagnostics import diagnostics_of
 from seoro.cli.results import silence
 from seoro.errors import BackendUnreachable, InvalidUse
 from seoro.lang.render import render_text
-from seoro.reasons import printable, reason_text
+from seoro.reasons import reason_text
 from seoro.runtime.tally import ItemCoverage
 from seoro.runtime.verdict import Cancelled, RunStatus, Verdict
 from seoro.runtime.writer import Writer, unbuffered
+from seoro.terminal_text import printable
 
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
 

@@ -13,8 +13,8 @@ from seoro.cli.arguments import whole
 from seoro.cli.exits import Exit
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.errors import BackendLost
-from seoro.reasons import printable
 from seoro.runtime.jsonl import to_json
+from seoro.terminal_text import one_line
 
 if TYPE_CHECKING:
     from seoro.bridges.executor.messages import RunInfo
@@ -95,7 +95,7 @@ async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list
 def _executor_row(status: ExecutorStatus) -> tuple[str, ...]:
     info, clock = status.info, status.clock
     told = ("unknown", "unknown") if clock is None else (str(clock), f"{1000.0 * clock.round_trip:.1f} ms")
-    return status.name, printable(info.version), str(info.jobs), str(info.running), str(info.waiting), *told
+    return status.name, one_line(info.version), str(info.jobs), str(info.running), str(info.waiting), *told
 
 
 def _plain(run: RemoteRun) -> dict[str, object]:
@@ -107,7 +107,7 @@ def _row(run: RemoteRun, now: float) -> tuple[str, ...]:
     info = run.info
     took = "" if info.started is None else _span((info.ended or now) - info.started)
     since = _span(now - (info.ended or info.started or info.submitted))
-    told = map(printable, (info.by, info.file, info.waits))
+    told = map(one_line, (info.by, info.file, info.waits))
     return run.id[:8], run.executor.name, _state(info), since, took, *told
 
 

@@ -19,6 +19,7 @@ from seoro.cli.files import state_folder
 from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.signals import ending_signals
 from seoro.errors import InvalidUse
+from seoro.terminal_text import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.executor.running import ExecutorOptions
@@ -91,6 +92,7 @@ def run(options: argparse.Namespace) -> int:
         frozenset(options.allow),
         policy=read_policy(options.policy) if options.policy else Policy(),
     )
+    log_to_stderr("%(message)s")
     try:
         return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
     except SessionError as error:

@@ -11,7 +11,6 @@ from seoro.cli.remote_arguments import add_executor_argument
 from seoro.client.runs import RemoteRun
 from seoro.errors import InvalidUse
 from seoro.people import whoami
-from seoro.reasons import printable
 
 EXAMPLES = """examples:
   seoro stop 3f9a
@@ -69,4 +68,4 @@ async def _stop_one(run: RemoteRun) -> None:
     await run.stop("stopped by `seoro stop`")
     async for _ in run.parts():
         pass
-    print(f"run {run.id[:8]}: {printable(run.state.value)}")
+    print(f"run {run.id[:8]}: {run.state.value}")

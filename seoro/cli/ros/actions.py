@@ -13,8 +13,8 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exits import Exit
 from seoro.cli.ros.reaching import only_type, reached
 from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
-from seoro.reasons import printable
 from seoro.runtime.contracts import GoalStatus
+from seoro.terminal_text import printable
 
 
 async def list_actions(options: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ import yaml
 
 from seoro.errors import InvalidUse
 from seoro.plain_yaml import read_yaml
-from seoro.reasons import printable
+from seoro.terminal_text import printable
 
 MANY = 16  # elements of a list that are shown
 LONG = 200  # characters of a text that are shown

@@ -37,6 +37,7 @@ from seoro.bridges.ros2.robots.standstill import SILENCE
 from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
 from seoro.errors import SeoroError
+from seoro.terminal_text import log_to_stderr
 
 PERIOD: Final = 0.05  # [s] between two signs of life
 SIGN: Final = b"."
@@ -166,7 +167,7 @@ def main() -> None:
     """Guard the bridge that has started this process."""
     for number in (signal.SIGINT, signal.SIGTERM):  # which are for the bridge: the guard ends after it
         signal.signal(number, signal.SIG_IGN)
-    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s: %(message)s")
+    log_to_stderr()
 
     def ready() -> None:
         sys.stdout.write("ready\n")

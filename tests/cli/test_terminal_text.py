@@ -1,0 +1,61 @@
+"""Text of others: it controls no terminal, and forges no line of a table or a log."""
+
+import io
+import logging
+
+import pytest
+
+from seoro.bridges.executor.messages import RunInfo, State
+from seoro.cli.ps_command import _print_table, _row
+from seoro.client.runs import RemoteRun
+from seoro.terminal_text import PrintableFormatter, one_line, printable
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a\n\nFAKE  bg  passed", "a FAKE bg passed"),
+        ("smoke\x1b[2J\r\nok", "smoke\ufffd[2J\ufffd ok"),
+        ("grüße", "grüße"),
+    ],
+)
+def test_a_text_fits_into_a_line(text: str, line: str) -> None:
+    assert one_line(text) == line
+
+
+def test_lines_of_longer_texts_stay() -> None:
+    assert printable("a\n\tb\x07") == "a\n\tb\ufffd"
+
+
+def test_a_record_of_a_log_is_one_line_with_its_traceback() -> None:
+    written = io.StringIO()
+    handler = logging.StreamHandler(written)
+    handler.setFormatter(PrintableFormatter("%(levelname)s: %(message)s"))
+    log = logging.Logger("test")
+    log.addHandler(handler)
+    log.warning("released by %s", "bob\x1b[2J\nok  the node x: stopped")
+    try:
+        raise ValueError("x\x1b[2J")
+    except ValueError:
+        log.exception("fault")
+    first, *rest = written.getvalue().splitlines()
+    assert first == "WARNING: released by bob\ufffd[2J ok the node x: stopped"
+    assert rest[0] == "ERROR: fault"
+    assert rest[-1] == "ValueError: x\ufffd[2J"
+
+
+def test_a_client_forges_no_line_of_the_list_of_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    info = RunInfo(
+        run="a" * 32,
+        file="x.osc\nFAKE  lab-a  passed",
+        by="eve\nFAKE",
+        state=State.QUEUED,
+        submitted=0.0,
+        waits="\nFAKE",
+    )
+
+    class _Named:
+        name = "lab-a"
+
+    _print_table([_row(RemoteRun(_Named(), info), 1.0)])  # type: ignore[arg-type]
+    assert len(capsys.readouterr().out.splitlines()) == 1
