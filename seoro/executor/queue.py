@@ -146,8 +146,15 @@ class Queue:
             live.stop(reason)
 
     def hold_back(self, reason: str) -> None:
-        """Let no run begin for a reason, or let them begin again if there is none."""
-        self._held_back = reason
+        """Let no run begin for a reason, or let them begin again if there is none.
+
+        Clients of the runs that wait are told why.
+        """
+        before, self._held_back = self._held_back, reason
+        for run in self._waiting.places:
+            live = self._live[run]
+            if live.info.waits in ("", before):
+                live.set(waits=reason)
         self._changes.tell()
 
     def stop_running(self, reason: str) -> tuple[str, ...]:

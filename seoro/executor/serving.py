@@ -24,7 +24,7 @@ from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.executor.sight import LOOK, Hop, Look, PlaceSeen, Sight
 from seoro.bridges.launch import can_film, is_installed, known_simulators
 from seoro.bridges.serving.answering import decoded
-from seoro.bridges.wire import RELEASE_STOP, Empty, Message, Result, Verb, encode
+from seoro.bridges.wire import RELEASE_STOP, Empty, LabResult, Message, Result, Verb, encode
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bundle.places import InvalidPlace, check_place
 from seoro.errors import InvalidUse
@@ -192,6 +192,11 @@ class Server:
         async with self._intake.one(request.run, request.by):
             with suppress(KeyError):
                 return await self._store.info(request.run)
+            if self._emergency.reason:
+                raise RequestRefused(
+                    LabResult.STOPPED,
+                    f"the executor takes no run: {self._emergency.reason}; `seoro lab release --all` ends that",
+                )
             others = self._queue.waiting_of(request.by) + self._intake.arriving_of(request.by) - 1
             check_submission(request, limits, others)
             await self._intake.lay_out(request.manifest, self._store.folder(request.run), limits)

@@ -234,8 +234,13 @@ async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> Non
             verdict = await run.result()
             assert verdict.status.value == "cancelled"
             assert "emergency stop by ana@lab" in verdict.reason
-            assert (await client.run(waiting.id, NAME)).state.value == "queued"
+            queued = await client.run(waiting.id, NAME)
+            assert queued.state.value == "queued"
+            assert "emergency stop by ana@lab" in queued.info.waits
+            with pytest.raises(BackendError, match="takes no run: emergency stop by ana@lab"):
+                await client.submit(NAME, scenario)
             await release_all([running.endpoint], "bob", "toast")
+            assert not (await client.run(waiting.id, NAME)).info.waits
             async for record in waiting.records():
                 if record.get("message") == "begun":
                     break
