@@ -204,6 +204,6 @@ async def test_a_backend_is_not_asked_without_keys(lab: KeyedLab, tmp_path: Path
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     simulator = seoro.Simulator(endpoint="tls/127.0.0.1:1")
-    with pytest.raises((InvalidUse, BackendError), match="there are no keys"):
+    with pytest.raises((InvalidUse, BackendError), match="contains no keys"):
         async with seoro.start(seoro.load(file), simulator=simulator):
             pass

@@ -42,8 +42,8 @@ def test_a_lab_gets_its_keys(home: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["list"], "the key of a lab is not in"),
         (["init", "My Lab"], "'My Lab' cannot name a lab"),
         (["audit", "audit.jsonl"], "cannot read"),
-        (["tell", "--executor", "tls/127.0.0.1:1"], "there are no keys in"),
-        (["tell", "--executor", "tls/127.0.0.1:1", "--keys", "nowhere"], "there are no keys in"),
+        (["tell", "--executor", "tls/127.0.0.1:1"], "contains no keys"),
+        (["tell", "--executor", "tls/127.0.0.1:1", "--keys", "nowhere"], "contains no keys"),
     ],
 )
 def test_what_cannot_be_is_told(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

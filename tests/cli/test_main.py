@@ -47,11 +47,11 @@ def test_importing_seoro_is_light() -> None:
     ("arguments", "message", "hint"),
     [
         (["exce", "x.osc"], "unknown command `exce`", "did you mean `exec`?"),
-        (["brew"], "unknown command `brew`", "`seoro --help` lists the commands"),
+        (["xyzzy"], "unknown command `xyzzy`", "`seoro --help` lists the commands"),
         (["stop", "--all"], "`seoro stop` stops single runs", "`seoro estop` is the emergency stop"),
         (["stop"], "expected runs or `--mine`", "`seoro ps`"),
         (["router", "--listen", "tcp/127.0.0.1:99999"], "invalid port value", "`--listen` names another endpoint"),
-        (["router", "--listen", "tcp/"], "cannot listen on tcp/", "`--listen` names another endpoint"),
+        (["router", "--listen", "tcp/"], "is no endpoint", "`--listen` names another endpoint"),
     ],
 )
 def test_a_wrong_command_line_is_refused_with_what_to_do(

@@ -499,7 +499,7 @@ def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.Capt
     assert capsys.readouterr().out == f"{run[:8]}/trace.jsonl\n"
     assert Path(run[:8], "trace.jsonl").read_bytes() == Path("out/trace.jsonl").read_bytes()
     assert main(["stop", run]) == 0
-    assert "is over: passed" in capsys.readouterr().out
+    assert "has ended: passed" in capsys.readouterr().out
     assert main(["rm", run]) == 0
     capsys.readouterr()
     assert main(["attach", run]) == 2

@@ -108,7 +108,7 @@ async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab,
 async def test_without_a_certificate_there_is_no_connection(there: RunningCommand, lab: KeyedLab) -> None:
     with pytest.raises(SessionError):
         Session(connect=there.endpoint)
-    with pytest.raises(InvalidUse, match="there are no keys"):
+    with pytest.raises(InvalidUse, match="contains no keys"):
         async with seoro.Client(there.endpoint, lab.path):
             pass
 
