@@ -35,7 +35,7 @@ from seoro.runtime.choose.symbolic import Translation
 from seoro.runtime.choose.times import Window
 from seoro.runtime.choose.widening import Widening
 from seoro.runtime.environment import EvaluationError, NoChoice
-from seoro.runtime.values import Range, Value
+from seoro.runtime.values import Actor, Range, Struct, Value
 
 MAX_SIZE = 1000  # of a list whose size is chosen
 SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
@@ -127,10 +127,17 @@ class _Choice:
             made = slot.made
             assert made is not None
             if latent.type not in made.types and latent.base in made.types:
-                deciding = self._translation.deciding(made, latent.type)
-                if all(_is_certain(problem, condition) for condition in deciding):
+                deciding = self._deciding(made, latent)
+                if deciding is not None and all(_is_certain(problem, condition) for condition in deciding):
                     found.append((slot, latent))
         return found
+
+    def _deciding(self, made: Struct | Actor, latent: Latent) -> tuple[terms.Term, ...] | None:
+        """The conditions of a subtype; None if one is about a field that the value would have of another subtype."""
+        try:
+            return self._translation.deciding(made, latent.type)
+        except NotYet:
+            return None
 
     def _conditional(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
         """What holds for values if they turn out to be of subtypes, as far as they have the fields for it."""
@@ -139,10 +146,10 @@ class _Choice:
             assert made is not None
             if latent.type in made.types:
                 continue
-            deciding = self._translation.deciding(made, latent.type)
-            for rule in self._gathering.rules_of(slot, latent):
+            deciding = self._deciding(made, latent)
+            for rule in () if deciding is None else self._gathering.rules_of(slot, latent):
                 with suppress(NotYet, EvaluationError):
-                    term = terms.Implies(all_of(list(deciding)), self._translated(rule))
+                    term = terms.Implies(all_of(list(deciding or ())), self._translated(rule))
                     yield solve.Constraint(term, rule.span, rule.span.text), rule
 
     def _widen(self, rules: Rules, values: Mapping[solve.Cell, solve.Value]) -> dict[str, Window]:
