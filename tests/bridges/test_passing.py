@@ -37,9 +37,9 @@ class Counter:
         self.verbs: list[str] = []
         query = session.query
 
-        async def counted(key: str, payload: bytes, timeout: float, attachment: bytes | None = None) -> bytes:
+        async def counted(key: str, *arguments: Any, **options: Any) -> bytes:
             self.verbs.append(key.rsplit("/", 1)[-1])
-            return bytes(await query(key, payload, timeout, attachment))
+            return bytes(await query(key, *arguments, **options))
 
         vars(session)["query"] = counted
 

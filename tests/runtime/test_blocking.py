@@ -87,7 +87,8 @@ async def test_a_run_asks_the_machine_by_one_file_and_closes_it(
 
     def note(*arguments: Any) -> int:
         file = open_file(*arguments)
-        opened.append(file)
+        if str(arguments[0]).startswith("/proc"):  # libraries are read meanwhile, too
+            opened.append(file)
         return file
 
     @action("work")
