@@ -1,7 +1,7 @@
 """Emergency stops while somebody attacks: `PYTHONPATH=. python benchmarks/emergency_attacks.py`.
 
 A process attacks an executor, a simulator or a bridge over the loopback, with the keys of a viewer where there are
-keys: by messages of 15 MB, 20 MB and 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
+keys: by messages of 15 MB to 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
 Meanwhile an operator stops everything, again and again. A try holds if the stop took effect within 0.5 s and was
 acknowledged; a target holds if all its tries do, its memory has grown by no more than 100 MB, and its log, where
 there are keys, names the operator. The exit status is 1 if something does not hold.
