@@ -1,14 +1,14 @@
 """Emergency stops while somebody attacks: `PYTHONPATH=. python benchmarks/emergency_attacks.py`.
 
 A process attacks an executor, a simulator or a bridge over the loopback, with the keys of a viewer where there are
-keys: by messages of 20 MB and of 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
+keys: by messages of 15 MB to 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
 Meanwhile an operator stops everything, again and again. A try holds if the stop took effect within 0.5 s and was
 acknowledged; a target holds if all its tries do, its memory has grown by no more than 100 MB, and its log, where
 there are keys, names the operator. The exit status is 1 if something does not hold.
 
     --tries N         of each attack at each target (default 100)
     --targets A,B     executor, keyed-executor, keyed-simulator, bridge (default all)
-    --attacks A,B     bomb, largest, waiting (default all)
+    --attacks A,B     refused, bomb, largest, waiting (default all)
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ WITHIN = 0.5  # [s]
 GROWTH = 100.0  # [MB]
 SECONDS = 1.0  # of an attack by large messages, in which one comes after another
 REQUESTS = 20_000  # of one wave of those that wait
-SIZES = {"bomb": 20_000_000, "largest": (64 << 20) - 4096}  # [bytes]
+SIZES = {"refused": 15_000_000, "bomb": 20_000_000, "largest": (64 << 20) - 4096}  # [bytes]
 ATTACKS = (*SIZES, "waiting")
 OPERATOR, VIEWER = "anna", "vera"
 Seal = Callable[[str, bytes], bytes]
@@ -98,7 +98,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
     security = security_of(endpoint, keys) if keys is not None else None
     session = Session(connect=endpoint, security=security)
     make_key = wire.executor_command if name == NAME else wire.node_command
-    patience = 20.0 if kind == "waiting" else 1.0  # [s]; messages of 64 MiB are dropped, and have no answer
+    patience = 20.0 if kind == "waiting" else 1.0  # [s]; large messages are dropped unanswered
     waiting_verb = "records" if name == NAME else verb
 
     def ask(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 MAX_MESSAGE: Final = 64 * 1024 * 1024  # [bytes] of the largest message that any verb has
-MAX_REQUEST: Final = 24 * 1024 * 1024  # [bytes]; executors and nodes drop larger messages while they arrive
+MAX_REQUEST: Final = 16 * 1024 * 1024  # [bytes]; executors and nodes drop larger messages while they arrive
 KIBIBYTE: Final = 1 << 10
 MEBIBYTE: Final = 1 << 20
 

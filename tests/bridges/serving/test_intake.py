@@ -39,10 +39,10 @@ def fill(intake: CountedIntake, key: str, count: int, size: int = 10, beside: by
 
 
 def test_a_request_that_is_too_large_is_refused_by_its_verb(intake: CountedIntake) -> None:
-    refusal = said_in(intake.admit(STATE, 20_000_000, b""))
-    assert refusal.message == "a request for 'get_lab_state' has 20000000 bytes: at most 65536 are accepted"
+    refusal = said_in(intake.admit(STATE, 15_000_000, b""))
+    assert refusal.message == "a request for 'get_lab_state' has 15000000 bytes: at most 65536 are accepted"
     assert said_in(intake.admit("seoro/1/default/node/hall/cmd/no_verb", 65_537, b"")).code != 0
-    assert not intake.admit(RESTORE, 20_000_000, b"")
+    assert not intake.admit(RESTORE, 15_000_000, b"")
 
 
 def test_no_more_than_so_many_have_no_answer(intake: CountedIntake) -> None:
