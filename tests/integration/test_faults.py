@@ -75,7 +75,7 @@ scenario main:
     do serial:
         eye.place(pose_3d(position_3d(x: -1m, y: 0m, z: 0.5m)))
         parallel(overlap: inside):
-            robot.drive(0.1mps, 10degps, duration: 12s)
+            robot.drive(0.05mps, 25degps, duration: 12s)
             serial:
                 eye.inject_noise(0.1)
                 eye.inject_bias(-0.2)
