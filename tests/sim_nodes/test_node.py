@@ -19,6 +19,7 @@ from seoro.bridges.session import AsyncSession, NoServer, Refused, Request, open
 from seoro.bridges.wire import (
     Advance,
     Empty,
+    LabResult,
     Refusal,
     Result,
     decode,
@@ -157,7 +158,7 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
     request = RecordedRequest()
     Serving(maze.simulator, NodeGate()).answer(cast(Request, request))
     assert request.refusal is not None
-    assert request.refusal.code == Result.OPERATION_FAILED
+    assert request.refusal.code == LabResult.FAULT
     assert request.refusal.message == "fault in the simulator node: ZeroDivisionError: a wheel came off"
     assert "fault in get_simulator_features" in caplog.text
 

@@ -29,7 +29,7 @@ from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.passing import *
 from seoro.bridges.wire.poses import *
 from seoro.bridges.wire.proving import *
-from seoro.bridges.wire.proving import CHALLENGE
+from seoro.bridges.wire.proving import CHALLENGE, CLAIM
 from seoro.bridges.wire.recording import *
 from seoro.bridges.wire.results import *
 from seoro.bridges.wire.sensors import *
@@ -39,7 +39,7 @@ from seoro.bridges.wire.spawnables import *
 from seoro.bridges.wire.streams import *
 
 # What simulators serve; bridges to robots serve what robots can. Both have `BRIDGE_VERBS` and `LAB_VERBS` besides.
-_OF_NODES = {*BRIDGE_VERBS, *LAB_VERBS, CHALLENGE}
+_OF_NODES = {*BRIDGE_VERBS, *LAB_VERBS, CHALLENGE, CLAIM}
 VERBS: tuple[Verb[Any, Any], ...] = tuple(
     value for value in tuple(globals().values()) if isinstance(value, Verb) and value not in _OF_NODES
 )

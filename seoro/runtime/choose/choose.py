@@ -133,7 +133,7 @@ class _Choice:
         return found
 
     def _deciding(self, made: Struct | Actor, latent: Latent) -> tuple[terms.Term, ...] | None:
-        """The conditions of a subtype; None if one is about a field that the value would have of another subtype."""
+        """The conditions of a subtype; None if one is about a field that only another subtype has."""
         try:
             return self._translation.deciding(made, latent.type)
         except NotYet:
