@@ -96,7 +96,7 @@ def test_an_unknown_model_fails_and_says_where_was_looked(
 
 
 def test_an_action_without_a_simulator_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["exec", OBSTACLE]) == 2
+    assert main(["exec", OBSTACLE, "--clock", "real"]) == 2
     err = capsys.readouterr().err
     assert f"{OBSTACLE}:13:13" in err
     assert "--sim mujoco" in err
