@@ -59,7 +59,7 @@ SHOWN = 300  # [characters] of an error
 
 @dataclass(frozen=True)
 class Target:
-    """What is attacked.
+    """The target of the attacks.
 
     Attributes:
         endpoint: Where it is reached.
@@ -141,7 +141,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
 
 
 def _sealer(session: Session, name: str, keys: Keys) -> Seal:
-    """What seals the requests of somebody to an executor."""
+    """Make the function that signs requests of an identity to an executor."""
     sealer, nonce, done = Sealer(keys, name), os.urandom(NONCE), threading.Event()
     replies: list[Any] = []
     asked = time.time_ns()
@@ -216,7 +216,7 @@ async def stop_during(target: Target, attacker: Attacker, random_: random.Random
 
 
 def _since(state: Path) -> float:
-    """When a stop took effect that holds [s since 1970], which is written down after it did."""
+    """Time at which the stop that holds took effect [s since 1970], as the node recorded it."""
     deadline = time.monotonic() + 20.0
     while time.monotonic() < deadline:
         try:
@@ -372,7 +372,7 @@ def measure(target: Target, kind: str, tries: int, seed: int) -> list[str]:
 
 
 def named_in(audit: Path) -> int:
-    """How many stops by the operator stand in a log."""
+    """Number of stops by the operator in an audit log."""
     entries = [json.loads(line) for line in audit.read_text().splitlines()]
     said = [(each["what"], each["by"], each.get("outcome")) for each in entries]
     return said.count(("emergency_stop", OPERATOR, "done"))

@@ -147,9 +147,11 @@ class _Choice:
             if latent.type in made.types:
                 continue
             deciding = self._deciding(made, latent)
-            for rule in () if deciding is None else self._gathering.rules_of(slot, latent):
+            if deciding is None:
+                continue
+            for rule in self._gathering.rules_of(slot, latent):
                 with suppress(NotYet, EvaluationError):
-                    term = terms.Implies(all_of(list(deciding or ())), self._translated(rule))
+                    term = terms.Implies(all_of(list(deciding)), self._translated(rule))
                     yield solve.Constraint(term, rule.span, rule.span.text), rule
 
     def _widen(self, rules: Rules, values: Mapping[solve.Cell, solve.Value]) -> dict[str, Window]:
