@@ -21,6 +21,7 @@ from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
 MAX_SIZE = 16 * 2**20  # bytes of a tree
+MAX_DEPTH = 400  # levels of a tree; a chain of operators has one for each operand
 _TUPLE: Final = -1  # in the place of a class
 _CLASSES: Final = tuple(
     found
@@ -37,6 +38,10 @@ _MAKERS: Final = (
     "cache.py",
     table.TABLE.name,
 )
+
+
+class _TooDeepError(Exception):
+    """A tree has more levels than the cache keeps."""
 
 
 def parse_library(file: SourceFile, bag: Bag) -> ast.OscFile:
@@ -90,8 +95,8 @@ def _write(path: Path, tree: ast.OscFile) -> None:
     """Keep a tree in the place of earlier ones of that library; readers see all of it or nothing."""
     from tempfile import mkstemp  # noqa: PLC0415 - seldom needed
 
-    with contextlib.suppress(OSError, RecursionError):  # chains of operators may be deeper than the stack
-        content = json.dumps(_encode(tree), separators=(",", ":")).encode()
+    with contextlib.suppress(OSError, _TooDeepError):
+        content = json.dumps(_encode(tree, 0), separators=(",", ":")).encode()
         data = _checksum(content) + b"\n" + content
         if len(data) > MAX_SIZE:
             return
@@ -119,13 +124,22 @@ def _checksum(content: bytes) -> bytes:
     return hashlib.sha256(content).hexdigest().encode()
 
 
-def _encode(value: Any) -> Any:
-    """A node as the number of its class, start, end and fields; a tuple as its items."""
+def _encode(value: Any, depth: int) -> Any:
+    """A node as the number of its class, start, end and fields; a tuple as its items.
+
+    The limit of depth is our own, not Python's: that one is of the process, and the parser may have raised it.
+
+    Raises:
+        _TooDeepError: There are more than `MAX_DEPTH` levels.
+    """
+    if depth > MAX_DEPTH:
+        raise _TooDeepError
     if isinstance(value, ast.Node):
         names: tuple[str, ...] = type(value).__match_args__
         *fields, span = (getattr(value, name) for name in names)  # the last one of each node
-        return [_CLASSES.index(type(value)), span.start, span.end, *map(_encode, fields)]
-    return [_TUPLE, *map(_encode, value)] if isinstance(value, tuple) else value
+        parts = [_encode(field, depth + 1) for field in fields]
+        return [_CLASSES.index(type(value)), span.start, span.end, *parts]
+    return [_TUPLE, *[_encode(item, depth + 1) for item in value]] if isinstance(value, tuple) else value
 
 
 def _decode(data: Any, file: SourceFile) -> Any:

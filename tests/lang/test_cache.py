@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sys
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 
@@ -86,7 +88,17 @@ def test_texts_with_errors_are_not_kept(folder: Path) -> None:
     assert not folder.exists()
 
 
-def test_a_tree_deeper_than_the_stack_is_not_kept(folder: Path) -> None:
+@pytest.fixture
+def large_limit() -> Iterator[None]:
+    """A limit of recursion that an earlier parse has raised."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(50_000)
+    yield
+    sys.setrecursionlimit(before)
+
+
+@pytest.mark.usefixtures("large_limit")
+def test_a_deep_tree_is_not_kept_whatever_the_limit_of_recursion(folder: Path) -> None:
     text = f"struct s:\n    a: int = {' + '.join(['1'] * 5000)}\n"
     assert parse_library(library(text), Bag()).statements
     assert not folder.exists()
