@@ -113,11 +113,17 @@ async def test_a_client_that_goes_away_stops_nothing(serve: Serve) -> None:
         assert (await client.get(f"/runs/{run['id']}")).json()["status"] == "running"
 
 
-async def test_limits_are_kept(serve: Serve) -> None:
-    async with serve(running=2, kept=1, seconds=0.2) as client:
-        first, _ = [await start(client, scenario="endless.osc", clock="real") for _ in range(2)]
+async def test_a_run_beyond_the_limit_is_refused(serve: Serve) -> None:
+    async with serve(running=2) as client:
+        for _ in range(2):
+            await start(client, scenario="endless.osc", clock="real")
         refused = await client.post("/runs", json={"scenario": "patrol.osc"})
         assert (refused.status_code, "the limit" in refused.text) == (429, True)
+
+
+async def test_limits_of_runs_are_kept(serve: Serve) -> None:
+    async with serve(kept=1, seconds=0.2) as client:
+        first = await start(client, scenario="endless.osc", clock="real")
         ended = await wait_for_end(client, first["id"])
         assert (ended["status"], ended["reason"]) == ("cancelled", "it takes more than 0.2 s")
         for _ in range(3):
