@@ -129,6 +129,24 @@ async def test_waiting_ends_with_the_mailbox() -> None:
         await waiting
 
 
+async def test_a_reader_with_a_backlog_leaves_turns_to_other_tasks() -> None:
+    box: Mailbox[int] = Mailbox(Bound(10))
+    for number in range(10):
+        box.put(number, 1)
+    box.close()
+    waiting: list[int] = []
+    other = asyncio.create_task(_watch(box, waiting))
+    assert [message async for message in box] == list(range(10))
+    other.cancel()
+    assert len(waiting) >= 10
+
+
+async def _watch(box: Mailbox[int], waiting: list[int]) -> None:
+    while True:
+        waiting.append(len(box))
+        await asyncio.sleep(0)
+
+
 @pytest.mark.parametrize("bound", [(0, 1), (1, 0)])
 def test_a_mailbox_holds_something(bound: tuple[int, int]) -> None:
     with pytest.raises(ValueError, match="at least one"):

@@ -106,9 +106,13 @@ class Mailbox(Generic[T]):
     async def take(self) -> T:
         """The oldest message; waits for one.
 
+        Other tasks get a turn even if a message is there, so that a reader with a backlog does not starve them.
+
         Raises:
             Closed: There is none, and none will come.
         """
+        if self._waiting:
+            await asyncio.sleep(0)
         while (message := self.take_now()) is None:
             if self._closed:
                 raise Closed
