@@ -119,7 +119,11 @@ class Proxy:
     async def carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Carry a connection, to the end of one of its sides."""
         await self._whole.wait()
-        other_reader, other_writer = await asyncio.open_connection("127.0.0.1", self._target)
+        try:
+            other_reader, other_writer = await asyncio.open_connection("127.0.0.1", self._target)
+        except ConnectionError:  # nobody listens: the other side is being killed or restarted
+            writer.close()
+            return
         ways = [self._pump(reader, other_writer), self._pump(other_reader, writer)]
         done, rest = await asyncio.wait(
             [asyncio.ensure_future(way) for way in ways], return_when=asyncio.FIRST_COMPLETED
