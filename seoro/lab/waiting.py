@@ -30,7 +30,7 @@ async def when_free(
 
     Args:
         leasing: How the run claims robots, and for how long it waits.
-        opening: Opens all of it. Raises `RobotsTaken` or `BackendUnreachable` if a later attempt may succeed.
+        opening: Opens all of it. Raises `BackendUnreachable` if a later attempt may succeed.
 
     Raises:
         RobotsTaken: Others still hold something of it.
@@ -44,7 +44,7 @@ async def when_free(
             try:
                 opened = await stack.enter_async_context(opening(replace(claim, waits=waits)))
                 break
-            except (RobotsTaken, BackendUnreachable) as obstacle:
+            except BackendUnreachable as obstacle:
                 if not waits:
                     raise
                 patience.report(obstacle)
@@ -78,9 +78,9 @@ class _Patience:
         """Whether the run tries again if this attempt fails."""
         return self._left > 0.0
 
-    def report(self, obstacle: Exception) -> None:
+    def report(self, obstacle: BackendUnreachable) -> None:
         """Report what the run waits for, once for each reason."""
-        self._unreached = self._unreached + 1 if isinstance(obstacle, BackendUnreachable) else 0
+        self._unreached = 0 if isinstance(obstacle, RobotsTaken) else self._unreached + 1
         if self.reported != (reason := str(obstacle)):
             self.reported = reason
             if self._leasing.say is not None:

@@ -124,11 +124,11 @@ def test_a_run_says_for_whom_it_waits_and_for_how_long(
     assert seoro(capsys, "lab", "lease", "cart1", "cart2", "--lab", str(lab))[0] == 0
     command = ("exec", str(file), "--lab", str(lab), "--set", "leader=any:cart")
     status, _, err = seoro(capsys, *command)
-    assert status == 2
+    assert status == 3
     assert "cart1: leased" in err
     assert "cart2: leased" in err
     status, out, err = seoro(capsys, *command, "--wait", "0.5")
-    assert status == 2
+    assert status == 3
     assert "waiting: the robots of the bridge 'rails' cannot be had: 'line' is leased until" in out
     status, _, err = seoro(capsys, "exec", str(file), "--wait", "0.5")
     assert status == 2

@@ -32,8 +32,8 @@ class NoSuchRobot(InvalidUse):
     """There is no robot of a name; the message says which, and which there are."""
 
 
-class RobotsTaken(InvalidUse):
-    """Others have the robots; they may be had later."""
+class RobotsTaken(BackendUnreachable):
+    """Another client holds the robots; a later attempt may succeed."""
 
 
 def _any_name() -> str:

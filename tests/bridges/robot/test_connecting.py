@@ -9,8 +9,8 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.bridges.robot.connecting import connect_robots
-from seoro.errors import BackendError, BackendRefused, BackendUnreachable, InvalidUse
+from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
+from seoro.errors import BackendError, BackendRefused, BackendUnreachable
 from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
 from tests.bridges.robot.conftest import Rails
 
@@ -82,7 +82,7 @@ async def test_robots_stand_still_after_a_run(rails: Rails) -> None:
 
 async def test_robots_are_held_by_one_run_at_a_time(rails: Rails) -> None:
     async with connect_robots(rails.endpoint, "the first run"):
-        with pytest.raises(InvalidUse, match="held by the first run: wait for its end"):
+        with pytest.raises(RobotsTaken, match="held by the first run: wait for its end"):
             async with connect_robots(rails.endpoint, "the second run"):
                 pass
     async with connect_robots(rails.endpoint, "the second run") as node:
