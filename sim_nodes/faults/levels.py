@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from sim_nodes.geometry import Array
 from sim_nodes.sensors.pixels import BRIGHTEST
@@ -52,6 +51,8 @@ class Levels:
 
 @lru_cache(maxsize=16)
 def _probabilities(deviation: float, offset: float) -> Array:
+    from scipy.special import ndtr  # noqa: PLC0415 - slow to load, and seldom needed
+
     middle = LEVELS + offset
     if deviation == 0.0:
         certain: Array = (np.clip(np.rint(middle), 0, BRIGHTEST)[:, None] == LEVELS).astype(np.float64)

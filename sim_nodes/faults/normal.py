@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
 from sim_nodes.geometry import Array
 
@@ -27,6 +26,8 @@ class Truncated:
 
 def truncated(low: Array, high: Array) -> Truncated:
     """Moments of standard normal distributions without what is below `low` and above `high`."""
+    from scipy.special import ndtr  # noqa: PLC0415 - slow to load, and seldom needed
+
     a, b = np.clip(low, -FAR, FAR), np.clip(high, -FAR, FAR)
     share = ndtr(b) - ndtr(a)
     at_a, at_b = _density(a), _density(b)

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from sim_nodes.geometry import Array
 
@@ -44,6 +43,8 @@ class Path:
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
         self.knots: Array = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-12)
         if len(points) > 2:
+            from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - slow to load, and seldom needed
+
             self._curve = PchipInterpolator(self.knots, points)
         else:
             self._curve = None

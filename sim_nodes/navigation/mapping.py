@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from sim_nodes.geometry import Array
 from sim_nodes.navigation.grid import FAR, Grid, NavigationMap
@@ -45,6 +44,8 @@ def _reach(grid: Grid, solids: Sequence[Wall | Outline], xs: Array, ys: Array) -
         covered[near] |= _distance_to(solid, xs[near], ys[near]) == 0.0
     if not covered.any():
         return FAR
+    from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load; not for worlds without walls
+
     furthest = float(distance_transform_edt(~covered).max()) * grid.resolution
     return min(FAR, furthest + grid.resolution)
 

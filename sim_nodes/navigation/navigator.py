@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import assert_never
 
 import numpy as np
-from scipy.ndimage import label
 
 from seoro.bridges.wire import Outcome, Result
 from seoro.bridges.wire.refusal import RequestRefused
@@ -133,6 +132,8 @@ class Navigator(Stateful):
     def __init__(
         self, known: NavigationMap, obstacles: ObstacleLayer, declaration: MobileDeclaration, interval: float
     ) -> None:
+        from scipy.ndimage import label  # noqa: PLC0415 - slow to load
+
         self._map = known
         self._obstacles = obstacles
         self._declaration = declaration

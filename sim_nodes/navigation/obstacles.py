@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.grid import FAR, NavigationMap
@@ -86,6 +85,8 @@ class ObstacleLayer(Stateful):
     def _distances(self) -> Array:
         if not self._obstacles.any():
             return self._map.distance
+        from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
+
         resolution = self._map.grid.resolution
         # The transform counts from centre to centre; an obstacle begins at the border of its cell.
         distance = distance_transform_edt(~self._obstacles) * resolution - resolution / 2
