@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array
 from sim_nodes.navigation.grid import FAR, Grid, NavigationMap
@@ -38,16 +39,24 @@ def build_map(
 
 def _reach(grid: Grid, solids: Sequence[Wall | Outline], xs: Array, ys: Array) -> float:
     """A distance within which every cell has something, so that there is no need to look further [m]."""
-    covered = np.zeros(xs.shape, dtype=np.bool_)
+    covered: NDArray[np.bool_] = np.zeros(xs.shape, dtype=np.bool_)
     for solid in solids:
         near = _window(grid, solid, grid.resolution)
         covered[near] |= _distance_to(solid, xs[near], ys[near]) == 0.0
     if not covered.any():
         return FAR
-    from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load; not for worlds without walls
+    return min(FAR, (_most_steps(covered) + 1) * grid.resolution)
 
-    furthest = float(distance_transform_edt(~covered).max()) * grid.resolution
-    return min(FAR, furthest + grid.resolution)
+
+def _most_steps(covered: NDArray[np.bool_]) -> int:
+    """The most steps along the axes from any cell to the next covered one, which is no less than the distance."""
+    steps = np.where(covered, 0, sum(covered.shape))
+    for axis in (0, 1):
+        for way in (1, -1):
+            turned = np.moveaxis(steps, axis, 0)[::way]  # a view
+            count = np.arange(len(turned))[:, None]
+            turned[...] = np.minimum.accumulate(turned - count, axis=0) + count
+    return int(steps.max())
 
 
 def _window(grid: Grid, solid: Wall | Outline, reach: float) -> tuple[slice, slice]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
+from functools import cached_property
 from itertools import pairwise
 from types import MappingProxyType
 from typing import assert_never
@@ -17,7 +18,7 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome, Result
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.geometry import Pose2, wrap
+from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.goals import Ended
 from sim_nodes.navigation.controller import LocalController
 from sim_nodes.navigation.grid import NavigationMap
@@ -132,16 +133,22 @@ class Navigator(Stateful):
     def __init__(
         self, known: NavigationMap, obstacles: ObstacleLayer, declaration: MobileDeclaration, interval: float
     ) -> None:
-        from scipy.ndimage import label  # noqa: PLC0415 - slow to load
-
         self._map = known
         self._obstacles = obstacles
         self._declaration = declaration
         self._interval = interval
         self._controller = LocalController(known.grid, declaration, interval)
-        self._regions, _ = label(known.distance >= declaration.clearance, structure=np.ones((3, 3)))
         self.goal: Goal | None = None
         self.recoveries = 0
+
+    @cached_property
+    def _regions(self) -> Array:
+        """Number of the connected region of free floor for each cell of the map; 0 where the robot cannot be."""
+        from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
+
+        numbers: Array
+        numbers, _ = label(self._map.distance >= self._declaration.clearance, structure=np.ones((3, 3)))
+        return numbers
 
     def check(self, poses: tuple[Pose2, ...], start: Pose2) -> None:
         """Refuse poses where the robot cannot be, or that cannot be reached on the map.

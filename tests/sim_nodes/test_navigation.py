@@ -172,3 +172,13 @@ def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
     for _ in range(100):
         velocity = controller.steer(Velocity(0.0, -1.2))
     assert velocity.angular == pytest.approx(-0.4)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_map_of_random_walls_has_the_distance_of_each_cell_to_the_nearest_wall(seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    places = chance.uniform(-3.0, 3.0, (1 + 2 * seed, 3))
+    walls = [Wall("w", float(x), float(y), float(yaw), 1.0, 0.1, 0.5) for x, y, yaw in places]
+    nearest = np.min([build_map(EXTENT, [wall]).distance for wall in walls], axis=0)
+    known = build_map(EXTENT, walls)
+    assert np.array_equal(known.distance, nearest)
