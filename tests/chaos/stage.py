@@ -136,7 +136,17 @@ class Stage:
                 part.kill()
                 part.start()
             if not part.is_ready:
-                part.wait_until_ready()
+                self._await(part)
+
+    @staticmethod
+    def _await(part: Part) -> None:
+        """Wait until a part is ready; one that found no router when it started has ended, and is started again."""
+        try:
+            part.wait_until_ready()
+        except AssertionError:
+            part.kill()
+            part.start()
+            part.wait_until_ready()
 
     def strangers(self) -> list[str]:
         """Processes of the stage that belong to no part, with their command lines."""
