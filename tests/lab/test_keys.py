@@ -232,10 +232,11 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
         if not request.key.endswith(wire.CHALLENGE.name):
             request.reply(wire.encode(wire.EmergencyStopped(stopped=(), took=0.0)))
             return
-        nonce = wire.decode(wire.Challenge, request.payload).nonce
-        signature = prove(keys, "floor", nonce, "b00t", 0)
+        nonce, exchange = wire.decode(wire.Challenge, request.payload).nonce, bytes(32)
+        signature = prove(keys, "floor", nonce, "b00t", 0, exchange)
         certificate = certificate_der(keys.certificate)
-        request.reply(wire.encode(wire.Proof(certificate=certificate, signature=signature, boot="b00t", now=0)))
+        proof = wire.Proof(certificate=certificate, signature=signature, boot="b00t", now=0, exchange=exchange)
+        request.reply(wire.encode(proof))
 
     words = "the node 'floor' is not to be trusted: who answers for the node 'floor' has the keys of other"
     try:
@@ -245,7 +246,8 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
             async with connect_robots(place.endpoint, "a run", "floor"):
                 pass
         outcomes = {each.called: each for each in await stop_all([place.endpoint], "anna", "smoke")}
-        assert words in outcomes["the node 'floor'"].error
+        unsigned = "the answer of the node 'floor' to `emergency_stop` is not authentic: it is not signed"
+        assert unsigned in outcomes["the node 'floor'"].error
         assert outcomes["the node 'rails'"].error == ""
         (floor,) = [each for each in await look([place.endpoint]) if each.node == "floor"]
         assert words in floor.why
