@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
@@ -18,8 +20,8 @@ from seoro.bridges.wire import Refusal, encode
 from seoro.bridges.wire.proving import DENIED, STALE, UNAVAILABLE
 from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
-from seoro.errors import BackendRefused
-from seoro.keys.folder import read_keys
+from seoro.errors import BackendLost, BackendRefused
+from seoro.keys.folder import VARIABLE, read_keys
 from tests.labs import NAME, KeyedLab, RunningCommand, free_port, keyed_executor, make_lab
 from tests.relays import Relay, relaying
 
@@ -39,8 +41,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> KeyedLab:
 
 
 @pytest.fixture(scope="module")
-def there(lab: KeyedLab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCommand]:
-    with keyed_executor(tmp_path_factory.mktemp("x"), lab) as running:
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("x")
+
+
+@pytest.fixture(scope="module")
+def there(lab: KeyedLab, place: Path) -> Iterator[RunningCommand]:
+    with keyed_executor(place, lab) as running:
         yield running
 
 
@@ -102,9 +109,14 @@ async def test_a_failed_run_does_not_pass_on_the_way(see: See) -> None:
 
 
 def test_the_command_says_so(
-    capsys: pytest.CaptureFixture[str], there: RunningCommand, lab: KeyedLab, tmp_path: Path
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    there: RunningCommand,
+    lab: KeyedLab,
+    tmp_path: Path,
 ) -> None:
     """Status 3: nobody knows what became of the run."""
+    monkeypatch.setenv(VARIABLE, str(lab.keys("anna")))
     file, endpoint = tmp_path / "failing.osc", f"tls/127.0.0.1:{free_port()}"
     file.write_text(FAILING)
     with (
@@ -112,8 +124,7 @@ def test_the_command_says_so(
         portal.wrap_async_context_manager(between(lab, there, endpoint)) as relay,
     ):
         relay.replace(b"failed", b"passed")
-        arguments = ("--on", NAME, "--executor", endpoint, "--keys", str(lab.keys("anna")))
-        assert main(["exec", str(file), *arguments]) == 3
+        assert main(["exec", str(file), "--on", NAME, "--executor", endpoint]) == 3
     assert "is not authentic: the signature is wrong" in capsys.readouterr().err
 
 
@@ -146,3 +157,22 @@ async def test_an_earlier_answer_is_refused(see: See) -> None:
         relay.change = lambda _verb, _answers: kept[:1]
         with pytest.raises(ExecutorLost, match=WRONG.format("records")):
             [_ async for _ in run.records_so_far()]
+
+
+async def test_a_trace_is_the_one_that_was_recorded(see: See, place: Path, lab: KeyedLab) -> None:
+    """Its hash is in the log of the executor, and its clients compare it."""
+    async with failed(see) as (_, run):
+        trace = place / "state" / "runs" / run.id / "trace.jsonl"
+        recorded = trace.read_bytes()
+        found = hashlib.sha256(recorded).hexdigest()
+        log = [json.loads(line) for line in (place / "state" / "audit.jsonl").read_bytes().splitlines()]
+        [end] = [line for line in log if line["what"] == "run" and line["run"] == run.id]
+        assert (run.info.trace, end["trace"]) == (found, found)
+        for changed in (recorded.replace(b"begun", b"ended"), recorded[: recorded.rfind(b"\n", 0, -1) + 1]):
+            assert changed != recorded
+            trace.write_bytes(changed)
+            for records in (run.records(), run.records_so_far()):
+                with pytest.raises(BackendLost, match=f"was changed after it was recorded: .* and not {found}"):
+                    [_ async for _ in records]
+        trace.write_bytes(recorded)
+        assert [_ async for _ in run.records()]

@@ -218,6 +218,7 @@ class RunInfo(Said):
     priority: int = 0
     place: int | None = None  # in the queue, from 1 on; None if it does not wait, or for something else
     waits: str = ""  # for robots: which, and who has them
+    trace: str = ""  # SHA-256 of its whole trace, of a run that is over; empty if that is unknown
 
 
 class Runs(Said):
