@@ -16,6 +16,7 @@ from seoro.bridges.wire.proving import CHALLENGE, DENIED, UNAVAILABLE, Challenge
 from seoro.bridges.wire.refusal import said_in
 from seoro.bridges.wire.results import LabResult, Result
 from seoro.errors import BackendRefused
+from seoro.keys.errors import InvalidKeys
 from seoro.keys.roles import MOVING, Role, executor_verbs, least_role
 
 if TYPE_CHECKING:
@@ -163,7 +164,6 @@ class Seals:
             )
 
     async def _challenge(self) -> Sealer | None:
-        from seoro.keys.errors import InvalidKeys  # noqa: PLC0415 - only where there are keys
         from seoro.keys.sealing import NONCE, Sealer  # noqa: PLC0415 - the same
 
         nonce, sealer = secrets.token_bytes(NONCE), Sealer(self._keys, self.peer.name, self.peer.role)
@@ -213,8 +213,6 @@ class _Answers:
             NotAuthentic: It is by another, was changed, or came before.
             NoAnswer: A part before it was lost.
         """
-        from seoro.keys.errors import InvalidKeys  # noqa: PLC0415 - only where there are keys
-
         if not answer.is_ok:
             return self._unsigned(answer.payload)
         try:
