@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import os
 from collections.abc import Callable
+from functools import cache
 from itertools import count
 from typing import Final, NamedTuple, TypeAlias
 
@@ -33,11 +35,13 @@ Attest: TypeAlias = Callable[[bytes, int, int, bytes], bytes]
 
 
 class _KeyPair:
-    """A key pair that lasts as long as its process."""
+    """A key pair that lasts as long as its process; for any thread."""
 
     def __init__(self) -> None:
         self._private = X25519PrivateKey.generate()
+        self._known: dict[tuple[bytes, str, bytes], bytes] = {}
         self.public: Final = self._private.public_key().public_bytes_raw()
+        self.numbers: Final = count(1)  # of the requests to which it belongs, each of which has its own
 
     def secret(self, public: bytes, boot: str, asking: bytes) -> bytes:
         """The secret that is shared with the owner of another public key.
@@ -50,8 +54,20 @@ class _KeyPair:
         Raises:
             ValueError: It is no usable public key.
         """
-        shared = self._private.exchange(X25519PublicKey.from_public_bytes(public))
-        return hmac.digest(shared, digest(_SHARED, boot, asking), "sha256")
+        known = self._known.get((public, boot, asking))
+        if known is None:
+            shared = self._private.exchange(X25519PublicKey.from_public_bytes(public))
+            known = hmac.digest(shared, digest(_SHARED, boot, asking), "sha256")
+            if len(self._known) >= _MOST_SECRETS:
+                self._known.clear()
+            self._known[public, boot, asking] = known
+        return known
+
+
+@cache
+def _pair_of(_process: int) -> _KeyPair:
+    """The key pair by which a process asks; one that is forked has its own."""
+    return _KeyPair()
 
 
 def _code(secret: bytes, key: str, request: bytes, beside: bytes, form: int, number: int, answer: bytes) -> bytes:
@@ -75,7 +91,6 @@ class Answers:
         self._keys = keys
         self._boot = boot
         self._pair = _KeyPair()
-        self._secrets: dict[bytes, bytes] = {}
 
     @property
     def exchange(self) -> bytes:
@@ -99,7 +114,7 @@ class Answers:
             return beside, None
 
         def attest(request: bytes, form: int, number: int, answer: bytes) -> bytes:
-            secret = self._secret(public) if boot == self._boot else b""
+            secret = self._secret(public) if boot == self._boot else b""  # derived after the request was admitted
             code = _code(secret, key, request, beside, form, number, answer)
             parts = (form, number, code, b"") if secret else (form, number, b"", sign(self._keys, _ANSWER, code))
             packed: bytes = msgpack.packb(parts)
@@ -109,16 +124,10 @@ class Answers:
 
     def _secret(self, public: bytes) -> bytes:
         """The secret that is shared with who asks; empty if there can be none."""
-        known = self._secrets.get(public)
-        if known is None:
-            try:
-                known = self._pair.secret(public, self._boot, public)
-            except ValueError:
-                return b""
-            if len(self._secrets) >= _MOST_SECRETS:
-                self._secrets.clear()
-            self._secrets[public] = known
-        return known
+        try:
+            return self._pair.secret(public, self._boot, public)
+        except ValueError:
+            return b""
 
 
 class Checked(NamedTuple):
@@ -151,8 +160,7 @@ class Checker:
     def __init__(self, keys: Keys, name: str, role: Role) -> None:
         self._name = name
         self._role = role
-        self._pair = _KeyPair()
-        self._numbers = count(1)
+        self._pair = _pair_of(os.getpid())
         self._signatures = Signatures(keys.authority)
         self._boot = ""
         self._secret = b""
@@ -182,7 +190,7 @@ class Checker:
             inner: Its seal, or the name of who asks.
         """
         secret = self._secret
-        beside: bytes = msgpack.packb([self._pair.public, self._boot, next(self._numbers), inner])
+        beside: bytes = msgpack.packb([self._pair.public, self._boot, next(self._pair.numbers), inner])
 
         def check(answer: bytes, attested: bytes) -> Checked:
             form, number, code, signature = _parts(attested)
