@@ -150,7 +150,8 @@ def _sealer(session: Session, name: str, keys: Keys) -> Seal:
     session.get(key, payload, 10.0, Callback(replies.append, drop=done.set, indirect=False))
     done.wait(10.0)
     proof = wire.CHALLENGE.read_answer(replies[0].ok.payload.to_bytes())
-    sealer.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns()))
+    said = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
+    sealer.accept(*said, (asked, time.time_ns()), proof.exchange)
     return sealer.seal
 
 

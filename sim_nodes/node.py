@@ -156,7 +156,7 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         serving = Serving(simulator, gate, settings.stop_file)
         stops = Stops(simulator, serving.leasing, partial(inbox.put, Urgent()))
         with stop_line(gate.lock, stops.stop, serving.leasing.latch.keep, settings.namespace) as line:
-            reached = partial(_reached, settings, simulator, door, line, inbox, secrets.token_hex(8))
+            reached = partial(_reached, settings, simulator, door, gate, line, inbox, secrets.token_hex(8))
             portal.start_task(door.attend, reached)
             ready(simulator)
             while True:
@@ -168,6 +168,7 @@ async def _reached(
     settings: NodeSettings,
     simulator: Simulator,
     door: Door,
+    gate: NodeGate,
     stops: StopLine,
     inbox: queue.SimpleQueue[Arrived],
     boot: str,
@@ -179,7 +180,8 @@ async def _reached(
     inbox.put(Opened())
     intake = CountedIntake(ALL_VERBS, "node", stop=stops.take)
     async with hearing_stops(stops, door, session):
-        opened.serve(node_command(settings.namespace, settings.node, "*"), encode(busy), inbox, intake)
+        key = node_command(settings.namespace, settings.node, "*")
+        opened.serve(key, encode(busy), inbox, intake, gate.attestor)
         blind = _watch_holders(opened, settings.namespace, inbox)
         simulator.streams.connect(partial(_declare_stream, opened, settings))
         opened.declare_token(node_token(settings.namespace, settings.node, boot))

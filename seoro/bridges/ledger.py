@@ -106,7 +106,9 @@ class Ledger:
 
     def end(self, info: RunInfo, role: str) -> None:
         """Write down what has become of a run; if it cannot be written, then before the next line that can."""
-        self._owe(what=RUN, by=info.by, role=role, run=info.run, outcome=info.state.value, **_reason(info.reason))
+        trace = {"trace": info.trace} if info.trace else {}
+        entry = {"run": info.run, "outcome": info.state.value, **trace, **_reason(info.reason)}
+        self._owe(what=RUN, by=info.by, role=role, **entry)
 
     def _owe(self, **entry: Any) -> None:
         with self._lock:

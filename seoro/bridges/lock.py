@@ -10,6 +10,7 @@ from seoro.bridges.revoked import Revoked
 from seoro.bridges.session import Request
 from seoro.bridges.wire.proving import DENIED, STALE, Challenge, Proof
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.keys.answers import Answers
 from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
@@ -35,6 +36,7 @@ class Lock:
         self.boot: Final = secrets.token_hex(8)  # which start of it this is
         self._verifier = Verifier(keys, self.boot, revoked.current)
         self._signatures = Signatures(keys.authority, revoked.current)
+        self.answers: Final = Answers(keys, self.boot)
 
     @property
     def role(self) -> Role:
@@ -43,12 +45,13 @@ class Lock:
 
     def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""
-        now, name = steady_ns(), self._keys.identity.name
+        now, name, exchange = steady_ns(), self._keys.identity.name, self.answers.exchange
         return Proof(
             certificate=certificate_der(self._keys.certificate),
-            signature=prove(self._keys, name, challenge.nonce, self.boot, now),
+            signature=prove(self._keys, name, challenge.nonce, self.boot, now, exchange),
             boot=self.boot,
             now=now,
+            exchange=exchange,
         )
 
     def sign(self, *said: Any) -> bytes:

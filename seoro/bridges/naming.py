@@ -64,7 +64,8 @@ async def is_proven(session: AsyncSession, key: str, keys: Keys) -> bool:
         try:
             proof = decode(Proof, answer)
             times = (asked, time.time_ns())
-            checking.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, times)
+            said = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
+            checking.accept(*said, times, proof.exchange)
         except (WireError, InvalidKeys):
             continue
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
 from contextlib import aclosing
@@ -57,9 +58,9 @@ class RemoteRun:
             printed: Called with what the process of the run has printed, before the part with which that came.
 
         Raises:
-            BackendError: The executor is gone, or has forgotten the run.
+            BackendError: The executor is gone, has forgotten the run, or sends another trace than it has recorded.
         """
-        at, is_complete = 0, False
+        at, is_complete, trace = 0, False, hashlib.sha256()
         printed_at = None if printed is None else 0
         while not is_complete:
             async with aclosing(self._news(at, printed_at)) as news:
@@ -69,9 +70,12 @@ class RemoteRun:
                         break  # a part got lost
                     new = found.lines[at - start :]
                     at += len(new)
+                    trace.update(new)
                     if isinstance(found, wire.Records):
                         self.info, self._end = found.info, found.end
                         is_complete = found.is_complete and at == found.at
+                        if is_complete:
+                            self._check_trace(trace.hexdigest())
                         if printed is not None and printed_at is not None and found.printed:
                             printed(found.printed)
                             printed_at += len(found.printed)
@@ -118,14 +122,30 @@ class RemoteRun:
         Raises:
             BackendError: As `parts`.
         """
-        at = 0
+        at, trace = 0, hashlib.sha256()
         while True:
             found = await self.executor.ask(wire.RECORDS, wire.AskRecords(run=self.id, at=at))
             self.info, at = found.info, found.at
+            trace.update(found.lines)
+            if found.is_complete:
+                self._check_trace(trace.hexdigest())
             if not found.lines:
                 return
             for record in _records(found.lines):
                 yield record
+
+    def _check_trace(self, found: str) -> None:
+        """Check the SHA-256 of its whole trace.
+
+        Raises:
+            BackendLost: It is not that of the trace that its executor has recorded.
+        """
+        if self.info.trace not in ("", found):
+            raise BackendLost(
+                f"the trace of the run {self.id} was changed after it was recorded: its SHA-256 is {found}, and "
+                f"not {self.info.trace}. Repeat the run, and find out who writes in the folder of "
+                f"the executor '{self.executor.name}'"
+            )
 
     async def end(self) -> Ended:
         """How it ended, with all that a program needs to show it; waits for that.

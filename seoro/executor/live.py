@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import time
 from typing import Final
 
@@ -29,6 +30,8 @@ class LiveRun:
         self.submission = submission
         self.killed = ""  # why it was, if it was
         self.size = 0  # of its trace so far [bytes]
+        self._trace = hashlib.sha256()  # of the same
+        self._is_trace_known = True
         self.changes = Changes()  # of all of that
         self.watches = Watches(pace)  # of the same, at once
         self._worker: Worker | None = None
@@ -69,8 +72,18 @@ class LiveRun:
         """Its trace has grown."""
         start = self.size
         self.size += len(lines)
+        self._trace.update(lines)
         self.watches.grow(start, lines)
         self.changes.tell()
+
+    def doubt_trace(self) -> None:
+        """Its trace may have lines that it has not grown by."""
+        self._is_trace_known = False
+
+    @property
+    def trace(self) -> str:
+        """SHA-256 of its trace so far; empty if that is unknown."""
+        return self._trace.hexdigest() if self._is_trace_known else ""
 
     def have(self, worker: Worker) -> None:
         """It has a process."""

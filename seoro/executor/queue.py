@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import shutil
 import sqlite3
 import time
@@ -258,7 +259,9 @@ class Queue:
         code = 0 if end else await worker.wait()
         if not end:
             worker.kill()  # what it has started, and did not end
-        await asyncio.to_thread(_tidy, folder, limits, is_culprit=self.reserve.release(live.info.run))
+        if is_culprit := self.reserve.release(live.info.run):
+            live.doubt_trace()
+        await asyncio.to_thread(_tidy, folder, limits, is_culprit=is_culprit)
         await asyncio.to_thread(folder.sync)
         if live.is_left and code == frames.NOT_BEGUN:
             return
@@ -293,6 +296,8 @@ class Queue:
         limit = self._limits(live).trace
         assert limit is not None, "the limits of an executor have it"
         with self._store.folder(live.info.run).trace.open("ab", buffering=0) as file:
+            if os.fstat(file.fileno()).st_size:
+                live.doubt_trace()
             trace = TraceFile(file, limit * MEBIBYTE, self.reserve.of(live))
             keeper = TraceKeeper(live, trace, limit, self.reserve)
             async for kind, data in worker.frames():
@@ -302,6 +307,7 @@ class Queue:
                             keeper.keep(data)
                         except OSError as error:
                             failed = error
+                            live.doubt_trace()
                             live.stop(_unkept(error))
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
@@ -341,12 +347,13 @@ class Queue:
         worker.go()
 
     async def _finish(self, live: LiveRun, state: State, reason: str, end: bytes) -> None:
-        finished = Finished(state, reason, end, time.time())
-        await self._note_end(live.info.model_copy(update={"state": state, "reason": reason}), live.submission.role)
+        finished = Finished(state, reason, end, time.time(), live.trace)
+        said = {"state": state, "reason": reason, "trace": live.trace}
+        await self._note_end(live.info.model_copy(update=said), live.submission.role)
         if not await self._keep(live.info.run, finished):
             log.warning("cannot keep the end of the run %s yet", live.info.run)
             self._ends[live.info.run] = finished
-        live.set(state=state, reason=reason, ended=finished.ended)
+        live.set(**said, ended=finished.ended)
         self._changes.tell()
 
     async def _keep(self, run: str, finished: Finished) -> bool:

@@ -50,6 +50,7 @@ class Reached:
         self._key = executor_command(wire.NAMESPACE, name, "*")
         self._name = Name(name, lock)
         self._door = door
+        self._attestor = None if lock is None else lock.answers
         self._had_name = False
         self.name_lost = anyio.Event()
 
@@ -103,7 +104,7 @@ class Reached:
             await self._name.wait_until_free(session)
         intake = CountedIntake(VERBS, "executor", UNAVAILABLE, {RECORDS.name: FOLLOWED}, stops.take)
         async with (
-            session.answering(self._key, WAITING, busy, intake) as requests,
+            session.answering(self._key, WAITING, busy, intake, self._attestor) as requests,
             session.token(self._name.token),
             background() as duties,
         ):

@@ -33,7 +33,7 @@ from seoro.errors import InvalidUse
 T = TypeVar("T")
 
 CACHE: Final = 256  # [KiB] of the database in memory, which would else grow with the runs for a long time
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 _TABLES: Final = """
 CREATE TABLE runs (
     number INTEGER PRIMARY KEY,          -- in the order of submission
@@ -48,12 +48,16 @@ CREATE TABLE runs (
     announcement TEXT NOT NULL DEFAULT '',
     submission BLOB NOT NULL,            -- the message
     end BLOB NOT NULL DEFAULT x'',       -- `seoro.embed.ends`
-    priority INTEGER NOT NULL DEFAULT 0
+    priority INTEGER NOT NULL DEFAULT 0,
+    trace TEXT NOT NULL DEFAULT ''       -- SHA-256 of the whole trace; empty if that is unknown
 ) STRICT;
 CREATE INDEX runs_by_state ON runs (state);
 """
-_RENEWALS: Final = {1: "ALTER TABLE runs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;"}  # from that schema on
-_FIELDS: Final = "run, file, by, state, submitted, started, ended, reason, announcement, priority"
+_RENEWALS: Final = {  # from that schema on
+    1: "ALTER TABLE runs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;",
+    2: "ALTER TABLE runs ADD COLUMN trace TEXT NOT NULL DEFAULT '';",
+}
+_FIELDS: Final = "run, file, by, state, submitted, started, ended, reason, announcement, priority, trace"
 LOST: Final = "the executor died while the scenario ran"
 
 
@@ -103,12 +107,13 @@ class RunFolder:
 
 @dataclass(frozen=True)
 class Finished:
-    """How a run ended: what has become of it, why, `seoro.embed.ends`, and when [s since 1970]."""
+    """How a run ended: what became of it, why, `seoro.embed.ends`, when [s since 1970], SHA-256 of its trace."""
 
     state: State
     reason: str
     end: bytes
     ended: float
+    trace: str = ""
 
 
 class Store:
@@ -215,7 +220,8 @@ class Store:
 
     async def finish(self, run: str, how: Finished) -> None:
         """A run is over."""
-        await self._set(run, state=how.state.value, ended=how.ended, reason=how.reason, end=how.end)
+        values = {"ended": how.ended, "reason": how.reason, "end": how.end, "trace": how.trace}
+        await self._set(run, state=how.state.value, **values)
 
     async def _set(self, run: str, **values: object) -> None:
         assignments = ", ".join(f"{name} = ?" for name in values)

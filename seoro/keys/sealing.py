@@ -41,7 +41,7 @@ LARGEST: Final = 8192  # [bytes] of a seal
 NONCE: Final = 16  # [bytes]
 _COMMAND: Final = "seoro command 1"
 _URGENT: Final = "seoro stop 1"
-_PROOFS: Final = {Role.EXECUTOR: "seoro executor 1", Role.NODE: "seoro node 1"}
+_PROOFS: Final = {Role.EXECUTOR: "seoro executor 2", Role.NODE: "seoro node 2"}
 _WINDOW: Final = int(WINDOW * 1e9)  # [ns]
 _MOST_KNOWN: Final = 1000  # certificates that are remembered as checked
 _MOST_STOPS: Final = 10_000  # emergency stops that are remembered as said
@@ -51,7 +51,7 @@ class Stale(InvalidKeys):
     """A seal that was right before, or will be: it is for another start of the executor, or of another time."""
 
 
-def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
+def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int, exchange: bytes) -> bytes:
     """The signature by which an executor or a node answers a challenge.
 
     Args:
@@ -60,9 +60,10 @@ def prove(keys: Keys, name: str, nonce: bytes, boot: str, now: int) -> bytes:
         nonce: What the challenger has drawn.
         boot: Which start of it this is.
         now: [ns] since 1970, by its clock.
+        exchange: Public key for its answers (`seoro.keys.answers`).
     """
     kind = _PROOFS.get(keys.identity.role, "")
-    return sign_bytes(keys, digest(kind, name, nonce, boot, now))
+    return sign_bytes(keys, digest(kind, name, nonce, boot, now, exchange))
 
 
 def sign_bytes(keys: Keys, said: bytes) -> bytes:
@@ -117,7 +118,14 @@ class Sealer:
         return self._keys.identity
 
     def accept(
-        self, certificate: bytes, signature: bytes, nonce: bytes, boot: str, now: int, asked: tuple[int, int]
+        self,
+        certificate: bytes,
+        signature: bytes,
+        nonce: bytes,
+        boot: str,
+        now: int,
+        asked: tuple[int, int],
+        exchange: bytes,
     ) -> None:
         """Take the answer to a challenge.
 
@@ -128,6 +136,7 @@ class Sealer:
             boot: Which start of it this is.
             now: [ns] since 1970, by its clock.
             asked: When it was asked and when the answer was there; [ns] since 1970, by ours.
+            exchange: Public key for its answers.
 
         Raises:
             InvalidKeys: It is not the one of that name.
@@ -139,7 +148,9 @@ class Sealer:
                 help="robots are not given to one who may be another: find out who that is",
             )
         check_time(identity, datetime.now(UTC))
-        check_signature(found, signature, digest(_PROOFS[self._role], self._name, nonce, boot, now))
+        if not exchange:
+            raise InvalidKeys(f"{self._role.value} '{self._name}' runs a seoro that signs no answers: update it")
+        check_signature(found, signature, digest(_PROOFS[self._role], self._name, nonce, boot, now, exchange))
         self._boot, self._offset = boot, now - sum(asked) // 2
 
     def seal(self, key: str, payload: bytes) -> bytes:

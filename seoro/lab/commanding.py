@@ -20,7 +20,7 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
-from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.sim.requests import ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 from seoro.keys.roles import MOVING
 from seoro.lab.seeing import Member, Reached, asking, connected, members_at, nobody, reaching
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
 STOP_WITHIN = 2.0  # [s] that a node may take to acknowledge that all stands still
-BUSY_PAUSE = 0.05  # [s] until a node that is busy is asked again
 GIVE_BACK_WITHIN = 5.0  # [s] that it may take to end a lease that is not had in full
 Place = tuple[str, str | None]
 """A robot or a lease, and the endpoint of its node, if that is known."""
@@ -137,7 +136,6 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, be
             address = each.address(each.session)
             answer = await ask(address, verb, asked, STOP_WITHIN)
             came = time.monotonic()
-            await _prove(address)  # which may be after it: nobody waits for that in an emergency
     except TimeoutError:
         return Outcome(member.endpoint, member.called, error=f"no answer within {STOP_WITHIN:g} s")
     except (BackendError, InvalidUse, SessionError) as error:
@@ -148,18 +146,6 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, be
         why = f"{done}; goals of {', '.join(answer.unsettled)} have not ended, and may go on"
         return Outcome(member.endpoint, member.called, error=why, took=came - began)
     return Outcome(member.endpoint, member.called, done, took=came - began)
-
-
-async def _prove(address: NodeAddress) -> None:
-    """Have a node prove that it is the one of its name; one that is busy is asked again for a while."""
-    until = time.monotonic() + STOP_WITHIN
-    while True:
-        try:
-            return await address.prove()
-        except BackendLost:
-            if time.monotonic() > until:
-                raise
-        await anyio.sleep(BUSY_PAUSE)
 
 
 def _executor(each: Reached, session: AsyncSession) -> Executor:

@@ -89,7 +89,8 @@ async def sealer(session: Any, lab: KeyedLab, name: str) -> Sealer:
     asked = time.time_ns()
     key = executor_command("default", NAME, "challenge")
     proof = decode(Proof, await session.query(key, encode(Challenge(nonce=nonce)), 5.0))
-    made.accept(proof.certificate, proof.signature, nonce, proof.boot, proof.now, (asked, time.time_ns()))
+    said = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
+    made.accept(*said, (asked, time.time_ns()), proof.exchange)
     return made
 
 

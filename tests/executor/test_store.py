@@ -5,6 +5,7 @@ import math
 import os
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
@@ -157,6 +158,21 @@ def test_a_folder_of_another_version_is_refused(tmp_path: Path) -> None:
     database.close()
     with pytest.raises(InvalidUse, match="another version"), open_store(tmp_path):
         pass
+
+
+async def test_a_folder_of_an_earlier_version_is_brought_up_to_date(tmp_path: Path) -> None:
+    """From before runs had priorities and hashes of traces."""
+    with open_store(tmp_path) as store:
+        await store.add(submission())
+        await store.finish(RUN, Finished(State.PASSED, "", b"", 1.0, "abc"))
+        assert (await store.info(RUN)).trace == "abc"
+    with closing(sqlite3.connect(tmp_path / "runs.sqlite")) as database:
+        database.executescript("ALTER TABLE runs DROP COLUMN trace; ALTER TABLE runs DROP COLUMN priority;")
+        database.execute("PRAGMA user_version = 1")
+        database.commit()
+    with open_store(tmp_path) as store:
+        info = await store.info(RUN)
+    assert (info.state, info.priority, info.trace) == (State.PASSED, 0, "")
 
 
 def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from tests.labs import NAME, KeyedLab, make_lab
 KEY = f"seoro/1/default/exec/{NAME}/cmd/submit"
 BOOT = "b00t"
 NONCE = bytes(16)
+EXCHANGE = bytes(range(32))
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +39,9 @@ def verifier(keys: Keys, clock: Callable[[], int] = time.time_ns, boot: str = BO
 def sealer(lab: KeyedLab, executor: Keys, name: str = "anna", now: int | None = None, boot: str = BOOT) -> Sealer:
     made = Sealer(read_keys(lab.keys(name)), NAME)
     stamp = time.time_ns() if now is None else now
-    proof = prove(executor, NAME, NONCE, boot, stamp)
+    proof = prove(executor, NAME, NONCE, boot, stamp, EXCHANGE)
     here = time.time_ns()
-    made.accept(certificate_der(executor.certificate), proof, NONCE, boot, stamp, (here, here))
+    made.accept(certificate_der(executor.certificate), proof, NONCE, boot, stamp, (here, here), EXCHANGE)
     return made
 
 
@@ -111,16 +112,16 @@ def test_only_the_executor_of_a_name_answers_for_it(lab: KeyedLab) -> None:
     now = time.time_ns()
     for name in ("maze", "ada"):
         other = read_keys(lab.keys(name))
-        proof = prove(other, NAME, NONCE, BOOT, now)
+        proof = prove(other, NAME, NONCE, BOOT, now, EXCHANGE)
         with pytest.raises(InvalidUse, match=f"who answers for the executor '{NAME}' has the keys of {name}"):
-            made.accept(certificate_der(other.certificate), proof, NONCE, BOOT, now, (now, now))
+            made.accept(certificate_der(other.certificate), proof, NONCE, BOOT, now, (now, now), EXCHANGE)
 
 
 def test_an_old_proof_is_refused(lab: KeyedLab, executor: Keys) -> None:
     made, now = Sealer(read_keys(lab.keys("anna")), NAME), time.time_ns()
-    proof = prove(executor, NAME, NONCE, BOOT, now)
+    proof = prove(executor, NAME, NONCE, BOOT, now, EXCHANGE)
     with pytest.raises(InvalidUse, match="signature is wrong"):
-        made.accept(certificate_der(executor.certificate), proof, b"1" * 16, BOOT, now, (now, now))
+        made.accept(certificate_der(executor.certificate), proof, b"1" * 16, BOOT, now, (now, now), EXCHANGE)
 
 
 def test_a_clock_that_is_set_back_lets_no_command_be_said_again(lab: KeyedLab, executor: Keys) -> None:
@@ -193,7 +194,8 @@ def test_only_the_node_of_a_name_answers_for_it(lab: KeyedLab) -> None:
     made, now = Sealer(read_keys(lab.keys("anna")), "maze", Role.NODE), time.time_ns()
     here = (now, now)
     node, executor = read_keys(lab.keys("maze")), read_keys(lab.keys(NAME))
-    proof = prove(executor, "maze", NONCE, BOOT, now)
+    proof = prove(executor, "maze", NONCE, BOOT, now, EXCHANGE)
     with pytest.raises(InvalidUse, match=f"who answers for the node 'maze' has the keys of {NAME}"):
-        made.accept(certificate_der(executor.certificate), proof, NONCE, BOOT, now, here)
-    made.accept(certificate_der(node.certificate), prove(node, "maze", NONCE, BOOT, now), NONCE, BOOT, now, here)
+        made.accept(certificate_der(executor.certificate), proof, NONCE, BOOT, now, here, EXCHANGE)
+    proof = prove(node, "maze", NONCE, BOOT, now, EXCHANGE)
+    made.accept(certificate_der(node.certificate), proof, NONCE, BOOT, now, here, EXCHANGE)

@@ -12,14 +12,25 @@ import anyio
 import pytest
 
 from seoro.bridges import wire
+from seoro.bridges.launch import SimulatorOptions, connect_simulator
+from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.seals import node_seals
 from seoro.bridges.secured import security_of
-from seoro.bridges.session import AsyncSession, NoServer, Refused, Request, Session, open_session, publishing
+from seoro.bridges.session import (
+    Answer,
+    AsyncSession,
+    NoServer,
+    Refused,
+    Request,
+    Session,
+    open_session,
+    publishing,
+)
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire.refusal import said_in
 from seoro.cli.main import main
-from seoro.errors import InvalidUse
+from seoro.errors import BackendLost, InvalidUse
 from seoro.keys.audit import check_log
 from seoro.keys.folder import VARIABLE, read_keys
 from seoro.keys.roles import Role
@@ -27,8 +38,10 @@ from seoro.keys.sealing import prove, seal_urgently
 from seoro.keys.signing import certificate_der
 from seoro.lab.commanding import release_all, stop_all
 from seoro.lab.seeing import look
+from seoro.runtime.contracts import Report
 from tests.bridges.robot.conftest import rails_at
 from tests.labs import KeyedLab, command, free_port, make_lab
+from tests.relays import Relay, relaying, unchanged
 
 pytestmark = pytest.mark.anyio
 
@@ -232,10 +245,11 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
         if not request.key.endswith(wire.CHALLENGE.name):
             request.reply(wire.encode(wire.EmergencyStopped(stopped=(), took=0.0)))
             return
-        nonce = wire.decode(wire.Challenge, request.payload).nonce
-        signature = prove(keys, "floor", nonce, "b00t", 0)
+        nonce, exchange = wire.decode(wire.Challenge, request.payload).nonce, bytes(32)
+        signature = prove(keys, "floor", nonce, "b00t", 0, exchange)
         certificate = certificate_der(keys.certificate)
-        request.reply(wire.encode(wire.Proof(certificate=certificate, signature=signature, boot="b00t", now=0)))
+        proof = wire.Proof(certificate=certificate, signature=signature, boot="b00t", now=0, exchange=exchange)
+        request.reply(wire.encode(proof))
 
     words = "the node 'floor' is not to be trusted: who answers for the node 'floor' has the keys of other"
     try:
@@ -245,7 +259,8 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
             async with connect_robots(place.endpoint, "a run", "floor"):
                 pass
         outcomes = {each.called: each for each in await stop_all([place.endpoint], "anna", "smoke")}
-        assert words in outcomes["the node 'floor'"].error
+        unsigned = "the answer of the node 'floor' to `emergency_stop` is not authentic: it is not signed"
+        assert unsigned in outcomes["the node 'floor'"].error
         assert outcomes["the node 'rails'"].error == ""
         (floor,) = [each for each in await look([place.endpoint]) if each.node == "floor"]
         assert words in floor.why
@@ -293,3 +308,79 @@ def test_a_node_has_the_name_in_its_keys(lab: KeyedLab, capsys: pytest.CaptureFi
     where = ("--listen", f"tls/127.0.0.1:{free_port()}", "--keys", str(lab.keys("hall")))
     assert main(["bridge", "ros2", "--robot", "turtlebot4", "--name", "floor", *where]) != 0
     assert "the node 'floor' cannot have the keys of hall (node)" in capsys.readouterr().err
+
+
+@asynccontextmanager
+async def between(lab: KeyedLab, place: Place) -> AsyncIterator[tuple[Relay, str]]:
+    """A router that somebody else runs, and its endpoint."""
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    keys = [security_of(endpoint, read_keys(lab.keys(name))) for name in ("hub", "ada")]
+    async with relaying(endpoint, place.endpoint, (keys[0], keys[1])) as relay:
+        yield relay, endpoint
+
+
+@pytest.mark.parametrize("name", ["open", "listens"])
+async def test_answers_of_nodes_are_not_changed_on_the_way(
+    places: dict[str, Place], lab: KeyedLab, name: str
+) -> None:
+    """By whoever runs the router, or is asked in the place of the node."""
+    place = places[name]
+    async with between(lab, place) as (relay, endpoint):
+        (member,) = await look([endpoint])
+        assert (member.why, member.state is None) == ("", False)
+        relay.replace(b"second", b"nobody", "get_lab_state")
+        (member,) = await look([endpoint])
+        unsigned = (
+            f"the answer of the node '{place.node}' to `get_lab_state` is not authentic: the signature is wrong"
+        )
+        assert unsigned in member.why
+        relay.replace(b"stopped", b"stOpped", "emergency_stop")
+        try:
+            (outcome,) = await stop_all([endpoint], "anna", "smoke")
+            assert "to `emergency_stop` is not authentic: the signature is wrong" in outcome.error
+            relay.change = unchanged
+            (member,) = await look([endpoint])
+            assert member.state is not None
+            assert member.state.stopped is not None  # all the same
+        finally:
+            relay.change = unchanged
+            assert [each.error for each in await release_all([endpoint], "anna", "it was a test")] == [""]
+
+
+async def test_what_happens_to_robots_is_not_changed_on_the_way(places: dict[str, Place], lab: KeyedLab) -> None:
+    async with between(lab, places["open"]) as (relay, endpoint):
+        lost: list[Exception] = []
+        reports: list[Report] = []
+        async with connect_robots(endpoint, "a run", robots=("second",)) as node:
+            await node.start_run(lambda _name, _arguments: None, lost.append)
+            await node.drive("second", 0.0, 0.0, 0.05, reports.append)
+            with anyio.fail_after(DEADLINE):
+                while not reports:
+                    await anyio.sleep(0.01)
+            relay.replace(b"succeeded", b"SUCCEEDED", "hold_robots")
+            await node.drive("second", 0.0, 0.0, 0.05, reports.append)
+            with anyio.fail_after(DEADLINE):
+                while not lost:
+                    await anyio.sleep(0.01)
+        assert "to `hold_robots` is not authentic: the signature is wrong" in str(lost[0])
+        assert len(reports) == 1
+
+
+async def test_the_time_of_a_simulator_is_not_changed_on_the_way(places: dict[str, Place], lab: KeyedLab) -> None:
+    options = SimulatorOptions(None, 1, ModelPath())
+    async with (
+        between(lab, places["listens"]) as (relay, endpoint),
+        connect_simulator(endpoint, options) as node,
+    ):
+        assert await node.advance(0.1) == pytest.approx(0.1)
+        kept: list[Answer] = []
+
+        def keep(verb: str, answers: list[Answer]) -> list[Answer]:
+            kept.extend(answers if verb == wire.ADVANCE.name else ())
+            return answers
+
+        relay.change = keep
+        await node.advance(0.2)
+        relay.change = lambda verb, answers: kept if verb == wire.ADVANCE.name else answers
+        with pytest.raises(BackendLost, match="to `advance` is not authentic: the signature is wrong"):
+            await node.advance(0.3)

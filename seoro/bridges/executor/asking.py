@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import anyio
 
 from seoro.bridges.executor.messages import UNAVAILABLE
-from seoro.bridges.seals import Peer, Seals
-from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError, asking_for_parts
+from seoro.bridges.seals import Peer, Prepared, Seals
+from seoro.bridges.session import (
+    AsyncSession,
+    NoAnswer,
+    NoServer,
+    NotAuthentic,
+    Refused,
+    SessionError,
+    asking_for_parts,
+)
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.limits import Limits
 from seoro.bridges.wire.message import A, M, Message, Q, Verb, WireError, decode, encode
@@ -73,12 +81,14 @@ class Executor:
 
         Raises:
             BackendRefused: It said no, or the keys are not for that.
-            ExecutorLost: It has not answered for as long as it is waited for.
+            ExecutorLost: It has not answered for as long as it is waited for, or another has answered for it.
         """
         began, pause, is_silent = time.monotonic(), FIRST_PAUSE, False
         while True:
             try:
                 answer = await self._ask_once(verb, request, wait)
+            except NotAuthentic as error:
+                raise ExecutorLost(str(error)) from None
             except (SessionError, Unavailable) as error:
                 if time.monotonic() - began > self.patience:
                     raise ExecutorLost(self._lost(error)) from None
@@ -106,16 +116,20 @@ class Executor:
         Raises:
             Unavailable: There is no answer, or no more of it.
             BackendRefused: It said no.
+            ExecutorLost: Another has answered for it, or the answer was changed.
         """
         key = executor_command(NAMESPACE, self.name, verb.name)
         payload = encode(request)
         try:
-            seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
-            async with asking_for_parts(self._session, key, payload, wait + TIMEOUT, seal) as parts:
+            asked = await self._prepared(verb.name, key, payload)
+            within = wait + TIMEOUT
+            async with asking_for_parts(self._session, key, payload, within, asked.beside, asked.check) as parts:
                 async for is_part, said in parts:
                     yield self._decoded(part if is_part else verb.answer, said, verb.answers)
         except Refused as refused:
             raise self._refusal(refused) from None
+        except NotAuthentic as error:
+            raise ExecutorLost(str(error)) from None
         except SessionError as error:
             raise Unavailable(str(error)) from None
 
@@ -131,12 +145,17 @@ class Executor:
     async def _ask_once(self, verb: Verb[Q, A], request: Q, wait: float) -> A:
         key = executor_command(NAMESPACE, self.name, verb.name)
         payload = encode(request)
-        seal = None if self._seals is None else await self._seals.seal(verb.name, key, payload)
+        asked = await self._prepared(verb.name, key, payload)
         try:
-            answer = await self._session.query(key, payload, wait + TIMEOUT, seal, is_urgent=verb.is_urgent)
+            answer = await self._session.query(
+                key, payload, wait + TIMEOUT, asked.beside, check=asked.check, is_urgent=verb.is_urgent
+            )
             return self._decoded(verb.answer, answer, verb.answers)
         except Refused as refused:
             raise self._refusal(refused) from None
+
+    async def _prepared(self, verb: str, key: str, payload: bytes) -> Prepared:
+        return Prepared() if self._seals is None else await self._seals.prepare(verb, key, payload, None)
 
     def _decoded(self, kind: type[M], answer: bytes, limits: Limits) -> M:
         try:

@@ -19,6 +19,7 @@ from pydantic import ConfigDict, Field
 from seoro.bridges.wire.limits import BYTES, KIBIBYTE, MAX_MESSAGE, MEBIBYTE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.proving import CHALLENGE, CLAIM
+from seoro.bridges.wire.proving import UNAVAILABLE as UNAVAILABLE  # noqa: PLC0414 - for those who import it from here
 
 MINOR = 3  # of what is said here; grows with what is added
 PRIORITIES = 1  # the minor version from which on there are priorities
@@ -34,7 +35,6 @@ MAX_BUNDLE = 1 << 30  # [bytes] of all its files
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
 LACKING = 104  # the code of a refusal: blobs of the bundle are not there, and have to be sent
-UNAVAILABLE = 101  # the code of a refusal: whoever asks again later will have an answer
 HIGHEST_PRIORITY = 100  # and the lowest, below 0
 WINDOW = 256 << 10  # [bytes] of a trace that are sent to one who asks once: a link has room for them
 LONGEST_DRY_RUN = 90.0  # [s]
@@ -218,6 +218,7 @@ class RunInfo(Said):
     priority: int = 0
     place: int | None = None  # in the queue, from 1 on; None if it does not wait, or for something else
     waits: str = ""  # for robots: which, and who has them
+    trace: str = ""  # SHA-256 of its whole trace, of a run that is over; empty if that is unknown
 
 
 class Runs(Said):

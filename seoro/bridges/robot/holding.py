@@ -68,11 +68,9 @@ class HoldingRequests(Requests):
             self._tell(await self._ask_once(wire.HoldRobots(holder=self._holder.holder, since=self._number)))
 
     async def _ask_once(self, request: wire.HoldRobots) -> wire.Happenings:
-        address = self._address
-        key = wire.node_command(address.namespace, address.node, wire.HOLD_ROBOTS.name)
-        sender = wire.sender(self._holder.holder)
-        payload = await address.session.query(key, wire.encode(request), request.wait + ANSWER, sender)
-        return wire.HOLD_ROBOTS.read_answer(payload)
+        verb, within = wire.HOLD_ROBOTS, request.wait + ANSWER
+        answer = await self._address.query(verb, wire.encode(request), within, self._holder.holder)
+        return verb.read_answer(answer)
 
     def _tell(self, told: wire.Happenings) -> None:
         news = [happening for happening in told.happenings if happening.number > self._number]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.door import Door
 from seoro.bridges.ledger import Asked, take
-from seoro.bridges.session import Request
+from seoro.bridges.session import Attestor, Request
 from seoro.bridges.wire.holding import sender_of
 from seoro.bridges.wire.message import WireError
 from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE, Proof, has_seal, is_open, is_sealed
@@ -41,6 +41,11 @@ class NodeGate:
     def lock(self) -> Lock | None:
         """The keys of the node; None if it has none."""
         return self._lock
+
+    @property
+    def attestor(self) -> Attestor | None:
+        """Makes the answers of a node with keys authentic."""
+        return None if self._lock is None else self._lock.answers
 
     @contextmanager
     def admitted(self, request: Request, holds: Callable[[str], bool]) -> Iterator[str]:

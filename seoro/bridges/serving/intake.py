@@ -16,7 +16,7 @@ from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.limits import SMALL
 from seoro.bridges.wire.message import Verb, encode
 from seoro.bridges.wire.proving import has_seal
-from seoro.bridges.wire.results import Refusal, Result
+from seoro.bridges.wire.results import LabResult, Refusal, Result
 
 MOST: Final = 1024  # requests without an answer
 MOST_OF_ONE: Final = 64  # of those, with the same name beside them
@@ -40,7 +40,7 @@ class CountedIntake:
         self,
         verbs: Iterable[Verb[Any, Any]],
         called: str,
-        busy: int = Result.OPERATION_FAILED,
+        busy: int = LabResult.UNAVAILABLE,
         waiting: Mapping[str, int] | None = None,
         stop: Callable[[Request], None] | None = None,
     ) -> None:

@@ -93,11 +93,12 @@ async def _served(
     """Be the node at a session; `boot` tells this start of it from the next."""
     busy = wire.encode(wire.Refusal(code=wire.LabResult.UNAVAILABLE, message="the node is busy: ask again later"))
     intake = CountedIntake(server.verbs, "node", stop=stops.take)
+    key = wire.node_command(wire.NAMESPACE, name, "*")
     server.watchdog.lose_sight()
     async with (
         session.tokens(wire.holder_tokens(wire.NAMESPACE)) as tokens,
         hearing_stops(stops, door, session),
-        session.answering(wire.node_command(wire.NAMESPACE, name, "*"), WAITING, busy, intake) as requests,
+        session.answering(key, WAITING, busy, intake, server.gate.attestor) as requests,
         session.token(wire.node_token(wire.NAMESPACE, name, boot)),
         background() as duties,
     ):

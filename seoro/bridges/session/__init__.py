@@ -7,10 +7,10 @@ event loop; `declaring.py` sees to it that what was declared is undeclared. `sec
 Zenoh. No other package imports zenoh.
 """
 
-from seoro.bridges.session.asynchronous import AsyncSession, Reply, open_session
+from seoro.bridges.session.asynchronous import Answer, AsyncSession, Check, Reply, form_of, open_session
 from seoro.bridges.session.core import Session
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
-from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
 from seoro.bridges.session.mailbox import Bound, Mailbox
 from seoro.bridges.session.parts import asking_for_parts
 from seoro.bridges.session.publications import (
@@ -21,17 +21,22 @@ from seoro.bridges.session.publications import (
     publishing,
     subscribing,
 )
-from seoro.bridges.session.requests import Intake, Request
+from seoro.bridges.session.requests import Attestor, Form, Intake, Request
 from seoro.bridges.session.security import Security
 
 __all__ = [
+    "Answer",
     "AsyncSession",
+    "Attestor",
     "Bound",
+    "Check",
+    "Form",
     "Intake",
     "InvalidEndpoint",
     "Mailbox",
     "NoAnswer",
     "NoServer",
+    "NotAuthentic",
     "Publisher",
     "Refused",
     "Reply",
@@ -43,6 +48,7 @@ __all__ = [
     "asking_for_parts",
     "declare_publisher",
     "declare_subscriber",
+    "form_of",
     "is_endpoint",
     "is_local",
     "is_secured",

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from typing import Final, NamedTuple, TypeAlias
 
 import anyio.to_thread
 import zenoh
@@ -14,34 +15,77 @@ from zenoh.handlers import Callback
 
 from seoro.bridges.session.core import EVERYTHING, LARGEST, Session
 from seoro.bridges.session.declaring import declared
-from seoro.bridges.session.errors import NoAnswer, NoServer, Refused
+from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.requests import Intake, Request
+from seoro.bridges.session.requests import PART, Attestor, Form, Intake, Request
 from seoro.bridges.session.security import Security
 
+_TIMEOUT: Final = b"Timeout"  # Zenoh's own words for a query that was not answered in time
 TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
+
+
+class Answer(NamedTuple):
+    """An answer as it arrived.
+
+    Attributes:
+        is_ok: Whether it is no error of Zenoh's.
+        payload: What it says.
+        beside: What came beside it.
+    """
+
+    is_ok: bool
+    payload: bytes
+    beside: bytes = b""
+
+
+Check: TypeAlias = Callable[[Answer], Form]
+"""Returns the form of an answer, or raises `NotAuthentic`."""
+
+
+def form_of(answer: Answer) -> Form:
+    """Form of an answer that need not be authentic."""
+    if not answer.is_ok:
+        return Form.REFUSAL
+    return Form.PART if answer.beside == PART else Form.ANSWER
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What came back for one request: (ok, payload) of every answer."""
+    """What came back for one request."""
 
-    answers: tuple[tuple[bool, bytes], ...]
+    answers: tuple[Answer, ...]
 
-    def value(self, key: str) -> bytes:
-        """The one answer.
+    def value(self, key: str, check: Check = form_of) -> bytes:
+        """The one answer: the last, or the last one that is authentic.
 
         Raises:
-            NoServer, NoAnswer, Refused: There is none.
+            NoServer, NoAnswer, Refused, NotAuthentic: There is none.
         """
-        if not self.answers:
-            raise NoServer(f"nobody serves {key}")
-        ok, payload = self.answers[-1]
-        if ok:
-            return payload
-        if payload == b"Timeout":  # Zenoh's own words for a query that was not answered in time
-            raise NoAnswer(f"no answer from {key} in time")
-        raise Refused(payload)
+        return self.formed(key, check)[1]
+
+    def formed(self, key: str, check: Check = form_of) -> tuple[Form, bytes]:
+        """The same with its form."""
+        doubt: NotAuthentic | None = None
+        for answer in reversed(self.answers):
+            if not answer.is_ok and answer.payload == _TIMEOUT:
+                raise NoAnswer(f"no answer from {key} in time")
+            try:
+                form = check(answer)
+            except NotAuthentic as error:
+                doubt = error
+                continue
+            if form is Form.REFUSAL:
+                raise Refused(answer.payload)
+            return form, answer.payload
+        raise doubt or NoServer(f"nobody serves {key}")
+
+
+def arrived(reply: zenoh.Reply) -> Answer | None:
+    """Copy what has arrived, on a thread of Zenoh's."""
+    if reply.ok is not None:
+        beside = reply.ok.attachment
+        return Answer(True, reply.ok.payload.to_bytes(), b"" if beside is None else beside.to_bytes())
+    return None if reply.err is None else Answer(False, reply.err.payload.to_bytes())
 
 
 class AsyncSession:
@@ -72,7 +116,14 @@ class AsyncSession:
             cancel()
 
     async def query(
-        self, key: str, payload: bytes, timeout: float, attachment: bytes | None = None, *, is_urgent: bool = False
+        self,
+        key: str,
+        payload: bytes,
+        timeout: float,
+        attachment: bytes | None = None,
+        *,
+        check: Check = form_of,
+        is_urgent: bool = False,
     ) -> bytes:
         """Ask one server and wait for its answer.
 
@@ -81,12 +132,13 @@ class AsyncSession:
             payload: The request.
             timeout: [s] of the machine's clock.
             attachment: What travels beside the payload.
+            check: Checks that the answer is authentic.
             is_urgent: Whether it overtakes everything else on its way.
 
         Raises:
-            NoServer, NoAnswer, Refused: There is no answer, or an error.
+            NoServer, NoAnswer, Refused, NotAuthentic: There is no answer, or an error.
         """
-        return (await self._asked(key, payload, timeout, attachment, is_urgent=is_urgent)).value(key)
+        return (await self._asked(key, payload, timeout, attachment, is_urgent=is_urgent)).value(key, check)
 
     async def query_others(self, key: str, payload: bytes, timeout: float) -> tuple[bytes, ...]:
         """Ask all other sessions that serve a key; returns the answers that came in time.
@@ -97,7 +149,7 @@ class AsyncSession:
             timeout: [s] of the machine's clock.
         """
         reply = await self._asked(key, payload, timeout, None, to_others=True)
-        return tuple(answer for is_ok, answer in reply.answers if is_ok)
+        return tuple(answer.payload for answer in reply.answers if answer.is_ok)
 
     async def _asked(
         self,
@@ -111,13 +163,11 @@ class AsyncSession:
     ) -> Reply:
         loop = asyncio.get_running_loop()
         future: asyncio.Future[Reply] = loop.create_future()
-        answers: list[tuple[bool, bytes]] = []
+        answers: list[Answer] = []
 
         def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                answers.append((True, reply.ok.payload.to_bytes()))
-            elif reply.err is not None:
-                answers.append((False, reply.err.payload.to_bytes()))
+            if (answer := arrived(reply)) is not None:
+                answers.append(answer)
 
         def settle(reply: Reply) -> None:
             if not future.done():
@@ -182,7 +232,12 @@ class AsyncSession:
 
     @asynccontextmanager
     async def answering(
-        self, key: str, bound: Bound, busy: bytes, intake: Intake = EVERYTHING
+        self,
+        key: str,
+        bound: Bound,
+        busy: bytes,
+        intake: Intake = EVERYTHING,
+        attestor: Attestor | None = None,
     ) -> AsyncIterator[Mailbox[Request]]:
         """Serve a key for as long as the block lasts.
 
@@ -191,6 +246,7 @@ class AsyncSession:
             bound: How many requests wait.
             busy: The error answer to requests that find no room.
             intake: Decides which requests are accepted.
+            attestor: Makes answers authentic.
         """
         requests: Mailbox[Request] = Mailbox(bound)
 
@@ -198,7 +254,7 @@ class AsyncSession:
             return requests.put(request, request.size)
 
         try:
-            async with declared(partial(self._session.answer, key, take, busy, intake), _undeclare):
+            async with declared(partial(self._session.answer, key, take, busy, intake, attestor), _undeclare):
                 yield requests
         finally:  # what comes until it is undeclared finds no answer either
             requests.close()

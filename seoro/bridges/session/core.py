@@ -23,7 +23,7 @@ from zenoh.handlers import Callback
 from seoro.bridges.session.brokered import reached
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
-from seoro.bridges.session.requests import Everything, Intake, Refuser, Request, receiver
+from seoro.bridges.session.requests import Attestor, Everything, Intake, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
@@ -127,7 +127,14 @@ class Session:
         """Zenoh's own session, for the modules of this package."""
         return self._zenoh
 
-    def serve(self, key: str, busy: bytes, inbox: queue.SimpleQueue[Any], intake: Intake = EVERYTHING) -> None:
+    def serve(
+        self,
+        key: str,
+        busy: bytes,
+        inbox: queue.SimpleQueue[Any],
+        intake: Intake = EVERYTHING,
+        attestor: Attestor | None = None,
+    ) -> None:
         """Serve a key expression until the session closes.
 
         Args:
@@ -136,6 +143,7 @@ class Session:
             inbox: The queue of each `Request`, in the order in which they were sent. Others may put other things
                 into it. (It costs a round trip 0.1 ms less than a `Queue`.)
             intake: Decides which requests are accepted.
+            attestor: Makes answers authentic.
         """
 
         def take(request: Request) -> bool:
@@ -144,10 +152,16 @@ class Session:
             inbox.put(request)
             return True
 
-        self._queryables.append(self._declare_queryable(key, receiver(intake, self._refuser, take, busy)))
+        receive = receiver(intake, self._refuser, take, busy, attestor)
+        self._queryables.append(self._declare_queryable(key, receive))
 
     def answer(
-        self, key: str, take: Callable[[Request], bool | None], busy: bytes = b"", intake: Intake = EVERYTHING
+        self,
+        key: str,
+        take: Callable[[Request], bool | None],
+        busy: bytes = b"",
+        intake: Intake = EVERYTHING,
+        attestor: Attestor | None = None,
     ) -> Callable[[], None]:
         """Serve a key. Returns what ends it.
 
@@ -156,8 +170,9 @@ class Session:
             take: Gets requests on a thread of Zenoh's, must not wait, and returns False if there is no room.
             busy: The error answer then.
             intake: Decides which requests are accepted.
+            attestor: Makes answers authentic.
         """
-        queryable = self._declare_queryable(key, receiver(intake, self._refuser, take, busy))
+        queryable = self._declare_queryable(key, receiver(intake, self._refuser, take, busy, attestor))
         undeclare: Callable[[], None] = queryable.undeclare
         return undeclare
 

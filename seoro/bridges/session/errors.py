@@ -17,6 +17,10 @@ class NoAnswer(SessionError):
     """The server took longer than the timeout, or went away while it had the request."""
 
 
+class NotAuthentic(SessionError):
+    """Somebody else has answered, or an answer was changed on its way."""
+
+
 class Refused(SessionError):
     """The server answered with an error; `payload` is what it sent."""
 

@@ -5,23 +5,25 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
-from typing import TypeAlias
 
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.asynchronous import AsyncSession, Reply
+from seoro.bridges.session.asynchronous import AsyncSession, Check, Reply, arrived, form_of
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.requests import PART
+from seoro.bridges.session.requests import Form
 
 WAITING = Bound(1 << 14)  # parts that wait to be looked at; the last, which says that it is, is never lost
-
-_Answer: TypeAlias = tuple[bool, Reply]
 
 
 @asynccontextmanager
 async def asking_for_parts(
-    session: AsyncSession, key: str, payload: bytes, timeout: float, attachment: bytes | None = None
+    session: AsyncSession,
+    key: str,
+    payload: bytes,
+    timeout: float,
+    attachment: bytes | None = None,
+    check: Check = form_of,
 ) -> AsyncIterator[AsyncIterator[tuple[bool, bytes]]]:
     """Ask one server, and take what it answers as it comes. When the block ends, nobody waits for more.
 
@@ -33,22 +35,18 @@ async def asking_for_parts(
         payload: The request.
         timeout: [s] of the machine's clock, for the whole answer.
         attachment: What travels beside the payload.
+        check: Checks that parts and the answer are authentic.
 
     Yields whether it is a part, and what it says. After the answer there is nothing more; if there is none,
-    `NoServer`, `NoAnswer` or `Refused` is raised.
+    `NoServer`, `NoAnswer`, `Refused` or `NotAuthentic` is raised.
     """
-    answers: Mailbox[_Answer] = Mailbox(WAITING)
+    answers: Mailbox[Reply] = Mailbox(WAITING)
 
     def take(reply: zenoh.Reply) -> None:
-        if reply.ok is not None:
-            data, beside = reply.ok.payload.to_bytes(), reply.ok.attachment
-            is_part = beside is not None and beside.to_bytes() == PART
-            answers.put((is_part, Reply(((True, data),))), len(data))
-        elif reply.err is not None:
-            data = reply.err.payload.to_bytes()
-            answers.put((False, Reply(((False, data),))), len(data))
+        if (answer := arrived(reply)) is not None:
+            answers.put(Reply((answer,)), len(answer.payload))
 
-    over = partial(answers.put, (False, Reply(())), 0)
+    over = partial(answers.put, Reply(()), 0)
     cancel = session.blocking.get(
         key,
         payload,
@@ -58,13 +56,14 @@ async def asking_for_parts(
         zenoh.ConsolidationMode.NONE,  # each part as it comes
     )
     try:
-        yield _values(answers, key)
+        yield _values(answers, key, check)
     finally:
         cancel()
 
 
-async def _values(answers: Mailbox[_Answer], key: str) -> AsyncIterator[tuple[bool, bytes]]:
+async def _values(answers: Mailbox[Reply], key: str, check: Check) -> AsyncIterator[tuple[bool, bytes]]:
     is_part = True
     while is_part:
-        is_part, reply = await answers.take()
-        yield is_part, reply.value(key)
+        form, payload = (await answers.take()).formed(key, check)
+        is_part = form is Form.PART
+        yield is_part, payload

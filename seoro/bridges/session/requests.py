@@ -11,15 +11,37 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cached_property
-from typing import Any, Final, Protocol
+from itertools import count
+from typing import Any, Final, Protocol, TypeAlias
 
 import zenoh
 
-PART: Final = b"part"  # goes beside a part of an answer
+PART: Final = b"part"  # goes beside a part of an answer that need not be authentic
 MOST_REFUSALS: Final = 1024  # that wait to be sent; more are sent by the thread on which they arise
 MOST_BESIDE: Final = 8192  # [bytes] beside a request
 KEPT: Final = 1 << 20  # [bytes] of a request that may wait for its refusal to be sent
+
+
+class Form(IntEnum):
+    """Forms of answers."""
+
+    ANSWER = 0  # the only one, or the last
+    PART = 1  # another one comes
+    REFUSAL = 2
+
+
+Attest: TypeAlias = Callable[[bytes, int, int, bytes], bytes]
+"""Returns what makes an answer authentic, from the request, the form of the answer, its number, and the answer."""
+
+
+class Attestor(Protocol):
+    """Makes answers authentic; from any thread."""
+
+    def open(self, key: str, beside: bytes) -> tuple[bytes, Attest | None]:
+        """Split what is beside a request: return the rest of it, and what attests answers, if that is wanted."""
+        ...
 
 
 class Intake(Protocol):
@@ -74,6 +96,8 @@ class Request:
     attachment: bytes
     _query: Any = field(repr=False)
     _end: Callable[[str, int, bytes], None] = field(repr=False)
+    _attest: Attest | None = field(default=None, repr=False)
+    _numbers: count[int] = field(default_factory=count, repr=False)
 
     @cached_property
     def payload(self) -> bytes:
@@ -81,16 +105,21 @@ class Request:
         return _bytes(self._query.payload)
 
     def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
-        """Answer."""
+        """Answer.
+
+        Args:
+            payload: The answer.
+            attachment: What travels beside an answer that need not be authentic.
+        """
         try:
             with self._query:
-                self._query.reply(self.key, payload, attachment=attachment)
+                self._reply(Form.ANSWER, payload, attachment)
         finally:
             self._end(self.key, self.size, self.attachment)
 
     def reply_part(self, payload: bytes) -> None:
         """Answer in part, before the answer itself; only to those who ask for parts."""
-        self._query.reply(self.key, payload, attachment=PART)
+        self._reply(Form.PART, payload, PART)
 
     def drop(self) -> None:
         """Answer nothing: nobody serves the key any more, as whoever asks is told."""
@@ -104,9 +133,17 @@ class Request:
         """Answer with an error."""
         try:
             with self._query:
-                self._query.reply_err(payload)
+                if self._attest is None:
+                    self._query.reply_err(payload)
+                else:  # nothing travels beside errors
+                    self._reply(Form.REFUSAL, payload, None)
         finally:
             self._end(self.key, self.size, self.attachment)
+
+    def _reply(self, form: Form, payload: bytes, beside: bytes | None) -> None:
+        if self._attest is not None:
+            beside = self._attest(self.payload, form, next(self._numbers), payload)
+        self._query.reply(self.key, payload, attachment=beside)
 
 
 class Refuser:
@@ -144,7 +181,11 @@ class Refuser:
 
 
 def receiver(
-    intake: Intake, refuser: Refuser, take: Callable[[Request], bool | None], busy: bytes
+    intake: Intake,
+    refuser: Refuser,
+    take: Callable[[Request], bool | None],
+    busy: bytes,
+    attestor: Attestor | None = None,
 ) -> Callable[[Any], None]:
     """Make what Zenoh calls with each query.
 
@@ -153,16 +194,20 @@ def receiver(
         refuser: Refuses the others.
         take: Takes a request; False if there is no room for it.
         busy: The error answer then.
+        attestor: Makes answers authentic, except refusals of requests that are not accepted.
     """
 
     def receive(query: zenoh.Query) -> None:
         key, size = str(query.key_expr), 0 if query.payload is None else len(query.payload)
         attachment = query.attachment
         beside = b"" if attachment is None or len(attachment) > MOST_BESIDE else attachment.to_bytes()
+        attest = None
+        if attestor is not None:
+            beside, attest = attestor.open(key, beside)
         if refusal := intake.admit(key, size, beside):
             refuser.refuse(query, size, refusal)
             return
-        request = Request(key, size, beside, query, intake.end)
+        request = Request(key, size, beside, query, intake.end, attest)
         if not intake.divert(request) and take(request) is False:
             intake.end(key, size, beside)
             refuser.refuse(query, size, busy)

@@ -10,9 +10,9 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.share import own_id
-from seoro.bridges.seals import Seals
-from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.wire.proving import DENIED, STALE, is_open, is_sealed
+from seoro.bridges.seals import Prepared, Seals
+from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
+from seoro.bridges.wire.proving import STALE, is_open, is_sealed
 from seoro.bridges.wire.refusal import said_in
 from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, InvalidUse
 from seoro.runtime.contracts import GoalStatus, Lost, Report, Reporter
@@ -47,27 +47,39 @@ class NodeAddress:
             return
         try:
             await self.seals.prove()
-        except BackendRefused as error:
-            if error.code != DENIED:  # it is busy
-                raise BackendLost(
-                    f"the {self.called} node '{self.node}' does not prove who it is: {error}"
-                ) from None
+        except NotAuthentic as error:
             raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
         except SessionError as error:
             raise BackendUnreachable(
                 f"the {self.called} node '{self.node}' does not prove who it is: {error}"
             ) from error
 
-    async def beside(self, verb: str, key: str, payload: bytes) -> bytes | None:
-        """What goes beside a request: a seal where one is needed, else the name of who asks.
+    async def query(
+        self, verb: wire.Verb[wire.Q, wire.A], payload: bytes, timeout: float, sender: str | None = None
+    ) -> bytes:
+        """Ask once; beside the request goes a seal if one is needed, else the name of who asks.
+
+        Args:
+            verb: What is asked for.
+            payload: The request.
+            timeout: [s]
+            sender: Who asks, if it is not `sender` of the address.
 
         Raises:
-            BackendRefused: The keys here may not ask for that, or the node is not who it says.
-            SessionError: It does not answer.
+            BackendRefused: The keys here may not ask for that.
+            SessionError: There is no answer, or it is not authentic.
         """
-        if self.seals is not None and (is_sealed(verb) or not (self.sender or is_open(verb))):
-            return await self.seals.seal(verb, key, payload)
-        return wire.sender(self.sender) if self.sender else None
+        key = wire.node_command(self.namespace, self.node, verb.name)
+        who = sender or self.sender
+        beside = wire.sender(who) if who else b""
+        if self.seals is None:
+            prepared = Prepared(beside or None)
+        else:
+            needs_seal = is_sealed(verb.name) or not (who or is_open(verb.name))
+            prepared = await self.seals.prepare(verb.name, key, payload, None if needs_seal else beside)
+        return await self.session.query(
+            key, payload, timeout, prepared.beside, check=prepared.check, is_urgent=verb.is_urgent
+        )
 
 
 class Requests:
@@ -154,16 +166,15 @@ async def ask(
         BackendLost: It does not obey this client any more, or what it answers is no valid message.
         BackendUnreachable: It is gone, is busy, or does not answer.
     """
-    key = wire.node_command(address.namespace, address.node, verb.name)
     called = f"the {address.called} node '{address.node}'"
     try:
         try:
-            answer = await _ask_once(address, key, verb, request, timeout)
+            answer = await _ask_once(address, verb, request, timeout)
         except Refused as refused:
             if address.seals is None or said_in(refused.payload).code != STALE:
                 raise
             address.seals.forget()
-            answer = await _ask_once(address, key, verb, request, timeout)
+            answer = await _ask_once(address, verb, request, timeout)
         return verb.read_answer(answer)
     except Refused as refused:
         raise refusal_of(refused) from None
@@ -171,6 +182,8 @@ async def ask(
         raise BackendUnreachable(f"{called} is gone") from None
     except NoAnswer:
         raise BackendUnreachable(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
+    except NotAuthentic as error:
+        raise BackendLost(str(error)) from None
     except SessionError as error:
         raise BackendUnreachable(f"{called} cannot be asked: {error}") from error
     except wire.WireError as error:
@@ -178,14 +191,13 @@ async def ask(
 
 
 async def _ask_once(
-    address: NodeAddress, key: str, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float
+    address: NodeAddress, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float
 ) -> bytes:
     try:
         payload = verb.pack(request)
     except wire.LimitExceeded as error:
         raise BackendRefused(str(error), wire.Result.OPERATION_FAILED) from None
-    beside = await address.beside(verb.name, key, payload)
-    return await address.session.query(key, payload, timeout, beside, is_urgent=verb.is_urgent)
+    return await address.query(verb, payload, timeout)
 
 
 def _ignore_request(request: wire.Message) -> None:

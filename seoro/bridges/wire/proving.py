@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field
 from seoro.bridges.wire.limits import KIBIBYTE, SMALL, Limits
 from seoro.bridges.wire.message import Message, Verb
 
+UNAVAILABLE: Final = 101  # the code of a refusal by an executor: whoever asks again later will have an answer
 DENIED: Final = 102  # the code of a refusal: the keys of who asks, or their role, do not allow it
 STALE: Final = 103  # the code of a refusal: what was sealed has to be sealed anew, after a challenge
 
@@ -35,6 +36,7 @@ class Proof(Message):
     signature: bytes
     boot: str  # which start of it this is
     now: int  # [ns] since 1970, by its clock
+    exchange: bytes = b""  # public key of this start, for authentic answers (`seoro.keys.answers`)
 
 
 class Claim(Message):

@@ -1,0 +1,124 @@
+"""A router in wrong hands, for tests: it passes requests on, and does to the answers what a test says."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import anyio
+import zenoh
+from anyio.abc import TaskGroup, TaskStatus
+from zenoh.handlers import Callback
+
+from seoro.background import background
+from seoro.bridges.session import Answer, AsyncSession, Bound, Mailbox, Request, Security, open_session
+
+TIMEOUT = 20.0  # [s]
+KEYS = "seoro/1/default/*/*/cmd/*"
+
+Change = Callable[[str, list[Answer]], list[Answer]]
+"""Changes the answers to a request for a verb."""
+
+
+def unchanged(_verb: str, answers: list[Answer]) -> list[Answer]:
+    """Pass answers on as they are."""
+    return answers
+
+
+@dataclass
+class Relay:
+    """What is between clients and the endpoint of an executor or a node. Made by `relaying`."""
+
+    change: Change = unchanged
+
+    def replace(self, old: bytes, new: bytes, *verbs: str) -> None:
+        """Change what answers say, to some verbs or to all."""
+
+        def change(verb: str, answers: list[Answer]) -> list[Answer]:
+            if verbs and verb not in verbs:
+                return answers
+            return [each._replace(payload=each.payload.replace(old, new)) for each in answers]
+
+        self.change = change
+
+    def refuse(self, payload: bytes) -> None:
+        """Refuse everything, without a signature."""
+        self.change = lambda _verb, _answers: [Answer(False, payload)]
+
+    async def serve(self, requests: Mailbox[Request], back: AsyncSession, tasks: TaskGroup) -> None:
+        """Pass requests on."""
+        async for request in requests:
+            tasks.start_soon(self._pass_on, request, back)
+
+    async def _pass_on(self, request: Request, back: AsyncSession) -> None:
+        answers = await _asked(back, request)
+        with request._query:
+            for answer in self.change(request.key.rpartition("/")[2], answers):
+                if answer.is_ok:
+                    request._query.reply(request.key, answer.payload, attachment=answer.beside or None)
+                else:
+                    request._query.reply_err(answer.payload)
+
+
+async def _asked(back: AsyncSession, request: Request) -> list[Answer]:
+    """All that is answered to a request, in parts and as a whole."""
+    answers: Mailbox[Answer | None] = Mailbox(Bound(1 << 14))
+
+    def take(reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            beside = reply.ok.attachment
+            said = Answer(True, reply.ok.payload.to_bytes(), b"" if beside is None else beside.to_bytes())
+            answers.put(said, 1)
+        elif reply.err is not None:
+            answers.put(Answer(False, reply.err.payload.to_bytes()), 1)
+
+    over = Answer(False, b"over")
+    callback = Callback(take, drop=lambda: answers.put(over, 1) and None, indirect=False)
+    consolidation = zenoh.ConsolidationMode.NONE
+    back.blocking.get(request.key, request.payload, TIMEOUT, callback, request.attachment or None, consolidation)
+    found: list[Answer] = []
+    while (answer := await answers.take()) is not None and answer is not over:
+        found.append(answer)
+    return found
+
+
+@asynccontextmanager
+async def relaying(
+    endpoint: str,
+    reached: str,
+    keys: tuple[Security | None, Security | None] = (None, None),
+) -> AsyncIterator[Relay]:
+    """Be between clients and an endpoint for as long as the block lasts.
+
+    Args:
+        endpoint: Where clients connect to.
+        reached: What is behind it.
+        keys: Of the session at the former, and of that at the latter.
+    """
+    relay = Relay()
+    async with (
+        open_session(listen=endpoint, security=keys[0]) as front,
+        open_session(connect=reached, security=keys[1]) as back,
+        front.answering(KEYS, Bound(100), b"busy") as requests,
+        front.token_changes("seoro/1/default/alive/holder/*") as changes,
+        background() as tasks,
+    ):
+        for token in await back.list_tokens("seoro/1/default/alive/**", TIMEOUT):
+            await tasks.start(_live, front, token)
+        tasks.start_soon(_follow, changes, back, tasks)
+        tasks.start_soon(relay.serve, requests, back, tasks)
+        yield relay
+
+
+async def _live(session: AsyncSession, token: str, *, task_status: TaskStatus[None]) -> None:
+    async with session.token(token):
+        task_status.started()
+        await anyio.sleep_forever()
+
+
+async def _follow(changes: Mailbox[tuple[str, bool]], back: AsyncSession, tasks: TaskGroup) -> None:
+    """Show at the other end who holds robots."""
+    async for token, is_alive in changes:
+        if is_alive:
+            await tasks.start(_live, back, token)
