@@ -9,6 +9,9 @@ there are keys, names the operator. The exit status is 1 if something does not h
     --tries N         of each attack at each target (default 100)
     --targets A,B     executor, keyed-executor, keyed-simulator, bridge (default all)
     --attacks A,B     refused, bomb, largest, waiting (default all)
+    --cells A:B,...   attacks at targets, such as bridge:waiting; instead of --targets and --attacks
+    --results FILE    a line of JSON for each try; tries that are there already are not made again, so that an
+                      interrupted measurement goes on where it was
 """
 
 from __future__ import annotations
@@ -24,9 +27,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -191,11 +194,21 @@ class Attacker:
 
 @dataclass(frozen=True)
 class Try:
-    """A stop during an attack: after what time it took effect, and was acknowledged [s]; and an error, if any."""
+    """A stop during an attack.
+
+    Attributes:
+        effect: After what time it took effect [s].
+        answer: After what time it was acknowledged [s].
+        error: Why it was not; empty if it was.
+        grown: Memory that the target has had more than before the first try [MB].
+        is_named: Whether the log names the operator, where there is a log.
+    """
 
     effect: float
     answer: float
     error: str
+    grown: float = 0.0
+    is_named: bool = True
 
     @property
     def holds(self) -> bool:
@@ -340,35 +353,65 @@ def _bridge(folder: Path, stack: ExitStack) -> Target:
 # ---------------------------------------------------------------- the whole
 
 
-def measure(target: Target, kind: str, tries: int, seed: int) -> list[str]:
-    """Attack a target in one way; returns what does not hold."""
-    attacker, random_ = Attacker(kind, target), random.Random(seed)
-    named_before = 0 if target.audit is None else named_in(target.audit)
+class Results:
+    """The tries that were made, by target and attack, and their file.
+
+    Args:
+        file: Where they are kept; None for nowhere.
+    """
+
+    def __init__(self, file: Path | None) -> None:
+        self._file = file
+        self.tries: dict[tuple[str, str], list[Try]] = {}
+        for line in file.read_text().splitlines() if file is not None and file.exists() else ():
+            entry = json.loads(line)
+            cell = (entry.pop("target"), entry.pop("attack"))
+            self.tries.setdefault(cell, []).append(Try(**entry))
+
+    def add(self, cell: tuple[str, str], made: Try) -> None:
+        """Keep a try."""
+        self.tries.setdefault(cell, []).append(made)
+        if self._file is not None:
+            with self._file.open("a") as file:
+                file.write(json.dumps({"target": cell[0], "attack": cell[1], **asdict(made)}) + "\n")
+
+
+def measure(target: Target, cell: tuple[str, str], tries: int, random_: random.Random, results: Results) -> None:
+    """Attack a target in one way until there are as many tries as wanted."""
+    attacker = Attacker(cell[1], target)
     before = {}
     for process in processes_of(target.process):
         forget_peak(process)
         before[process] = peak(process)
     try:
-        found = [anyio.run(stop_during, target, attacker, random_) for _ in range(tries)]
+        while len(results.tries.get(cell, ())) < tries:
+            named = 0 if target.audit is None else named_in(target.audit)
+            made = anyio.run(stop_during, target, attacker, random_)
+            grown = max(peak(process) - most for process, most in before.items())
+            is_named = target.audit is None or named_in(target.audit) > named
+            results.add(cell, replace(made, grown=grown, is_named=is_named))
     finally:
         attacker.close()
-    grown = max(peak(process) - most for process, most in before.items())
+
+
+def judge(cell: tuple[str, str], found: Sequence[Try]) -> list[str]:
+    """Print what was measured; returns what does not hold."""
+    name, grown = ":".join(cell), max(each.grown for each in found)
     late = [each for each in found if not each.holds]
     effects = [each.effect * 1e3 for each in found]
     answers = [each.answer * 1e3 for each in found]
     print(
-        f"{kind}: {tries - len(late)} of {tries} held; effect {statistics.median(effects):.0f} ms, at most "
+        f"{name}: {len(found) - len(late)} of {len(found)} held; "
+        f"effect {statistics.median(effects):.0f} ms, at most "
         f"{max(effects):.0f} ms; answer {statistics.median(answers):.0f} ms, at most {max(answers):.0f} ms; "
         f"memory +{grown:.0f} MB",
         flush=True,
     )
-    wrong = [f"{kind}: effect after {each.effect:.2f} s; {each.error[:SHOWN]}" for each in late]
+    wrong = [f"{name}: effect after {each.effect:.2f} s; {each.error[:SHOWN]}" for each in late]
     if grown > GROWTH:
-        wrong.append(f"{kind}: memory has grown by {grown:.0f} MB")
-    if target.audit is not None:
-        named = named_in(target.audit) - named_before
-        if named < tries:
-            wrong.append(f"{kind}: the log names the operator {named} times for {tries} stops")
+        wrong.append(f"{name}: memory has grown by {grown:.0f} MB")
+    if unnamed := sum(not each.is_named for each in found):
+        wrong.append(f"{name}: the log does not name the operator of {unnamed} stops")
     return wrong
 
 
@@ -388,18 +431,33 @@ def main() -> int:
     parser.add_argument("--tries", type=int, default=100)
     parser.add_argument("--targets", default="executor,keyed-executor,keyed-simulator,bridge")
     parser.add_argument("--attacks", default=",".join(ATTACKS))
+    parser.add_argument("--cells", default="")
+    parser.add_argument("--results", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    cells = [(name, kind) for name in options.targets.split(",") for kind in options.attacks.split(",")]
+    if options.cells:
+        cells = [(name, kind) for name, kind in (each.split(":") for each in options.cells.split(","))]
+    results, random_ = Results(options.results), random.Random(options.seed)
     wrong: list[str] = []
-    for name in options.targets.split(","):
-        with tempfile.TemporaryDirectory() as folder, target_of(name, Path(folder)) as target:
-            print(f"-- {name}", flush=True)
-            anyio.run(stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR))
-            anyio.run(_release, target)
-            for kind in options.attacks.split(","):
-                wrong += [f"{name}: {each}" for each in measure(target, kind, options.tries, options.seed)]
+    for name in dict.fromkeys(name for name, _ in cells):
+        kinds = [kind for target, kind in cells if target == name]
+        missing = [kind for kind in kinds if len(results.tries.get((name, kind), ())) < options.tries]
+        if missing:
+            measure_all(name, missing, options.tries, random_, results)
+        for kind in kinds:
+            wrong += judge((name, kind), results.tries[name, kind])
     print("\n".join(wrong) or "all hold")
     return 1 if wrong else 0
+
+
+def measure_all(name: str, kinds: Sequence[str], tries: int, random_: random.Random, results: Results) -> None:
+    """Start a target, and attack it in some ways."""
+    with tempfile.TemporaryDirectory() as folder, target_of(name, Path(folder)) as target:
+        anyio.run(stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR))
+        anyio.run(_release, target)
+        for kind in kinds:
+            measure(target, (name, kind), tries, random_, results)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from seoro.bridges import wire
-from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.leasing.latch import Latch, named_here
 from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, lapse, silence
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.wire import Result, SimulationState
@@ -23,19 +23,18 @@ from sim_nodes.robots.robot import Robot
 from sim_nodes.simulator import Simulator
 
 READING = "get_"  # begins what changes nothing
+# What lets time pass in grants, which robots that nobody has stopped may need.
+PASSING = frozenset(verb.name for verb in (wire.STEP_SIMULATION, wire.ADVANCE, wire.REWIND))
 # What is about the world and its clock, and so about all robots.
-OF_ALL = frozenset(
+OF_ALL = PASSING | frozenset(
     verb.name
     for verb in (
         wire.LOAD_WORLD,
         wire.CHANGE_WORLD,
         wire.UNLOAD_WORLD,
         wire.SET_SIMULATION_STATE,
-        wire.STEP_SIMULATION,
         wire.RESET_SIMULATION,
         wire.RESTORE_STATE,
-        wire.ADVANCE,
-        wire.REWIND,
     )
 )
 RELEASED = "an emergency stop, which was released at once"
@@ -60,8 +59,7 @@ class Leasing:
         self._simulator = simulator
         self.latch = Latch(stop_file)
         self._leases = Leases(lambda: self._robots)
-        if self.latch.reason:  # robots may go on with what a snapshot says
-            self._stop(self._robots, self.latch.reason)
+        self.stop_robots(self._robots if self.latch.reason else self.latch.robots)  # a snapshot may have goals
         verbs: dict[wire.Verb[Any, Any], Carry] = {
             wire.GET_ROBOT_FEATURES: self._features,
             wire.TAKE_ROBOTS: self._take,
@@ -97,7 +95,7 @@ class Leasing:
             RequestRefused: Another has what it is about, or an emergency stop holds.
         """
         if verb in OF_ALL:
-            self.latch.check()
+            self.latch.check(*self._stopped_by(sender, verb, request))
             self._leases.check_all(sender)
             return request
         if verb.startswith(READING) or verb in HARMLESS:
@@ -110,9 +108,20 @@ class Leasing:
             robot = getattr(request, "name", "")
         if robot and robot in self._robots:
             if verb not in STILL:
-                self.latch.check()
+                self.latch.check(robot)
             self._leases.check(sender, robot, has_to_hold=False)
         return request
+
+    def _stopped_by(self, sender: str, verb: str, request: wire.Message) -> tuple[str, ...]:
+        """The robots whose stops keep a client from what is about all.
+
+        Time passes also while a robot is stopped, unless the client holds it. Nothing puts that robot elsewhere.
+        """
+        is_state = isinstance(request, wire.SetSimulationState) and request.state is not SimulationState.STOPPED
+        if verb in PASSING or is_state:
+            hold = self._leases.hold_of(sender)
+            return () if hold is None else self._leases.robots_of(hold)
+        return tuple(self._robots)
 
     def _first_driven_by(self, sender: str) -> str:
         hold = self._leases.hold_of(sender)
@@ -170,7 +179,7 @@ class Leasing:
         )
 
     def _take(self, holder: wire.Holder) -> wire.RobotFeatures:
-        self.latch.check()
+        self.latch.check(*(holder.robots or self._robots))
         if holder.gives_signs and self._simulator.state is not SimulationState.PLAYING:
             raise RequestRefused(
                 Result.INCORRECT_STATE,
@@ -184,7 +193,7 @@ class Leasing:
 
     def _hold(self, request: wire.HoldRobots) -> wire.Happenings:
         hold = self._leases.hold_of(request.holder) or self._leases.renew(request.holder)
-        self.latch.check()
+        self.latch.check(*self._leases.robots_of(hold))
         return share_of(hold, self._simulator.log.since(request.since))
 
     def _release(self, holder: wire.Holder) -> wire.Empty:
@@ -229,6 +238,7 @@ class Leasing:
             holder="" if hold is None else called(hold.holder),
             lease=self._leases.lease_of(info.name),
             waiting=self._leases.waiting_for(info.name),
+            stopped=self.latch.robots.get(info.name),
         )
 
     def _lease(self, request: wire.LeaseRobots) -> wire.Empty:
@@ -239,15 +249,26 @@ class Leasing:
         self._leases.end_lease(request)
         return wire.Empty()
 
-    @property
-    def robots(self) -> tuple[str, ...]:
-        """The names of all robots; from any thread."""
-        return tuple(self._robots)
+    def stop_from_now_on(self, asked: wire.EmergencyStop) -> tuple[str, ...]:
+        """Let no robots move, or none of the named ones, until that is released; from any thread.
 
-    def stop_robots(self) -> None:
-        """Stop all robots in an emergency, and let time pass again."""
+        Returns:
+            The robots that have to be stopped, by `stop_robots`.
+
+        Raises:
+            RequestRefused: None of the named robots is here.
+        """
+        robots = named_here(asked.robots, self._robots)
+        self.latch.stop(asked.model_copy(update={"robots": robots if asked.robots else ()}))
+        return robots
+
+    def stop_robots(self, robots: Iterable[str]) -> None:
+        """Stop robots in an emergency, and let time pass again."""
         self._simulator.go_on()
-        self._stop(tuple(self._robots), self.latch.reason or RELEASED)
+        here = self._robots
+        for robot in robots:
+            if robot in here:  # the world may be another one since
+                self._stop((robot,), self.latch.reason_of(robot) or RELEASED)
 
     def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:
         self.latch.release(request)

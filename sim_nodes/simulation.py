@@ -24,6 +24,7 @@ from seoro.bridges.wire import (
     steps_until,
 )
 from seoro.bridges.wire.refusal import RequestRefused, listed
+from sim_nodes.batches import Batches
 from sim_nodes.contacts import Contacts
 from sim_nodes.entities import Entities
 from sim_nodes.faults.board import FaultBoard
@@ -72,7 +73,7 @@ class Simulation(Stateful):
         "_pending",
     )
 
-    DERIVED = ("streams", "log", "halted")  # the simulator's
+    DERIVED = ("streams", "log", "halted", "_batches")  # the simulator's, and the machine's
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -84,6 +85,7 @@ class Simulation(Stateful):
         self.streams = Streams()
         self.log = Log()
         self.halted = Event()
+        self._batches = Batches()
         self._start_over()
 
     def _start_over(self) -> None:
@@ -208,8 +210,8 @@ class Simulation(Stateful):
         return steps - self._steps % steps
 
     def _make(self, count: int) -> None:
-        """Make steps up to the next tick and that, or fewer, to a change of what touches."""
-        self._steps += self.engine.step(count)
+        """Make steps up to the next tick and that, or fewer, to a change of what touches or an emergency stop."""
+        self._steps += self._batches.make(self.engine, count, self.halted)
         self._note_contacts()
         for name in filter(self._touched.touches, self.robots):
             self.robots[name].touch(math.ceil(self._steps / self._tick_steps))

@@ -1,8 +1,8 @@
 """Emergency stops of a simulator, on their way from a thread of their own to the main one.
 
 Time is held before anything else, which the main thread sees between two batches of physics steps. Then it stops
-the robots, before it carries out another request. A request that takes long, such as loading a world, lets no time
-pass: a stop is acknowledged meanwhile.
+the robots, all or those that are named, before it carries out another request. A request that takes long, such as
+loading a world, lets no time pass: a stop is acknowledged meanwhile.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ BUSY: Final = 0.2  # [s] after which a stop is acknowledged by a node that is bu
 @dataclass(frozen=True)
 class _Stop:
     began: float  # [s] of the machine's monotonic clock
+    robots: tuple[str, ...]
     stopped: Future[EmergencyStopped] = field(default_factory=Future)
 
 
@@ -46,10 +47,14 @@ class Stops:
         self._late: threading.Timer | None = None  # of the oldest that waits
 
     def stop(self, asked: EmergencyStop) -> Future[EmergencyStopped]:
-        """Let nothing move from now on; from the thread of emergency stops."""
-        stop = _Stop(time.monotonic())
+        """Let nothing move from now on, or none of the named robots; from the thread of emergency stops.
+
+        Raises:
+            RequestRefused: None of the named robots is here.
+        """
+        began = time.monotonic()
+        stop = _Stop(began, self._leasing.stop_from_now_on(asked))
         self._simulator.halt()
-        self._leasing.latch.stop(asked)
         self._waiting.put(stop)
         self._wake()
         if self._late is None or not self._late.is_alive():
@@ -60,17 +65,17 @@ class Stops:
 
     def settle(self) -> bool:
         """Stop the robots, on the main thread, if there was a stop; returns whether there was one."""
-        began = []
+        stops: list[_Stop] = []
         while not self._waiting.empty():
-            began.append(self._waiting.get())
-        if not began:
+            stops.append(self._waiting.get())
+        if not stops:
             return False
-        self._leasing.stop_robots()
-        for stop in began:
+        self._leasing.stop_robots({robot for stop in stops for robot in stop.robots})
+        for stop in stops:
             self._acknowledge(stop)
         return True
 
     def _acknowledge(self, stop: _Stop) -> None:
         took = time.monotonic() - stop.began
         with suppress(InvalidStateError):  # it was acknowledged
-            stop.stopped.set_result(EmergencyStopped(stopped=self._leasing.robots, took=took))
+            stop.stopped.set_result(EmergencyStopped(stopped=stop.robots, took=took))

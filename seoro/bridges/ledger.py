@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.serving.answering import decoded
-from seoro.bridges.wire.lab import EMERGENCY_STOP
+from seoro.bridges.wire.lab import EMERGENCY_STOP, RELEASE_STOP
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import Result
 from seoro.keys.roles import STOPPING
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 REFUSALS: Final = (1.0, 20.0)  # a second and at once, that are written down for each caller
 RUN: Final = "run"  # what a line is about that is the end of one
 LONGEST: Final = 1000  # [characters] of a reason
-_VERBS: Final = {verb.name: verb for verb in wire.EXECUTOR_VERBS}
+MOST_NAMES: Final = 50  # of robots in a line, which has to fit into the room that is reserved
+LONGEST_NAME: Final = 100  # [characters] of one of them
+_VERBS: Final = {verb.name: verb for verb in (*wire.EXECUTOR_VERBS, EMERGENCY_STOP, RELEASE_STOP)}
 
 log = logging.getLogger(__name__)
 
@@ -157,20 +159,24 @@ def _entry(asked: Asked) -> dict[str, Any]:
         "role": None if asked.who is None else asked.who.role.value,
         "request": hashlib.sha256(asked.payload).hexdigest(),
     }
-    run = _run_of(asked.verb, asked.payload)
-    return {**entry, "run": run} if run else entry
+    return {**entry, **_subject(asked.verb, asked.payload)}
 
 
 def _reason(text: str) -> dict[str, str]:
     return {"reason": text[:LONGEST]} if text else {}
 
 
-def _run_of(verb: str, payload: bytes) -> str:
-    """The run that a request is about, if it is about one."""
+def _subject(verb: str, payload: bytes) -> dict[str, Any]:
+    """The run that a request is about, or the robots of an emergency stop that is not of everything."""
     known = _VERBS.get(verb)
-    if known is None or "run" not in known.request.model_fields:
-        return ""
+    if known is None or not known.request.model_fields.keys() & {"run", "robots"}:
+        return {}
     try:
-        return str(decoded(known, payload).run)
+        request = decoded(known, payload)
     except RequestRefused:
-        return ""
+        return {}
+    if run := getattr(request, "run", ""):
+        return {"run": str(run)}
+    robots = [robot[:LONGEST_NAME] for robot in getattr(request, "robots", ())]
+    more = [f"and {len(robots) - MOST_NAMES} more"] if len(robots) > MOST_NAMES else []
+    return {"robots": robots[:MOST_NAMES] + more} if robots else {}

@@ -14,12 +14,13 @@ EXAMPLES = """examples:
   seoro estop
   seoro estop --reason smoke
   seoro estop tb1 tb2
+  seoro lab release --estop tb1 --reason "nobody is near"
   seoro lab release --all --reason "checked by hand"
 
 It stops at once, without a question. Bridges, simulators and executors that are stopped refuse every command until
-`seoro lab release --all`. With ROBOT, only the bridges and simulators that serve these robots are stopped. A lab
-is its lab file (`--lab`, else that of SEORO_LAB), and what answers at endpoints (`--connect`); without either,
-what runs on this machine.
+`seoro lab release --all`. With ROBOT, only these robots are stopped, until `seoro lab release --estop ROBOT`; runs
+that hold one of them end, and all other robots go on. A lab is its lab file (`--lab`, else that of SEORO_LAB), and
+what answers at endpoints (`--connect`); without either, what runs on this machine.
 
 exit status: 0 all stand still, 2 the command line is invalid, 3 something was not reached or has not confirmed"""
 
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "robots",
         nargs="*",
         metavar="ROBOT",
-        help="robots to stop, with all others of their nodes (default: everything)",
+        help="robots to stop, by their names in the lab file or at their nodes (default: everything)",
     )
     parser.add_argument("--reason", default="", metavar="TEXT", help="reason, shown to everybody in the lab")
     add_lab_arguments(parser)

@@ -34,6 +34,7 @@ EXAMPLES = """examples:
   seoro lab release tb1
   seoro lab stop tb1
   seoro lab release --all --reason "it was toast"
+  seoro lab release --estop tb1 --reason "nobody is near"
 
 A lab is its lab file (`--lab`, else that of SEORO_LAB), and all that is alive at endpoints (`--connect`); without
 either, what runs on this machine.
@@ -68,9 +69,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     lease.add_argument("--purpose", default="", metavar="TEXT", help="what for, for others who want them")
     release = commands.add_parser("release", help="end leases by hand, or an emergency stop")
     release.add_argument("robots", nargs="*", metavar="ROBOT", help="robots, or the id of a lease")
-    release.add_argument("--all", action="store_true", help="end the emergency stop of everything")
-    release.add_argument("--reason", default="", metavar="TEXT", help="with --all: why that is safe")
-    release.add_argument("-y", "--yes", action="store_true", help="with --all: do not ask for confirmation")
+    release.add_argument("--all", action="store_true", help="release all emergency stops")
+    release.add_argument("--estop", action="store_true", help="release the emergency stop of the named robots")
+    release.add_argument("--reason", metavar="TEXT", help="with --all or --estop: why that is safe")
+    release.add_argument(
+        "-y", "--yes", action="store_true", help="with --all or --estop: do not ask for confirmation"
+    )
     stop = commands.add_parser("stop", help="stop robots, which may move again afterwards (see `seoro estop`)")
     stop.add_argument("robots", nargs="+", metavar="ROBOT", help="robots to stop")
     for each in (status, lease, release, stop):
@@ -160,15 +164,33 @@ async def _lease(options: argparse.Namespace) -> int:
 
 
 async def _release(options: argparse.Namespace) -> int:
-    if options.all:
-        if options.robots:
-            raise InvalidUse("an emergency stop is released for everything", help="leave out the robots")
-        if options.reason.strip() and not options.yes:  # a missing reason is refused below
-            _confirm()
-        return _told(await _control(options).release_all(options.reason), quiet=guessed(options))
+    if options.all or options.estop:
+        return await _release_stop(options)
+    if options.reason is not None or options.yes:
+        raise InvalidUse(
+            "`--reason` and `--yes` belong to the release of an emergency stop",
+            help="add `--estop` for the named robots, or `--all`",
+        )
     if not options.robots:
         raise InvalidUse("it is not said what to release", help="name robots or a lease, or say `--all`")
     return _told([await _control(options).release(name) for name in options.robots])
+
+
+async def _release_stop(options: argparse.Namespace) -> int:
+    if options.all and (options.robots or options.estop):
+        raise InvalidUse(
+            "`--all` releases all emergency stops",
+            help="leave out the robots, or use `--estop` instead of `--all`",
+        )
+    if options.estop and not options.robots:
+        raise InvalidUse("`--estop` expects robots", help="name them, or use `--all`")
+    reason = options.reason or ""
+    if reason.strip() and not options.yes:  # a missing reason is refused below
+        _confirm(options.robots)
+    control = _control(options)
+    if options.all:
+        return _told(await control.release_all(reason), quiet=guessed(options))
+    return _told(await control.release_estop(*options.robots, reason=reason))
 
 
 async def _stop(options: argparse.Namespace) -> int:
@@ -184,19 +206,21 @@ async def stop_at_once(options: argparse.Namespace, *more: str) -> int:
     """
     control = _control(options, *more)
     if options.robots:
-        return _told(await control.stop_nodes_of(*options.robots, reason=options.reason))
+        stopped = await control.estop(*options.robots, reason=options.reason)
+        return _told(stopped, quiet=guessed(options))
     return _told(await control.stop_all(options.reason), quiet=guessed(options))
 
 
-def _confirm() -> None:
-    """Ask whether an emergency stop is to be released.
+def _confirm(robots: Sequence[str]) -> None:
+    """Ask whether an emergency stop is to be released, of some robots or of all.
 
     Raises:
         InvalidUse: Nobody can answer, or the answer is not yes.
     """
     if not sys.stdin.isatty():
         raise InvalidUse("the release of an emergency stop needs a confirmation", help="confirm it by `--yes`")
-    answer = input("Robots may move as soon as the emergency stop is released. Release it? [y/N] ")
+    whose = ", ".join(robots) or "Robots"
+    answer = input(f"{one_line(whose)} may move as soon as the emergency stop is released. Release it? [y/N] ")
     if answer.strip().lower() not in ("y", "yes"):
         raise InvalidUse("the emergency stop was not released")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from seoro.terminal_text import one_line
 
 if TYPE_CHECKING:
-    from seoro.bridges.wire import LabState, RobotState
+    from seoro.bridges.wire import LabState, RobotState, Stopped
     from seoro.lab.seeing import Known, Member
 
 _TITLES: Final = ("ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
@@ -75,11 +75,19 @@ def _rows(members: Sequence[Member], known: Sequence[Known]) -> Iterator[tuple[s
 
 def _headlines(members: Sequence[Member]) -> Iterator[str]:
     for member in members:
-        stopped = None if member.state is None else member.state.stopped
-        if stopped is not None:
-            when = time.strftime("%d %b %X", time.localtime(stopped.since))
-            why = f": {stopped.reason}" if stopped.reason else ""
-            yield f"EMERGENCY STOP of {member.node} by {stopped.by} at {when}{why}"
+        if member.state is None:
+            continue
+        if member.state.stopped is not None:
+            yield _headline(member.node, member.state.stopped)
+        for robot in member.state.robots:
+            if robot.stopped is not None:
+                yield _headline(f"{robot.name} of {member.node}", robot.stopped)
+
+
+def _headline(what: str, stopped: Stopped) -> str:
+    when = time.strftime("%d %b %X", time.localtime(stopped.since))
+    why = f": {stopped.reason}" if stopped.reason else ""
+    return f"EMERGENCY STOP of {what} by {stopped.by} at {when}{why}"
 
 
 def _row(name: str, kind: str, member: Member, robot: RobotState) -> tuple[str, ...]:
@@ -109,7 +117,7 @@ def _seen(robot: RobotState) -> str:
 
 
 def _state(lab: LabState, robot: RobotState) -> str:
-    if lab.stopped is not None:
+    if lab.stopped is not None or robot.stopped is not None:
         return "stopped"
     if robot.holder:
         return "in use"

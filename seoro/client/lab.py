@@ -112,14 +112,18 @@ class LabControl:
         """
         return await commanding.stop_all(self._endpoints, whoami(), reason, self._keys)
 
-    async def stop_nodes_of(self, *robots: str, reason: str = "") -> list[Outcome]:
-        """Emergency stop of the nodes that serve some robots; the other nodes go on.
+    async def estop(self, *robots: str, reason: str = "") -> list[Outcome]:
+        """Emergency stop of some robots, which do not move until it is released; all others go on.
 
         Args:
-            robots: Their names, in the lab file or at their nodes.
+            robots: Their names, in the lab file or at their nodes; `stop_all` is for all.
             reason: Why, for others.
+
+        Raises:
+            InvalidUse: No robot is named.
         """
-        return await commanding.stop_nodes_of(self._places(robots), self._endpoints, whoami(), reason, self._keys)
+        _check_named(robots, "lab.stop_all()")
+        return await commanding.stop_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
 
     async def release_all(self, reason: str) -> list[Outcome]:
         """Let things move again after an emergency stop.
@@ -130,9 +134,22 @@ class LabControl:
         Raises:
             InvalidUse: There is no reason.
         """
-        if not reason.strip():
-            raise InvalidUse("an emergency stop is released with a reason", help="such as 'nobody is inside'")
+        _check_reason(reason)
         return await commanding.release_all(self._endpoints, whoami(), reason, self._keys)
+
+    async def release_estop(self, *robots: str, reason: str) -> list[Outcome]:
+        """Let some robots move again after an emergency stop of these.
+
+        Args:
+            robots: Their names, as `estop` had them.
+            reason: Why that is safe.
+
+        Raises:
+            InvalidUse: There is no reason, or one of the robots is unknown or was not stopped by its name.
+        """
+        _check_reason(reason)
+        _check_named(robots, "lab.release_all(reason)")
+        return await commanding.release_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
 
     def _places(self, robots: Sequence[str]) -> list[Place]:
         """Names of robots at their nodes, each with its endpoint if the lab file says so."""
@@ -144,3 +161,13 @@ class LabControl:
             else:
                 places.append((robot, None))
         return places
+
+
+def _check_reason(reason: str) -> None:
+    if not reason.strip():
+        raise InvalidUse("an emergency stop is released with a reason", help="such as 'nobody is inside'")
+
+
+def _check_named(robots: Sequence[str], for_all: str) -> None:
+    if not robots:
+        raise InvalidUse("expected names of robots", help=f"`{for_all}` is for all of them")

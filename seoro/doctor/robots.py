@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from typing import Final
 
+from seoro.bridges.leasing.latch import in_words
 from seoro.bridges.serving.node import CALLED
 from seoro.bridges.wire.lab import LabState, RobotState
 from seoro.doctor.findings import Finding, failed, ok, warning
@@ -38,6 +39,9 @@ def tell_robot(what: str, lab: LabState, robot: RobotState, before: BeforeFile |
         yield failed(what, f"was last heard of {robot.seen:.0f} s ago{silent}", _HOP)
         return
     yield ok(what, ", ".join(_parts(lab, robot)))
+    if robot.stopped is not None:
+        advice = f"make sure that it is safe, then `seoro lab release --estop {robot.name} --reason ...`"
+        yield failed(what, f"does not move: emergency stop by {in_words(robot.stopped)}", advice)
     asked = before or BeforeFile()
     if robot.battery is not None and robot.battery < LOW and asked.battery is None:
         yield warning(what, f"its battery is at {robot.battery:.0%}", "charge it")

@@ -13,6 +13,8 @@ import anyio.to_thread
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.queue import Queue
 
 FILE: Final = "emergency_stop.json"  # in the folder of the executor; it outlasts a restart
@@ -38,7 +40,13 @@ class Emergency:
         return self._latch.reason
 
     def stop(self, asked: wire.EmergencyStop) -> Future[wire.EmergencyStopped]:
-        """Stop all runs; those that wait go on waiting. From any thread, whatever the event loop does."""
+        """Stop all runs; those that wait go on waiting. From any thread, whatever the event loop does.
+
+        Raises:
+            RequestRefused: Robots are named: their nodes stop them, and end the runs that have them.
+        """
+        if asked.robots:
+            raise RequestRefused(Result.NOT_FOUND, "an executor has no robots: stop them at their nodes")
         began = time.monotonic()
         self._latch.stop(asked)
         runs = self._queue.halt_processes(self._latch.reason)

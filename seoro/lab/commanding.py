@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AsyncExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +23,7 @@ from seoro.bridges.session import AsyncSession, SessionError, is_secured, publis
 from seoro.bridges.sim.requests import ask
 from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidUse
 from seoro.keys.roles import MOVING
-from seoro.lab.seeing import Member, Reached, asking, connected, members_at, nobody, reaching
+from seoro.lab.seeing import Member, Reached, asking, connected, look, members_at, nobody, reaching
 
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
@@ -45,6 +45,8 @@ class Outcome:
         error: Why they have not; empty if they have.
         took: From the beginning of the emergency stop to the answer [s]; infinite if it does not matter.
         is_somebody: Whether there is somebody at all.
+        stopped: Robots or runs that were stopped in an emergency.
+        is_elsewhere: Whether a node has none of the named robots.
     """
 
     endpoint: str
@@ -53,6 +55,8 @@ class Outcome:
     error: str = ""
     took: float = math.inf
     is_somebody: bool = True
+    stopped: tuple[str, ...] = ()
+    is_elsewhere: bool = False
 
 
 async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
@@ -63,17 +67,57 @@ async def stop_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | 
         by: Who stops it, and `reason` why, for others.
         keys: Folder of keys, as in `reaching`.
     """
-    began = time.monotonic()
     asked = wire.EmergencyStop(by=by, reason=reason)
-    found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in endpoints}
+    return await _stop_at_all(dict.fromkeys(endpoints, asked), keys)
+
+
+async def stop_named(
+    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
+) -> list[Outcome]:
+    """Emergency stop of some robots: they do not move until it is released, and the others of their nodes go on.
+
+    Nobody is asked first which node has a robot: each node at its endpoint is told, and those that have it obey.
+
+    Args:
+        places: The robots.
+        endpoints: Where nodes are looked for.
+        by: Who stops them, and `reason` why, for others.
+        keys: Folder of keys, as in `reaching`.
+    """
+    asked: dict[str, wire.EmergencyStop] = {}
+    for endpoint in endpoints:
+        robots = tuple(dict.fromkeys(name for name, at in places if at in (None, endpoint)))
+        if robots:
+            asked[endpoint] = wire.EmergencyStop(by=by, reason=reason, robots=robots)
+    outcomes = await _stop_at_all(asked, keys)
+    missing = [place for place in places if not any(_has_stopped(each, place) for each in outcomes)]
+    told = [each for each in outcomes if not each.is_elsewhere]
+    if not missing:
+        return told
+    states = [member.state for member in await look(endpoints, keys)]
+    known = sorted({robot.name for state in states if state is not None for robot in state.robots})
+    why = f"no node that was reached has this robot (robots there: {', '.join(known) or 'none'})"
+    is_somebody = any(each.is_somebody for each in outcomes)
+    return [*told, *(Outcome("", name, error=why, is_somebody=is_somebody) for name, _ in missing)]
+
+
+def _has_stopped(outcome: Outcome, place: Place) -> bool:
+    name, endpoint = place
+    return name in outcome.stopped and endpoint in (None, outcome.endpoint)
+
+
+async def _stop_at_all(asked: Mapping[str, wire.EmergencyStop], keys: Path | None) -> list[Outcome]:
+    """Stop what lives at endpoints, all at once: who is reached waits for nobody who is not."""
+    began = time.monotonic()
+    found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in asked}
 
     async def stop(endpoint: str) -> None:
-        found[endpoint] = await _stop_at(endpoint, asked, keys, began)
-        if any(each.error for each in found[endpoint]):
+        found[endpoint] = await _stop_at(endpoint, asked[endpoint], keys, began)
+        if any(each.error and not each.is_elsewhere for each in found[endpoint]):
             # A connection may not come about on a machine that is busy, and goals may end a little later.
-            found[endpoint] = await _stop_at(endpoint, asked, keys, began)
+            found[endpoint] = await _stop_at(endpoint, asked[endpoint], keys, began)
 
-    async with anyio.create_task_group() as tasks:  # who is reached waits for nobody who is not
+    async with anyio.create_task_group() as tasks:
         for endpoint in found:
             tasks.start_soon(stop, endpoint)
     return [each for outcomes in found.values() for each in outcomes]
@@ -89,6 +133,8 @@ async def _stop_at(endpoint: str, asked: wire.EmergencyStop, folder: Path | None
                 publisher = await stack.enter_async_context(publishing(session, key, is_urgent=True))
                 publisher.put(payload, _sealed(own, key, payload))
             members = await members_at(endpoint, session, keys)
+            if asked.robots:  # which executors do not have
+                members = [each for each in members if not each.member.is_executor]
             return await _ask_all(members, wire.EMERGENCY_STOP, asked, began)
     except (SessionError, InvalidUse) as error:
         return [await _ask(nobody(endpoint, str(error)), wire.EMERGENCY_STOP, asked)]
@@ -138,14 +184,19 @@ async def _ask(each: Reached, verb: wire.Verb[wire.Q, wire.A], asked: wire.Q, be
             came = time.monotonic()
     except TimeoutError:
         return Outcome(member.endpoint, member.called, error=f"no answer within {STOP_WITHIN:g} s")
+    except BackendRefused as error:
+        is_elsewhere = isinstance(asked, wire.EmergencyStop) and error.code == wire.Result.NOT_FOUND
+        return Outcome(member.endpoint, member.called, error=str(error), is_elsewhere=is_elsewhere)
     except (BackendError, InvalidUse, SessionError) as error:
         return Outcome(member.endpoint, member.called, error=str(error))
     what = "runs" if member.is_executor else "robots"
-    done = _in_words(verb.name, answer, what)
-    if isinstance(answer, wire.EmergencyStopped) and answer.unsettled:
-        why = f"{done}; goals of {', '.join(answer.unsettled)} have not ended, and may go on"
-        return Outcome(member.endpoint, member.called, error=why, took=came - began)
-    return Outcome(member.endpoint, member.called, done, took=came - began)
+    done = Outcome(member.endpoint, member.called, _in_words(verb.name, answer, what), took=came - began)
+    if not isinstance(answer, wire.EmergencyStopped):
+        return done
+    if answer.unsettled:
+        why = f"{done.done}; goals of {', '.join(answer.unsettled)} have not ended, and may go on"
+        done = replace(done, done="", error=why)
+    return replace(done, stopped=answer.stopped)
 
 
 def _executor(each: Reached, session: AsyncSession) -> Executor:
@@ -250,31 +301,42 @@ async def end_lease(endpoints: Sequence[str], place: Place, keys: Path | None = 
     raise InvalidUse(f"nothing is leased by the name '{name}'", help="`seoro lab status` shows what is")
 
 
-async def stop_nodes_of(
+async def release_named(
     places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
 ) -> list[Outcome]:
-    """Emergency stop of the nodes that serve some robots: all of their robots stand still until it is released.
+    """Let some robots move again after an emergency stop of these.
 
-    An unknown robot keeps none of the others from being stopped.
-
-    Args:
-        places: The robots.
-        endpoints: Where nodes are looked for.
-        by: Who stops them, and `reason` why, for others.
-        keys: Folder of keys, as in `reaching`.
+    Raises:
+        InvalidUse: One of them is unknown or was not stopped by its name; nothing is released then.
     """
-    began = time.monotonic()
-    asked = wire.EmergencyStop(by=by, reason=reason)
     async with reaching(endpoints, keys) as reached:
-        members = await asking(reached)
-        homes: dict[Reached, None] = {}
-        unknown: list[Outcome] = []
+        members = dict(zip(reached, await asking(reached), strict=True))
+        homes: dict[Reached, list[str]] = {}
         for place in places:
-            try:
-                homes[_home(place, reached, members)] = None
-            except InvalidUse as error:
-                unknown.append(Outcome("", place[0], error=f"{error} ({error.help})", is_somebody=False))
-        return [*await _ask_all(list(homes), wire.EMERGENCY_STOP, asked, began), *unknown]
+            home = _home(place, reached, list(members.values()))
+            _check_stopped(members[home], place[0])
+            homes.setdefault(home, []).append(place[0])
+        return [
+            await _ask(home, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=tuple(robots)))
+            for home, robots in homes.items()
+        ]
+
+
+def _check_stopped(home: Member, name: str) -> None:
+    """Check that an emergency stop of a robot can be released.
+
+    Raises:
+        InvalidUse: There is none, or one of the whole node.
+    """
+    state = home.state
+    if state is not None and state.stopped is not None:
+        raise InvalidUse(f"all of {home.called} is stopped", help="`seoro lab release --all` releases that")
+    robots = () if state is None else state.robots
+    stopped = sorted(robot.name for robot in robots if robot.stopped is not None)
+    if name not in stopped:
+        raise InvalidUse(
+            f"no emergency stop holds '{name}'", help=f"stopped there: {', '.join(stopped) or 'nothing'}"
+        )
 
 
 async def stop_robots(

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from seoro.bridges.wire.lab import LabState, Lease, RobotState, TopicState
+from seoro.bridges.wire.lab import LabState, Lease, RobotState, Stopped, TopicState
 from seoro.doctor.findings import Health
 from seoro.doctor.robots import tell_robot
 from seoro.lab.schema import BeforeFile
@@ -49,6 +49,7 @@ def test_who_has_it_is_told(how: dict[str, Any], text: str) -> None:
         ({"seen": 60.0}, Health.FAILED, "was last heard of 60 s ago"),
         ({"seen": 0.1, "topics": SILENT}, Health.WARNING, "is not heard on all its topics: /odom (nobody"),
         ({"seen": 0.1, "battery": 0.1}, Health.WARNING, "its battery is at 10%"),
+        ({"seen": 0.1, "stopped": Stopped(by="ana")}, Health.FAILED, "does not move: emergency stop by ana at"),
     ],
 )
 def test_what_is_wrong_is_told(how: dict[str, Any], health: Health, text: str) -> None:

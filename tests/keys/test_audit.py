@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from seoro.bridges.ledger import MOST_NAMES, Asked, Ledger
+from seoro.bridges.wire.lab import EMERGENCY_STOP, EmergencyStop
+from seoro.bridges.wire.message import encode
 from seoro.errors import InvalidUse
 from seoro.keys.audit import Audit, check_log
 from seoro.keys.folder import Keys, read_keys
@@ -128,3 +131,17 @@ def test_a_full_disk_has_room_for_emergency_stops(small: Path, keys: Keys) -> No
     audit.close()
     assert check_log(log, keys.authority).writers == (keys.identity.name,)
     assert log.read_bytes().count(b'"emergency_stop"') == 100
+
+
+@pytest.mark.parametrize("count", [0, 2, MOST_NAMES + 1])
+def test_a_line_names_the_robots_of_an_emergency_stop(keys: Keys, tmp_path: Path, count: int) -> None:
+    path = tmp_path / "audit.jsonl"
+    names = [f"tb{number}" for number in range(count)]
+    audit = Audit(path, keys)
+    stop = EmergencyStop(by="ana", robots=tuple(names))
+    Ledger(audit).conclude(Asked(keys.identity, EMERGENCY_STOP.name, encode(stop)), None, "done")
+    audit.close()
+    *_, line = map(json.loads, path.read_text().splitlines())
+    assert (line["what"], line["by"]) == ("emergency_stop", NAME)
+    more = ["and 1 more"] if count > MOST_NAMES else []
+    assert line.get("robots", []) == names[:MOST_NAMES] + more

@@ -11,6 +11,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import anyio
+import anyio.to_thread
 import pytest
 
 import seoro as program
@@ -18,10 +19,13 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.session import AsyncSession, SessionError, open_session
+from seoro.cli.lab_table import table
+from seoro.cli.main import main
 from seoro.client import Client
 from seoro.errors import BackendError, BackendRefused, BackendStopped, InvalidUse
 from seoro.lab import seeing
-from seoro.lab.commanding import Outcome, release_all, stop_all
+from seoro.lab.commanding import Outcome, release_all, release_named, stop_all, stop_named
+from seoro.lab.seeing import Member
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
 from tests.lab.nodes import Hall, hall_at
@@ -217,6 +221,73 @@ def test_nobody_to_stop_is_no_success(tmp_path: Path) -> None:
     found = seoro("estop", "--connect", f"unixsock-stream/{tmp_path}/nobody")
     assert found.returncode == 3
     assert "nobody was reached" in found.stdout
+
+
+async def test_the_command_stops_and_releases_named_robots_only(hall: Hall, rails: Rails) -> None:
+    at = ("--connect", hall.endpoint, "--connect", rails.endpoint)
+    async with (
+        released(hall.endpoint, rails.endpoint),
+        connect_robots(hall.endpoint, "a run", robots=("second",)) as stopped,
+        connect_robots(hall.endpoint, "another run", robots=("turtlebot4",)) as others,
+    ):
+        lost: list[BackendError] = []
+        await stopped.start_run(lambda name, arguments: None, lost.append)
+        await others.start_run(lambda name, arguments: None, lambda loss: pytest.fail(str(loss)))
+        found = await anyio.to_thread.run_sync(lambda: seoro("estop", "second", "--reason", "smoke", *at))
+        assert (found.returncode, found.stdout.split(" (")[0]) == (0, "ok     the node 'hall': stopped second")
+        with anyio.fail_after(2.0):
+            while not lost:
+                await anyio.sleep(0.01)
+        assert isinstance(lost[0], BackendStopped)
+        assert "the robot 'second' does not move since the emergency stop by" in str(lost[0])
+        await others.drive("turtlebot4", 0.0, 0.1, 0.1, lambda report: None)
+        (state,) = [member.state for member in await seeing.look([hall.endpoint])]
+        assert state is not None
+        assert {robot.name: robot.stopped is not None for robot in state.robots} == {
+            "turtlebot4": False,
+            "second": True,
+        }
+        shown = table([Member(hall.endpoint, "hall", state=state)], (), quiet=())
+        assert "EMERGENCY STOP of second of hall by " in shown
+        with pytest.raises(InvalidUse, match="no emergency stop holds 'line'"):
+            await release_named([("line", None)], [rails.endpoint], "bob", "toast")
+        (outcome,) = await release_named([("second", None)], [hall.endpoint], "bob", "toast")
+        assert outcome.error == ""
+    async with connect_robots(hall.endpoint, "a run", robots=("second",)):
+        pass
+
+
+async def test_an_unknown_robot_keeps_no_other_from_being_stopped(hall: Hall, rails: Rails) -> None:
+    endpoints = (hall.endpoint, rails.endpoint)
+    places = [("second", None), ("elsewhere", None), ("line", hall.endpoint)]
+    async with released(*endpoints):
+        outcomes = await stop_named(places, endpoints, "ana@lab", "smoke")
+        assert [(each.called, each.stopped) for each in outcomes if not each.error] == [
+            ("the node 'hall'", ("second",))
+        ]
+        assert {each.called: each.error for each in outcomes if each.error} == dict.fromkeys(
+            ("elsewhere", "line"),
+            "no node that was reached has this robot (robots there: line, second, turtlebot4)",
+        )
+        async with connect_robots(rails.endpoint, "a run", robots=("line",)):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--estop", "--reason", "x"), "`--estop` expects robots"),
+        (("--all", "tb1"), "leave out the robots"),
+        (("tb1", "--reason", "x"), "belong to the release of an emergency stop"),
+        (("--estop", "tb1"), "released with a reason"),
+        (("--estop", "tb1", "--reason", "x"), "needs a confirmation"),
+    ],
+)
+def test_a_release_without_what_it_needs_is_refused(
+    arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["lab", "release", *arguments, "--connect", "tcp/127.0.0.1:1"]) == 2
+    assert said in capsys.readouterr().err
 
 
 async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> None:

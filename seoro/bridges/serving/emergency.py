@@ -37,7 +37,10 @@ MOST: Final = 256  # stops that wait to be looked at, of which one would do
 STOP: Final = EMERGENCY_STOP.name
 
 Stop: TypeAlias = Callable[[EmergencyStop], "Future[EmergencyStopped]"]
-"""Stops everything before it returns, whatever other threads do; the result is there when all have been told."""
+"""Stops robots before it returns, whatever other threads do; the result is there when all have been told.
+
+It raises `RequestRefused` if it has none of the named robots.
+"""
 
 log = logging.getLogger(__name__)
 
@@ -93,7 +96,13 @@ class StopLine:
             stop = EMERGENCY_STOP.read(payload)
         except WireError:
             stop = EmergencyStop(by="somebody whose message cannot be read")
-        stopped = self._stop(stop)
+        try:
+            stopped = self._stop(stop)
+        except RequestRefused as refused:
+            if request is not None:  # one that was published is for those who have these robots
+                refuse(request, refused.code, refused.message)
+                self._refuse(asked, refused)
+            return
         stopped.add_done_callback(lambda done: self._jobs.put(partial(self._finish, asked, request, done)))
 
     def _admitted(self, payload: bytes, admit: Callable[[Lock], Identity]) -> Asked:
@@ -111,9 +120,13 @@ class StopLine:
                 raise RequestRefused(DENIED, f"{who} may not ask for `{STOP}`, which is for one who is operator")
         except RequestRefused as refused:
             if refused.code != STALE:
-                self._lock.ledger.refuse(asked, refused.message)
+                self._refuse(asked, refused)
             raise
         return asked
+
+    def _refuse(self, asked: Asked, refused: RequestRefused) -> None:
+        if self._lock is not None:
+            self._lock.ledger.refuse(asked, refused.message)
 
     def _finish(self, asked: Asked, request: Request | None, stopped: Future[EmergencyStopped]) -> None:
         """Acknowledge a stop, and write it down."""

@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 import anyio
 import anyio.to_thread
@@ -21,7 +21,7 @@ from seoro import __version__
 from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.door import Door
-from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.leasing.latch import Latch, named_here
 from seoro.bridges.leasing.leases import Hold, Leases, called
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.serving.answering import answer, decoded
@@ -42,6 +42,13 @@ STOP_DEADLINE = 3.0  # [s] for robots to be stopped at the end
 READING = "get_"  # begins what changes nothing
 CALLED = "bridge"
 
+SetAlarm: TypeAlias = Callable[[Collection[str], bool], object]
+"""Notes that robots are to be stopped in an emergency, or that this was done."""
+
+
+def no_alarm(_robots: Collection[str], _is_on: bool) -> None:
+    """Note nothing: nobody else stops the robots."""
+
 
 @asynccontextmanager
 async def serving(
@@ -50,7 +57,7 @@ async def serving(
     make: Callable[[Work, HappeningLog], Sequence[ServedRobot]],
     state: Path | None = None,
     log: Path | None = None,
-    alarm: Callable[[bool], object] = lambda is_on: None,
+    alarm: SetAlarm = no_alarm,
 ) -> AsyncIterator[RobotServer]:
     """Serve robots for as long as the block lasts; in its end they stand still.
 
@@ -60,7 +67,7 @@ async def serving(
         make: Makes the robots, which tell of goals and watches there.
         state: File in which an emergency stop outlasts the node; None for nowhere.
         log: File of the log of a node with keys.
-        alarm: Told, on any thread, that there is an emergency stop, and that it was carried out.
+        alarm: Called, on any thread, when robots are to be stopped in an emergency, and when that was done.
 
     Raises:
         InvalidUse: The log cannot be written, or there is another node of the name.
@@ -134,7 +141,7 @@ class RobotServer:
         tasks: TaskGroup,
         latch: Latch,
         gate: NodeGate,
-        alarm: Callable[[bool], object] = lambda is_on: None,
+        alarm: SetAlarm = no_alarm,
     ) -> None:
         self.gate = gate
         self._robots = {robot.info.name: robot for robot in robots}
@@ -227,7 +234,7 @@ class RobotServer:
         request = decoded(next(iter(serving.values()))[0], payload)
         robot = self._addressed(sender, name, request)
         if not name.startswith(READING):
-            self._latch.check()
+            self._latch.check(robot)
             self._leases.check(sender, robot, has_to_hold=True)
         if robot not in serving:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"the robot '{robot}' cannot be asked for {name!r}")
@@ -241,7 +248,7 @@ class RobotServer:
                 return await carried
             finally:
                 del self._carried[scope]
-        self._latch.check()
+        self._latch.check(robot)
         raise RequestRefused(wire.LabResult.NOT_HELD, f"the robot '{robot}' was stopped")
 
     def _addressed(self, sender: str, verb: str, request: wire.Message) -> str:
@@ -286,7 +293,7 @@ class RobotServer:
         )
 
     async def _take(self, holder: wire.Holder) -> wire.RobotFeatures:
-        self._latch.check()
+        self._latch.check(*(holder.robots or self._robots))
         for gone in self._leases.take(holder, self._happenings.now):
             await self._work.forget(own_id(gone.holder.holder, ""))
         hold = self._leases.renew(holder.holder)
@@ -296,9 +303,10 @@ class RobotServer:
     async def _hold(self, request: wire.HoldRobots) -> wire.Happenings:
         hold = self._leases.renew(request.holder)
         self.watchdog.note()
-        self._latch.check()
+        robots = self._leases.robots_of(hold)
+        self._latch.check(*robots)
         happened = await self._happenings.after(request)
-        self._latch.check()
+        self._latch.check(*robots)
         return share_of(hold, happened)
 
     async def _release(self, holder: wire.Holder) -> wire.Empty:
@@ -325,7 +333,9 @@ class RobotServer:
         return wire.LabState(
             kind=CALLED,
             version=__version__,
-            robots=tuple(state_of(robot.info, robot.health, self._leases) for robot in self._robots.values()),
+            robots=tuple(
+                state_of(robot.info, robot.health, self._leases, self._latch) for robot in self._robots.values()
+            ),
             stopped=self._latch.stopped,
             holder="" if everything is None else called(everything.holder),
             received=received,
@@ -341,44 +351,48 @@ class RobotServer:
         return wire.Empty()
 
     def stop_at_once(self, asked: wire.EmergencyStop) -> Future[wire.EmergencyStopped]:
-        """Let nothing move from now on, until that is released; from any thread.
+        """Let nothing move from now on, or none of the named robots, until that is released; from any thread.
 
         The event loop then stops what moves. If it is busy, the guard of the bridge has done so.
+
+        Raises:
+            RequestRefused: None of the named robots is here.
         """
-        self._latch.stop(asked)
-        self._alarm(True)
+        names = named_here(asked.robots, self._robots)
+        self._latch.stop(asked.model_copy(update={"robots": names if asked.robots else ()}))
+        self._alarm(names, True)
         stopped: Future[wire.EmergencyStopped] = Future()
         with suppress(RuntimeError):  # the bridge ends
-            self._loop.call_soon_threadsafe(self._tasks.start_soon, self._stop_everything, stopped)
+            self._loop.call_soon_threadsafe(self._tasks.start_soon, self._stop_named, names, stopped)
         return stopped
 
     def keep_stop(self) -> None:
         """Write down whether an emergency stop holds."""
         self._latch.keep()
 
-    async def _stop_everything(self, stopped: Future[wire.EmergencyStopped]) -> None:
+    async def _stop_named(self, names: tuple[str, ...], stopped: Future[wire.EmergencyStopped]) -> None:
         try:
-            stopped.set_result(await self.stop_everything())
+            stopped.set_result(await self._stop_in_emergency(names))
         finally:
-            self._alarm(False)
+            self._alarm(names, False)
 
-    async def stop_everything(self) -> wire.EmergencyStopped:
-        """Stop all robots, in an emergency."""
+    async def _stop_in_emergency(self, names: tuple[str, ...]) -> wire.EmergencyStopped:
         began = time.monotonic()
-        names = tuple(self._robots)
         async with anyio.create_task_group() as tasks:
             for name in names:
                 tasks.start_soon(self._halt, name)
         took = time.monotonic() - began
         self._happenings.wake()
         over = anyio.Event()
-        self._tasks.start_soon(self._abort_all, over)
+        self._tasks.start_soon(self._abort_goals, names, over)
         with anyio.move_on_after(SETTLED_WITHIN):
             await over.wait()
         return wire.EmergencyStopped(stopped=names, took=took, unsettled=self._work.busy(names))
 
-    async def _abort_all(self, over: anyio.Event) -> None:
-        await self._work.interrupt(self._latch.reason, tuple(self._robots))
+    async def _abort_goals(self, names: tuple[str, ...], over: anyio.Event) -> None:
+        async with anyio.create_task_group() as tasks:
+            for name in names:
+                tasks.start_soon(self._work.interrupt, self._latch.reason_of(name), {name})
         over.set()
 
     async def _release_stop(self, request: wire.ReleaseStop) -> wire.Empty:

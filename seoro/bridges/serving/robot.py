@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 from seoro.bridges import wire
+from seoro.bridges.leasing.latch import Latch
 from seoro.bridges.leasing.leases import Leases, called
 
 Carry = Callable[[Any], Awaitable[wire.Message]]
@@ -50,8 +51,8 @@ class ServedRobot(Protocol):
         ...
 
 
-def state_of(info: wire.RobotInfo, health: Health, leases: Leases) -> wire.RobotState:
-    """How a robot is, and who has it."""
+def state_of(info: wire.RobotInfo, health: Health, leases: Leases, latch: Latch) -> wire.RobotState:
+    """How a robot is, who has it, and whether an emergency stop of it holds."""
     hold = leases.holder_of(info.name)
     return wire.RobotState(
         name=info.name,
@@ -60,4 +61,5 @@ def state_of(info: wire.RobotInfo, health: Health, leases: Leases) -> wire.Robot
         holder="" if hold is None else called(hold.holder),
         lease=leases.lease_of(info.name),
         waiting=leases.waiting_for(info.name),
+        stopped=latch.robots.get(info.name),
     )

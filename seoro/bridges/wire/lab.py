@@ -58,6 +58,7 @@ class RobotState(Message):
         holder: What it is held for; empty when nobody holds it.
         lease: The lease by hand that it is under.
         waiting: What those are for who wait for it, the next one first.
+        stopped: The emergency stop of this robot; `LabState.stopped` is that of everything.
         topics: By what a bridge knows of it.
     """
 
@@ -71,6 +72,7 @@ class RobotState(Message):
     holder: str = ""
     lease: Lease | None = None
     waiting: tuple[str, ...] = ()
+    stopped: Stopped | None = None
     topics: tuple[TopicState, ...] = ()
 
 
@@ -110,10 +112,14 @@ class ReleaseLease(Message):
 
 
 class EmergencyStop(Message):
-    """Stop everything that moves, and let nothing move until it is released."""
+    """Stop everything that moves, or the named robots, and let them not move until that is released.
+
+    A node that does not know `robots` stops everything.
+    """
 
     by: str
     reason: str = ""
+    robots: tuple[str, ...] = ()
 
 
 class EmergencyStopped(Message):
@@ -132,10 +138,11 @@ class EmergencyStopped(Message):
 
 
 class ReleaseStop(Message):
-    """Let things move again: by whom, and why that is safe, which has to be said."""
+    """Let everything move again, or the named robots: by whom, and why that is safe, which has to be said."""
 
     by: str
     reason: str
+    robots: tuple[str, ...] = ()
 
 
 GET_LAB_STATE = Verb("get_lab_state", Empty, LabState)

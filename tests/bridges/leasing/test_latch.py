@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.bridges.leasing.latch import Latch
+from seoro.bridges.leasing.latch import ROOM, Latch
 from seoro.bridges.wire.lab import EmergencyStop, ReleaseStop
 from seoro.bridges.wire.refusal import RequestRefused
 
@@ -67,3 +67,53 @@ def test_a_stop_is_kept_on_a_disk_without_room(tmp_path: Path) -> None:
         assert (again.by, again.reason) == (asked.by, asked.reason)
         latch.release(ReleaseStop(by="bob", reason="toast"))
         assert Latch(file).stopped is None
+
+
+def stop_of(*robots: str, by: str = "ana@lab", reason: str = "smoke") -> EmergencyStop:
+    return EmergencyStop(by=by, reason=reason, robots=robots)
+
+
+def test_robots_are_stopped_one_by_one_and_outlast_the_process(tmp_path: Path) -> None:
+    file = tmp_path / "stop.json"
+    latch = Latch(file)
+    latch.stop(stop_of("first", "second"))
+    latch.stop(stop_of("second", by="bob"))
+    latch.keep()
+    for each in (latch, Latch(file)):
+        each.check()
+        each.check("third")
+        assert (each.stopped, each.robots["second"].by) == (None, "ana@lab")
+        with pytest.raises(RequestRefused, match=r"'second' does not move .* `seoro lab release --estop second "):
+            each.check("third", "second")
+    latch.release(ReleaseStop(by="bob", reason="toast", robots=("second",)))
+    assert list(Latch(file).robots) == ["first"]
+    latch.stop(SMOKE)
+    latch.keep()
+    both = Latch(file)
+    assert both.stopped is not None
+    assert list(both.robots) == ["first"]
+    both.release(ReleaseStop(by="bob", reason="toast"))
+    assert (Latch(file).stopped, dict(Latch(file).robots)) == (None, {})
+
+
+def test_nothing_is_released_that_is_not_stopped_by_its_name() -> None:
+    latch = Latch()
+    latch.stop(stop_of("first"))
+    with pytest.raises(RequestRefused, match="'second' is not stopped in an emergency: first"):
+        latch.release(ReleaseStop(by="bob", reason="toast", robots=("first", "second")))
+    assert list(latch.robots) == ["first"]
+    latch.stop(SMOKE)
+    with pytest.raises(RequestRefused, match="release it by `--all`"):
+        latch.release(ReleaseStop(by="bob", reason="toast", robots=("first",)))
+
+
+def test_stops_of_many_robots_fit_into_the_room_that_is_reserved(tmp_path: Path) -> None:
+    file = tmp_path / "stop.json"
+    latch = Latch(file)
+    robots = [f"robot-{number}" for number in range(40)]
+    for robot in robots:
+        latch.stop(stop_of(robot, by="\x00" * 500, reason=robot * 100))
+        latch.keep()
+    assert file.stat().st_size == ROOM
+    again = Latch(file)
+    assert (again.stopped, set(again.robots)) == (None, set(robots))

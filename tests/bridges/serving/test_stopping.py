@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Collection
 from concurrent.futures import Future
 
 import anyio
@@ -25,15 +26,16 @@ pytestmark = pytest.mark.anyio
 class SlowRobot:
     """A robot that takes a moment from a request to its motion."""
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: Work, name: str = "slow") -> None:
         self._work = work
+        self.name = name
         self.asked, self.ready = anyio.Event(), anyio.Event()
         self.velocity = 0.0
         self.health = Health()
 
     @property
     def info(self) -> wire.RobotInfo:
-        return wire.RobotInfo(name="slow", kinds=("robot",), frames=())
+        return wire.RobotInfo(name=self.name, kinds=("robot",), frames=())
 
     @property
     def handlers(self) -> Handlers:
@@ -54,12 +56,18 @@ class SlowRobot:
                 await self.ready.wait()
             return ""
 
-        self._work.start(request.id, drive, robot="slow")
+        self._work.start(request.id, drive, robot=self.name)
         return wire.Empty()
 
 
-async def ask(server: RobotServer, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.Message:
-    return await server._carry_out("a run", verb.name, wire.encode(request))
+async def ask(
+    server: RobotServer, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, sender: str = "a run"
+) -> wire.Message:
+    return await server._carry_out(sender, verb.name, wire.encode(request))
+
+
+def forward(robot: str) -> wire.CmdVel:
+    return wire.CmdVel(robot=robot, twist=wire.Twist(linear=wire.Vector3(x=1.0), angular=wire.Vector3()))
 
 
 async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None:
@@ -72,9 +80,8 @@ async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None
         refused: list[RequestRefused] = []
 
         async def command() -> None:
-            twist = wire.Twist(linear=wire.Vector3(x=1.0), angular=wire.Vector3())
             try:
-                await ask(server, wire.CMD_VEL, wire.CmdVel(robot="slow", twist=twist))
+                await ask(server, wire.CMD_VEL, forward("slow"))
             except RequestRefused as error:
                 refused.append(error)
 
@@ -116,10 +123,10 @@ async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
     async with background() as tasks:
         happenings = HappeningLog()
         work = Work(tasks, happenings)
-        latch, alarms, told = Latch(), list[bool](), threading.Event()
+        latch, alarms, told = Latch(), list[tuple[tuple[str, ...], bool]](), threading.Event()
 
-        def alarm(is_on: bool) -> None:
-            alarms.append(is_on)
+        def alarm(robots: Collection[str], is_on: bool) -> None:
+            alarms.append((tuple(robots), is_on))
             told.set()
 
         server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate(), alarm)
@@ -129,7 +136,60 @@ async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
         assert told.wait(5.0)  # in which the event loop does nothing else
         thread.join()
         assert latch.stopped is not None
-        assert (alarms, stops[0].done()) == ([True], False)
+        assert (alarms, stops[0].done()) == ([(("slow",), True)], False)
         assert (await asyncio.wrap_future(stops[0])).stopped == ("slow",)
         await anyio.sleep(0)
-        assert alarms == [True, False]
+        assert alarms == [(("slow",), True), (("slow",), False)]
+
+
+async def test_named_robots_are_stopped_and_the_others_go_on() -> None:
+    async with background() as tasks:
+        happenings = HappeningLog()
+        work = Work(tasks, happenings)
+        robots = [SlowRobot(work, name) for name in ("slow", "other")]
+        for robot in robots:
+            robot.ready.set()
+        alarms: list[tuple[tuple[str, ...], bool]] = []
+
+        def alarm(names: Collection[str], is_on: bool) -> None:
+            alarms.append((tuple(names), is_on))
+
+        server = RobotServer(robots, work, happenings, tasks, Latch(), NodeGate(), alarm)
+        for robot in robots:
+            await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder=robot.name, robots=(robot.name,)), robot.name)
+            await ask(server, wire.CMD_VEL, forward(robot.name), robot.name)
+        stop = wire.EmergencyStop(by="ana", reason="smoke", robots=("slow", "elsewhere"))
+        told = await asyncio.wrap_future(server.stop_at_once(stop))
+        await anyio.sleep(0)
+        assert told.stopped == ("slow",)
+        assert alarms == [(("slow",), True), (("slow",), False)]
+        assert [robot.velocity for robot in robots] == [0.0, 1.0]
+        does_not_move = "the robot 'slow' does not move since the emergency stop by ana"
+        with pytest.raises(RequestRefused, match=does_not_move):
+            await ask(server, wire.CMD_VEL, forward("slow"), "slow")
+        with pytest.raises(RequestRefused, match=does_not_move):
+            await ask(server, wire.HOLD_ROBOTS, wire.HoldRobots(holder="slow", since=0), "slow")
+        await ask(server, wire.RELEASE_ROBOTS, wire.Holder(holder="slow"), "slow")
+        for wanted in (("slow",), ()):
+            with pytest.raises(RequestRefused, match=does_not_move):
+                await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run", robots=wanted), "a run")
+        await ask(server, wire.CMD_VEL, forward("other"), "other")
+        state = await ask(server, wire.GET_LAB_STATE, wire.Empty())
+        assert isinstance(state, wire.LabState)
+        assert state.stopped is None
+        assert [None if each.stopped is None else each.stopped.by for each in state.robots] == ["ana", None]
+        release = wire.ReleaseStop(by="bob", reason="toast", robots=("slow",))
+        await ask(server, wire.RELEASE_STOP, release)
+        await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run", robots=("slow",)), "a run")
+
+
+async def test_a_stop_of_unknown_robots_stops_nothing() -> None:
+    async with background() as tasks:
+        happenings = HappeningLog()
+        work = Work(tasks, happenings)
+        latch = Latch()
+        server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate())
+        with pytest.raises(RequestRefused, match=r"unknown robots: elsewhere \(robots here: slow\)"):
+            server.stop_at_once(wire.EmergencyStop(by="ana", robots=("elsewhere",)))
+        assert latch.stopped is None
+        assert not latch.robots

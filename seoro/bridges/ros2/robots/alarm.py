@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections import Counter
+from collections.abc import Callable, Collection
 
 
 class Alarm:
-    """Whether an emergency stop was given that the bridge has not carried out yet; for any thread.
+    """The robots of emergency stops that the bridge has not carried out yet; for any thread.
 
     Attributes:
-        is_on: Whether there is one.
-        when_changed: Called when that has changed.
+        when_changed: Called when they have changed.
     """
 
     def __init__(self) -> None:
-        self.is_on = False
         self.when_changed: Callable[[], None] = lambda: None
+        self._stops: Counter[str] = Counter()  # of each robot
+        self._lock = threading.Lock()
 
-    def set(self, is_on: bool) -> None:
-        """Note that there is an emergency stop, or that the bridge has carried it out."""
-        self.is_on = is_on
+    @property
+    def robots(self) -> frozenset[str]:
+        """Names of the robots that are to be stopped."""
+        with self._lock:
+            return frozenset(+self._stops)
+
+    def set(self, robots: Collection[str], is_on: bool) -> None:
+        """Note that robots are to be stopped in an emergency, or that the bridge has done so."""
+        with self._lock:
+            if is_on:
+                self._stops.update(robots)
+            else:
+                self._stops.subtract(robots)
         self.when_changed()

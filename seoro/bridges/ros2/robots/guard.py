@@ -2,8 +2,8 @@
 
 It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pipe from the bridge as stdin, says a
 line on stdout when it is on guard, and needs nothing else of the bridge. A byte in the pipe is a sign of life, and
-`END` comes from a bridge that has stopped its robots itself. `ALARM` comes from a thread of the bridge that hears
-of emergency stops: the guard stops the robots, and need not wait for what the bridge does. When the pipe ends
+`END` comes from a bridge that has stopped its robots itself. Alarms come from a thread of the bridge that hears of
+emergency stops: the guard stops these robots, and need not wait for what the bridge does. When the pipe ends
 without `END`, the bridge was killed; when no sign comes for a while, it hangs. Either way velocities are zero, and
 its goals are canceled; where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
 
@@ -18,8 +18,9 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import AsyncExitStack
+from dataclasses import dataclass
 from typing import Final
 
 import anyio
@@ -36,13 +37,15 @@ from seoro.bridges.ros2.robots.profile import Limits
 from seoro.bridges.ros2.robots.standstill import SILENCE
 from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
+from seoro.bridges.wire.refusal import listed
 from seoro.errors import SeoroError
 from seoro.terminal_text import log_to_stderr
 
 PERIOD: Final = 0.05  # [s] between two signs of life
 SIGN: Final = b"."
 PENDING: Final = b"?"  # a sign of a bridge that has sent goals of which nobody has said yet whether they are taken
-ALARM: Final = b"!"  # a sign of a bridge that has an emergency stop to carry out
+ALARM: Final = 0x80  # a sign with this bit: an emergency stop of a robot has to be carried out
+ALARMS: Final = 0x80  # different ones: with more robots, some share one, and are stopped together
 END: Final = b"e"
 LINGER: Final = (
     30.0  # [s] for which goals of a bridge that was killed are canceled, if the robot is not reached at once
@@ -52,10 +55,11 @@ log = logging.getLogger(__name__)
 
 
 class GuardedRobot(BaseModel):
-    """What the guard has to know of a robot: its namespace, how it is driven, and the names of its actions."""
+    """What the guard has to know of a robot: its name and namespace, its driving, and the names of its actions."""
 
     model_config = ConfigDict(frozen=True)
 
+    name: str
     namespace: str
     cmd_vel: str
     limits: Limits | None
@@ -72,6 +76,20 @@ class GuardSettings(BaseModel):
     is_rmw_zenoh: bool
     session: str
     robots: tuple[GuardedRobot, ...]
+
+
+@dataclass(frozen=True)
+class _Handle:
+    """A robot as the guard stops it: its name, its actions as ROS 2 resolves them, and how it is driven."""
+
+    name: str
+    actions: tuple[str, ...]
+    velocity: Velocity | None
+
+
+def alarms_of(robots: Sequence[str], stopped: Collection[str]) -> bytes:
+    """The signs of emergency stops of some of the robots of a bridge."""
+    return bytes({ALARM | index % ALARMS for index, robot in enumerate(robots) if robot in stopped})
 
 
 async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -> None:
@@ -92,21 +110,24 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
         background() as tasks,
     ):
         senders = Senders(system.graph)
-        velocities = await _take_over(settings.robots, system, senders, stack, tasks)
+        handles = await _take_over(settings.robots, system, senders, stack, tasks)
         ready()
 
-        def stop(why: str) -> None:
-            log.warning("the bridge %s: its robots are stopped", why)
-            senders.give_up(settings.session)
-            for velocity in velocities:
-                velocity.stop()
+        def stop(robots: Collection[int], why: str) -> None:
+            log.warning("the bridge %s: stopping %s", why, listed(handles[each].name for each in robots))
+            for handle in (handles[each] for each in robots):
+                senders.give_up(settings.session, handle.actions)
+                if handle.velocity is not None:
+                    handle.velocity.stop()
 
-        def go_on() -> None:
-            senders.take_back(settings.session)
+        def go_on(robots: Collection[int]) -> None:
+            for each in robots:
+                senders.take_back(settings.session, handles[each].actions)
 
-        last = await last_sign(pipe, stop, go_on)
+        everything = range(len(handles))
+        last = await last_sign(pipe, len(handles), stop, go_on)
         if last != END:
-            stop("was killed")
+            stop(everything, "was killed")
             await anyio.sleep(STOPPING)
             with anyio.move_on_after(LINGER):
                 if last == PENDING:
@@ -116,51 +137,70 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
 
 async def _take_over(
     robots: Sequence[GuardedRobot], system: RosSystem, senders: Senders, stack: AsyncExitStack, tasks: TaskGroup
-) -> list[Velocity]:
+) -> list[_Handle]:
     """Follow the goals of all robots, and be ready to command those that drive."""
     for type_name in (*TYPES, f"{CANCEL_GOAL}_Request"):
         system.types.prepare(type_name)  # which takes a quarter of a second, which there is not later
-    velocities: list[Velocity] = []
+    handles: list[_Handle] = []
     for robot in robots:
         node = await stack.enter_async_context(system.node(GUARD, robot.namespace))
         for action in robot.actions:
             await tasks.start(end_leftovers, node, action, senders, log.warning)
+        velocity = None
         if robot.limits is not None:
             link = Link(node, stack, tasks)
             velocity = Velocity(link, robot.cmd_vel, robot.limits, lambda _: None)  # the bridge says it, too
             tasks.start_soon(velocity.find)
             tasks.start_soon(velocity.run)
-            velocities.append(velocity)
-    return velocities
+        handles.append(_Handle(robot.name, tuple(map(node.resolve, robot.actions)), velocity))
+    return handles
 
 
-async def last_sign(pipe: int, stop: Callable[[str], None], go_on: Callable[[], None]) -> bytes:
+async def last_sign(
+    pipe: int,
+    robots: int,
+    stop: Callable[[Collection[int], str], None],
+    go_on: Callable[[Collection[int]], None],
+) -> bytes:
     """Wait for the end of the bridge, and return the last sign that it has given: `END` if it has said so.
 
     Args:
         pipe: The file on which it gives signs of life.
-        stop: Called when there is none, or an alarm, and with why.
-        go_on: Called when there is one again.
+        robots: How many robots the bridge has.
+        stop: Called with the numbers of robots and why: of all when there is no sign, of some at an alarm.
+        go_on: Called with them when there are signs again, or the alarm is over.
     """
-    hangs, last = False, SIGN  # it hangs while an alarm is on, too
+    everything, stopped, last = frozenset(range(robots)), frozenset[int](), SIGN
+    hangs = False
     while True:
         with anyio.move_on_after(None if hangs else SILENCE):
             await anyio.wait_readable(pipe)
         # On a busy machine, a sign may have come that nobody has had the time to see.
         if not hangs and not select.select([pipe], [], [], 0.0)[0]:
-            hangs = True
-            stop(f"has given no sign of life for {SILENCE:g} s")
+            hangs, stopped = True, everything
+            stop(everything, f"has given no sign of life for {SILENCE:g} s")
             continue
-        signs = os.read(pipe, 4096)
+        signs, hangs = os.read(pipe, 4096), False
         last = signs[-1:] or last
         if not signs or last == END:
             return last
-        if ALARM in signs and not hangs:
-            hangs = True
-            stop("is told to stop everything")
-        if hangs and last != ALARM:
-            hangs = False
-            go_on()
+        if alarmed := _robots_of(signs, robots) - stopped:
+            stop(alarmed, "has to stop robots in an emergency")
+        stopped |= alarmed
+        if over := stopped - _robots_of(_last_alarms(signs), robots):
+            go_on(over)
+        stopped -= over
+
+
+def _robots_of(signs: bytes, robots: int) -> frozenset[int]:
+    """Numbers of the robots that alarms among signs are for."""
+    alarms = {sign & ~ALARM for sign in signs if sign & ALARM}
+    return frozenset(number for number in range(robots) if number % ALARMS in alarms)
+
+
+def _last_alarms(signs: bytes) -> bytes:
+    """The alarms after all other signs, which still hold."""
+    return signs[len(signs.rstrip(bytes(range(ALARM, ALARM + ALARMS)))) :]
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
@@ -18,7 +18,7 @@ from anyio.abc import Process, TaskStatus
 
 from seoro.background import background
 from seoro.bridges.ros2.robots.alarm import Alarm
-from seoro.bridges.ros2.robots.guard import ALARM, END, PENDING, PERIOD, SIGN, GuardSettings
+from seoro.bridges.ros2.robots.guard import END, PENDING, PERIOD, SIGN, GuardSettings, alarms_of
 from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.errors import BackendError
@@ -38,15 +38,24 @@ class Signs:
         pipe: The file that the guard reads; it is closed at the end.
         standstills: Told of each sign.
         unanswered: Goals of which they tell, at once.
-        alarm: An emergency stop, of which they tell at once, too.
+        alarm: Emergency stops, of which they tell at once, too.
+        robots: Names of the robots, in the order of the guard's settings.
     """
 
-    def __init__(self, pipe: int, standstills: Standstills, unanswered: Unanswered, alarm: Alarm) -> None:
+    def __init__(
+        self,
+        pipe: int,
+        standstills: Standstills,
+        unanswered: Unanswered,
+        alarm: Alarm,
+        robots: Sequence[str],
+    ) -> None:
         os.set_blocking(pipe, False)
         self._pipe = pipe
         self._standstills = standstills
         self._unanswered = unanswered
         self._alarm = alarm
+        self._robots = tuple(robots)
         self._turned = time.monotonic()
         self._over = threading.Event()
         self._writing = threading.Lock()  # so that the last sign is what is so
@@ -78,7 +87,8 @@ class Signs:
 
     def _write(self) -> None:
         with self._writing, suppress(OSError):  # nobody reads any more, or for a while
-            os.write(self._pipe, ALARM if self._alarm.is_on else PENDING if self._unanswered.is_any else SIGN)
+            alarms = alarms_of(self._robots, self._alarm.robots)
+            os.write(self._pipe, alarms or (PENDING if self._unanswered.is_any else SIGN))
 
 
 @asynccontextmanager
@@ -143,7 +153,7 @@ async def _guard(
     finally:
         os.close(theirs)
     assert process.stdout is not None
-    signs = Signs(ours, standstills, unanswered, alarm)
+    signs = Signs(ours, standstills, unanswered, alarm, [robot.name for robot in settings.robots])
     try:
         said = b""
         with anyio.move_on_after(READY_WITHIN), suppress(anyio.EndOfStream):

@@ -41,17 +41,17 @@ class Senders:
 
     def __init__(self, graph: RosGraph) -> None:
         self._graph = graph
-        self._given_up: set[bytes] = set()
+        self._given_up: set[tuple[bytes, str]] = set()  # sessions, and actions at which they count as gone
         self._going: dict[str, frozenset[bytes]] = {}
 
-    def give_up(self, session: str) -> None:
-        """Take a session for gone, whether it is or not."""
-        self._given_up.add(digest(session))
+    def give_up(self, session: str, actions: Iterable[str]) -> None:
+        """Cancel the goals of a session at some actions, as if it were gone, until it is taken back."""
+        self._given_up.update((digest(session), action) for action in actions)
         self._graph.change(())
 
-    def take_back(self, session: str) -> None:
-        """It is not gone after all."""
-        self._given_up.discard(digest(session))
+    def take_back(self, session: str, actions: Iterable[str]) -> None:
+        """Cancel no more goals of a session at some actions."""
+        self._given_up.difference_update((digest(session), action) for action in actions)
 
     def note_going(self, action: str, senders: Iterable[bytes]) -> None:
         """The digests of those whose goals an action has."""
@@ -70,7 +70,7 @@ class Senders:
         """
 
         def is_given_up() -> bool:
-            return sender in self._given_up
+            return (sender, action) in self._given_up
 
         def is_missing() -> bool:
             seen = self._graph.sessions()

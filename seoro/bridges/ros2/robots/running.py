@@ -184,6 +184,7 @@ def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
 def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
     robots = [
         GuardedRobot(
+            name=robot.name,
             namespace=robot.namespace,
             cmd_vel="" if robot.profile.base is None else robot.profile.base.cmd_vel,
             limits=None if robot.profile.base is None else robot.profile.base.limits,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,11 +28,13 @@ from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.robots.alarm import Alarm
 from seoro.bridges.ros2.robots.guard import (
     ALARM,
+    ALARMS,
     END,
     PENDING,
     SIGN,
     GuardedRobot,
     GuardSettings,
+    alarms_of,
     guard,
     last_sign,
 )
@@ -166,7 +169,7 @@ async def test_a_guard_that_has_lost_its_connection_takes_nobody_for_gone(
                 await senders.wait_gone(sender, "/spin")
             assert waiting.cancelled_caught
             assert here.graph.action_servers("/spin")
-            senders.give_up(there.node.session)
+            senders.give_up(there.node.session, ["/spin"])
             with anyio.fail_after(1.0):
                 await senders.wait_gone(sender, "/spin")
 
@@ -226,40 +229,64 @@ async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyP
     heard: list[str] = []
     ours, theirs = os.pipe()
 
-    def stop(why: str) -> None:
+    def stop(robots: Collection[int], why: str) -> None:
+        assert set(robots) == {0}
         heard.append(why)
         os.write(theirs, SIGN)
 
-    def go_on() -> None:
+    def go_on(_robots: Collection[int]) -> None:
         heard.append("goes on")
         os.write(theirs, last)
         os.close(theirs)
 
     with anyio.fail_after(5.0):
-        assert await last_sign(ours, stop, go_on) == (last or SIGN)
+        assert await last_sign(ours, 1, stop, go_on) == (last or SIGN)
     os.close(ours)
     assert heard == ["has given no sign of life for 0.02 s", "goes on"]
 
 
-async def test_an_alarm_is_heeded_until_the_bridge_has_carried_it_out() -> None:
-    heard: list[str] = []
+async def test_an_alarm_is_obeyed_for_its_robots_until_the_bridge_has_stopped_them() -> None:
+    heard: list[tuple[str, set[int]]] = []
+    names = ("first", "second", "third")
+    second, third = alarms_of(names, {"second"}), alarms_of(names, {"third"})
     ours, theirs = os.pipe()
+    signs = iter([second + second, second + third, third + SIGN + third, third, SIGN, END])
 
-    def stop(why: str) -> None:
-        heard.append(why)
-        os.write(theirs, ALARM + ALARM)  # as long as the bridge has not
-        os.write(theirs, SIGN)
+    def write() -> None:
+        os.write(theirs, next(signs))
 
-    def go_on() -> None:
-        heard.append("goes on")
-        os.write(theirs, END)
+    def stop(robots: Collection[int], why: str) -> None:
+        heard.append((why, set(robots)))
 
-    os.write(theirs, SIGN + ALARM)
+    def go_on(robots: Collection[int]) -> None:
+        heard.append(("over", set(robots)))
+
+    async def write_all() -> None:
+        with suppress(StopIteration):
+            while True:
+                write()
+                await until_read(ours)
+
     with anyio.fail_after(5.0):
-        assert await last_sign(ours, stop, go_on) == END
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(write_all)
+            assert await last_sign(ours, len(names), stop, go_on) == END
+            tasks.cancel_scope.cancel()
     os.close(ours)
     os.close(theirs)
-    assert heard == ["is told to stop everything", "goes on"]
+    why = "has to stop robots in an emergency"
+    assert heard == [(why, {1}), (why, {2}), ("over", {1}), ("over", {2})]
+
+
+async def until_read(pipe: int) -> None:
+    while select.select([pipe], [], [], 0.0)[0]:
+        await anyio.sleep(0.0)
+
+
+def test_robots_beyond_the_number_of_alarms_share_one() -> None:
+    names = [str(number) for number in range(ALARMS + 2)]
+    assert alarms_of(names, {"1", str(ALARMS + 1)}) == bytes([ALARM | 1])
+    assert alarms_of(names, ()) == b""
 
 
 async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -268,7 +295,7 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
     theirs, ours = os.pipe()
     os.set_blocking(theirs, False)
     standstills = Standstills()
-    signs = Signs(ours, standstills, unanswered := Unanswered(), Alarm())
+    signs = Signs(ours, standstills, unanswered := Unanswered(), Alarm(), ["spot"])
 
     def given() -> int:
         with suppress(BlockingIOError):
@@ -314,7 +341,7 @@ async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
         there.publishing("/spin/_action/status", STATUSES, LATCHED) as statuses,
         anyio.create_task_group() as tasks,
     ):
-        robot = GuardedRobot(namespace="/", cmd_vel="", limits=None, actions=("spin",))
+        robot = GuardedRobot(name="spot", namespace="/", cmd_vel="", limits=None, actions=("spin",))
         settings = GuardSettings(ros=router, domain=0, is_rmw_zenoh=True, session="gone", robots=(robot,))
 
         async def guarding() -> None:

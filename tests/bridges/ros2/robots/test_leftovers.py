@@ -54,7 +54,7 @@ async def test_what_is_no_status_does_not_hide_goals_and_is_told_once(
             statuses.send(JUNK)
             while not notes:
                 await anyio.sleep(0.01)
-            senders.give_up(there.node.session)
+            senders.give_up(there.node.session, ["/spin"])
             await canceled.wait()
             while len(notes) < 2:
                 await anyio.sleep(0.01)
