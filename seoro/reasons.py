@@ -3,7 +3,6 @@ going on when it was decided."""
 
 from __future__ import annotations
 
-import json
 import textwrap
 import traceback
 from collections.abc import Iterator
@@ -21,7 +20,6 @@ _STYLES = {
     RunStatus.CANCELLED: "33;1",
     RunStatus.PASSED: "32;1",
 }
-_LONGEST_VALUE = 120  # characters
 _VERBS = {Kind.WAITS: "waits", Kind.RUNS: "runs", Kind.HOLDS: "is held"}
 
 
@@ -105,11 +103,7 @@ def _emitter(emitter: Emitter, since: float) -> str:
 def _reading(reading: Reading) -> str:
     if reading.error:
         return f"{reading.text} has no value: {reading.error}"
-    value = reading.value
-    shown = f"{value:.6g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
-    if len(shown) > _LONGEST_VALUE:
-        shown = shown[: _LONGEST_VALUE - 3] + "..."
-    return f"{reading.text} = {shown}" + (f" {reading.unit}" if reading.unit else "")
+    return f"{reading.text} = {reading.shown}"
 
 
 def _wrap(text: str, indent: str, width: int | None) -> list[str]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import operator as operators
 import signal
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
@@ -13,6 +12,7 @@ from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.plan import PrimitiveType, ValueType
 from seoro.runtime.actions import action
+from seoro.runtime.comparing import RELATIONS, NotComparable, compare_values
 from seoro.runtime.context import ActionContext
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.method_context import MethodContext
@@ -20,20 +20,11 @@ from seoro.runtime.modifiers import modifier
 from seoro.runtime.values import Variable
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 
-_RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
-    "==": operators.eq,
-    "!=": operators.ne,
-    "<": operators.lt,
-    "<=": operators.le,
-    ">": operators.gt,
-    ">=": operators.ge,
-}
-
 
 @action("log")
-async def log(ctx: ActionContext, msg: object) -> None:
-    """Write a message into the trace."""
-    ctx.log(str(msg))
+async def log(ctx: ActionContext, msg: Any) -> None:
+    """Write a message into the trace; values that are no strings are written as the language writes them."""
+    ctx.log(ctx.text_of("msg", msg))
 
 
 @action("increment")
@@ -56,16 +47,20 @@ def _kept(value: float, type_: ValueType) -> float:
 
 
 @action("compare")
-async def compare(ctx: ActionContext, left_value: object, operator: str, right_value: object) -> None:
+async def compare(ctx: ActionContext, left_value: Any, operator: str, right_value: Any) -> None:
     """Compare two values by `==`, `!=`, `<`, `<=`, `>` or `>=`; it fails if that is not true of them."""
-    if operator not in _RELATIONS:
-        raise ActionFailed(f"there is no operator `{operator}`; there are {', '.join(_RELATIONS)}")
+    if operator not in RELATIONS:
+        raise ActionFailed(f"unknown operator `{operator}`; expected one of {', '.join(RELATIONS)}")
+    left, right = ctx.text_of("left_value", left_value), ctx.text_of("right_value", right_value)
+    types = ctx.type_of("left_value"), ctx.type_of("right_value")
     try:
-        is_true = _RELATIONS[operator](left_value, right_value)
-    except TypeError:
-        raise ActionFailed(f"`{left_value}` and `{right_value}` have no order") from None
+        is_true = compare_values(left_value, types[0], operator, right_value, types[1])
+    except NotComparable:
+        raise ActionFailed(
+            f"`{operator}` cannot compare `{left}` and `{right}`: they are of different types, or have no order"
+        ) from None
     if not is_true:
-        raise ActionFailed(f"`{left_value} {operator} {right_value}` is not true")
+        raise ActionFailed(f"`{left} {operator} {right}` is not true")
 
 
 # ---------------------------------------------------------------- processes

@@ -81,15 +81,25 @@ def tell_dry_run(
     progress: Progress | LiveTree,
     seed: int,
     parameters: Mapping[str, object],
+    texts: Mapping[str, str],
     **more: object,
 ) -> None:
-    """Tell which values a run would have; with more that is known of it, for `--json`."""
+    """Print the values that a run would have.
+
+    Args:
+        options: Of the command line.
+        progress: Prints.
+        seed: Of the run.
+        parameters: The chosen values, for `--json`.
+        texts: The same as the language writes them, for people.
+        more: What else is known of the run, for `--json`.
+    """
     if options.json:
         print(to_json({"seed": seed, "parameters": parameters, **more}))
         return
     progress.say(f"{shown_name(options.file)} can be run: seed {seed}")
-    for name, value in parameters.items():
-        progress.say(f"  {name} = {to_json(value)}")
+    for name, text in texts.items():
+        progress.say(f"  {name} = {text}")
 
 
 def progress_of(options: argparse.Namespace, file: TextIO) -> Progress | LiveTree:

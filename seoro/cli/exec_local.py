@@ -156,7 +156,7 @@ class _Exec:
         loop = asyncio.get_running_loop()
         async with prepare(self._scenario, settings) as run:
             if options.dry_run:
-                tell_dry_run(options, self._progress, run.seed, run.parameters)
+                tell_dry_run(options, self._progress, run.seed, run.parameters, run.parameter_texts)
                 return Exit.PASSED
             self._progress.say(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
             self._run = run

@@ -79,7 +79,7 @@ async def _try(options: argparse.Namespace, bundle: Bundle) -> int:
         found = await client.dry_run_bundle(options.on, bundle)
     progress = progress_of(options, sys.stderr if options.json else sys.stdout)
     sent = {"files": found.files, "bytes": found.size, "known": found.known}
-    tell_dry_run(options, progress, found.seed, found.parameters, bundle=sent)
+    tell_dry_run(options, progress, found.seed, found.parameters, found.texts, bundle=sent)
     await progress.finish()
     there = f", {found.known} of which {options.on} has already" if found.known else ""
     print(f"note: {count(found.files)} with {found.size} bytes would be sent{there}", file=sys.stderr)

@@ -24,6 +24,7 @@ class DryRun:
     Args:
         seed: What it would draw from.
         parameters: The chosen value of every parameter.
+        texts: The same as the language writes them.
         files: How many files it consists of.
         size: Of all of them [bytes].
         known: How many of them the executor had before.
@@ -31,6 +32,7 @@ class DryRun:
 
     seed: int
     parameters: Mapping[str, object]
+    texts: Mapping[str, str]
     files: int
     size: int
     known: int
@@ -60,6 +62,7 @@ async def try_bundle(executor: Executor, bundle: Bundle) -> DryRun:
     return DryRun(
         tried.seed,
         json.loads(tried.parameters),
+        json.loads(tried.texts),
         len(files),
         sum(file.size for file in files),
         sum(file.hash not in missing for file in files),

@@ -51,6 +51,11 @@ class Run:
         return self._execution.parameters
 
     @property
+    def parameter_texts(self) -> dict[str, str]:
+        """The value of every parameter now, as the language writes it: `2.5mps`."""
+        return self._execution.parameter_texts
+
+    @property
     def verdict(self) -> Verdict | None:
         """The verdict; None while the run goes on."""
         return self._execution.verdict if self._done.is_set() else None

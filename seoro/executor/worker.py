@@ -264,7 +264,8 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
     vet_endpoints(options, job.allowed, job.reach)
     async with prepare(scenario, options) as run:
         if job.is_dry:
-            tried = Tried(seed=run.seed, parameters=to_json(run.parameters).encode())
+            values, texts = to_json(run.parameters).encode(), to_json(run.parameter_texts).encode()
+            tried = Tried(seed=run.seed, parameters=values, texts=texts)
             telling.tried(wire.encode(tried))
             return None
         telling.begin(announcement(run, options))

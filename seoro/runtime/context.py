@@ -14,10 +14,11 @@ from seoro.runtime.agenda import Agenda, Waiter
 from seoro.runtime.contracts import GoalStatus, Report
 from seoro.runtime.invocations import invocations
 from seoro.runtime.outputs import Outputs
+from seoro.runtime.value_text import message_text
 from seoro.runtime.verdict import Cancelled, RunStatus
 
 if TYPE_CHECKING:  # libraries of actions name the context in annotations: to check one is not to load what runs it
-    from seoro.lang.plan import InvokeAction
+    from seoro.lang.plan import InvokeAction, ValueType
     from seoro.runtime.blocking import Meter
     from seoro.runtime.lasting import Kept
     from seoro.runtime.place import Place
@@ -105,6 +106,19 @@ class ActionContext:
         self._meter.hand_over()  # who reads the trace may be slow
         self._place.services.trace.log(message, level, self._invocation.span)
         self._meter.take_back()
+
+    def type_of(self, parameter: str) -> ValueType | None:
+        """The static type of the argument for a parameter, which may be of any type; None if it is unknown."""
+        for name, type_ in self._invocation.types:
+            if name == parameter:
+                return type_
+        if any(name == parameter for name, _ in self._invocation.arguments):
+            return None
+        return self._place.services.plan.actions[self._invocation.action].structure.fields[parameter].type
+
+    def text_of(self, parameter: str, value: Value) -> str:
+        """The value of a parameter as the language writes it; that of a string is the string itself."""
+        return message_text(value, self.type_of(parameter), self._place.services.plan.structures)
 
     def relay(self, messages: Sequence[str], level: str = "info") -> None:
         """Write messages into the trace that come while the action waits, or after it has ended."""

@@ -55,9 +55,9 @@ def explain_action(place: Place, instance: Instance) -> Explanation:
     services = place.services
     stack = services.running.get(place.flow)
     behavior = stack[-1].behavior if stack else None
-    given = behavior.arguments if isinstance(behavior, InvokeAction) else ()
+    invocation = behavior if isinstance(behavior, InvokeAction) else None
     names = instance.declaration.structure.fields
-    return Explanation(services.agenda.now, place.path, read_arguments(given, instance, names, services.plan))
+    return Explanation(services.agenda.now, place.path, read_arguments(invocation, instance, names, services.plan))
 
 
 def explain(services: Services, scope: Scope, path: str = "", failed: Span | None = None) -> Explanation:

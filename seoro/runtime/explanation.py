@@ -21,16 +21,18 @@ class Reading(Value):
         value: As JSON knows it; in SI base units.
         unit: Of a physical value, such as `m/s`; empty for others.
         error: Why it had no value; empty if it had one.
+        shown: The value as the language writes it, such as `2.5mps`.
     """
 
     text: str
     value: object
     unit: str = ""
     error: str = ""
+    shown: str = ""
 
     def plain(self) -> dict[str, Any]:
         """For JSON."""
-        found = {"text": self.text, "value": self.value, "unit": self.unit}
+        found = {"text": self.text, "value": self.value, "unit": self.unit, "shown": self.shown}
         return {"text": self.text, "error": self.error} if self.error else found
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import cast
 
 from seoro.lang.plan import (
+    Arithmetic,
     Call,
     Compare,
     EventCondition,
@@ -16,8 +17,11 @@ from seoro.lang.plan import (
     Global,
     Holds,
     Index,
+    InvokeAction,
+    ListType,
     Literal,
     Member,
+    Negate,
     PhysicalType,
     Plan,
     RangeOf,
@@ -28,10 +32,12 @@ from seoro.lang.plan import (
 from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import evaluate
 from seoro.runtime.explanation import Reading
+from seoro.runtime.value_text import value_text
 from seoro.runtime.values import Actor, HasFields, Range, Struct, Value, plain
 
 _MOST = 8  # readings of one condition
 _LONGEST = 80  # characters of a text
+_DIGITS = 6  # of floats
 
 
 def short(text: str) -> str:
@@ -70,7 +76,12 @@ def _read(text: str, expression: Expression, environment: Environment, plan: Pla
         return Reading(text, None, error=str(error))
     if not isinstance(value, bool | int | float | str | tuple | Range) and not hasattr(value, "member"):
         return None  # objects are told apart by their fields
-    return Reading(text, plain(value), unit_of(_type_of(expression, environment, plan)))
+    return _reading(text, value, _type_of(expression, environment, plan), plan)
+
+
+def _reading(text: str, value: Value, type_: ValueType | None, plan: Plan) -> Reading:
+    shown = short(value_text(value, type_, plan.structures, _DIGITS))
+    return Reading(text, plain(value), unit_of(type_), shown=shown)
 
 
 def unit_of(type_: ValueType | None) -> str:
@@ -95,7 +106,7 @@ def _telling(expression: Expression) -> Iterator[Expression]:
 
 
 def _type_of(expression: Expression, environment: Environment, plan: Plan) -> ValueType | None:
-    """The declared type of what a path leads to."""
+    """The type of what a path leads to, and of sums of such; None for other expressions."""
     match expression:
         case Field(name):
             return field_type(environment.instance, name, plan)
@@ -104,6 +115,11 @@ def _type_of(expression: Expression, environment: Environment, plan: Plan) -> Va
             return field.type if field is not None else None
         case Member(base, name):
             return field_type(cast(HasFields, evaluate(base, environment)), name, plan)
+        case Index(items):
+            found = _type_of(items, environment, plan)
+            return found.element if isinstance(found, ListType) else None
+        case Arithmetic("+" | "-" | "%", left) | Negate(left):
+            return _type_of(left, environment, plan)
         case _:
             return None
 
@@ -119,10 +135,11 @@ def field_type(holder: HasFields, name: str, plan: Plan) -> ValueType | None:
 
 
 def read_arguments(
-    given: Sequence[tuple[str, Expression]], holder: HasFields, names: Iterable[str], plan: Plan
+    invocation: InvokeAction | None, holder: HasFields, names: Iterable[str], plan: Plan
 ) -> tuple[Reading, ...]:
     """The values of parameters; those that the text gives as constants are not told again."""
-    texts = dict(given)
+    texts = dict(invocation.arguments) if invocation is not None else {}
+    types = dict(invocation.types) if invocation is not None else {}
     readings = []
     for name in names:
         expression = texts.get(name)
@@ -130,5 +147,5 @@ def read_arguments(
             continue
         text = f"{name}: {short(expression.span.text)}" if expression is not None else name
         value: Value = holder.fields[name]
-        readings.append(Reading(text, plain(value), unit_of(field_type(holder, name, plan))))
+        readings.append(_reading(text, value, types.get(name) or field_type(holder, name, plan), plan))
     return tuple(readings[:_MOST])

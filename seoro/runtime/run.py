@@ -44,6 +44,7 @@ from seoro.runtime.outputs import OutputFile, Outputs
 from seoro.runtime.place import Place
 from seoro.runtime.services import Decision, Services
 from seoro.runtime.trace import Trace, unwritten
+from seoro.runtime.value_text import value_text
 from seoro.runtime.values import Actor, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
 
@@ -128,6 +129,13 @@ class Execution:
         fields = self._entry.fields
         names = (*self._plan.globals.fields, *self._entry.declaration.structure.fields)
         return {name: plain(fields[name]) for name in names}
+
+    @property
+    def parameter_texts(self) -> dict[str, str]:
+        """The value of every global parameter and of every field of the entry scenario, as the language writes it."""
+        declared = {**self._plan.globals.fields, **self._entry.declaration.structure.fields}
+        fields, structures = self._entry.fields, self._plan.structures
+        return {name: value_text(fields[name], field.type, structures) for name, field in declared.items()}
 
     @property
     def now(self) -> float:

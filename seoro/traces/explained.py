@@ -32,8 +32,7 @@ def _values(found: dict[str, Any]) -> Iterator[str]:
         if "error" in value:
             yield f"{shown(value.get('text'))} has no value: {shown(value['error'])}"
         else:
-            unit = f" {value['unit']}" if value.get("unit") else ""
-            yield f"{shown(value.get('text'))} = {shown(value.get('value'))}{unit}"
+            yield f"{shown(value.get('text'))} = {shown(value.get('shown', value.get('value')))}"
 
 
 def _fields(value: object) -> dict[str, Any]:

@@ -202,6 +202,13 @@ def test_a_dry_run_runs_nothing(write: Write, capsys: pytest.CaptureFixture[str]
     assert json.loads(capsys.readouterr().out)["parameters"] == {"name": "world", "pause": 0.0}
 
 
+def test_a_dry_run_prints_values_as_the_language_writes_them(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["exec", write("import osc.types\nscenario main:\n    v: speed = 1mps\n"), "--dry-run"]) == 0
+    assert "  v = 1.0mps\n" in capsys.readouterr().out
+
+
 def test_a_dry_run_writes_no_files(write: Write) -> None:
     file = write(GREETING)
     assert main(["exec", file, "-n", "--trace", "trace.jsonl", "--junit", "test.xml", "-o", "out"]) == 0

@@ -200,6 +200,7 @@ class Tried(Said):
 
     seed: int | None = None
     parameters: bytes = b""  # the chosen values, as JSON
+    texts: bytes = b"{}"  # the same as the language writes them, as JSON
     end: bytes = b""
 
 

@@ -38,6 +38,7 @@ def bind(
     traits: Mapping[str, ParameterTrait] = _VALUES,
     is_method: bool = False,
     ranges: dict[str, plan.Expression] | None = None,
+    types: dict[str, plan.ValueType] | None = None,
 ) -> dict[str, plan.Expression]:
     """The values of the parameters that are given, in the order in which they are given.
 
@@ -51,10 +52,11 @@ def bind(
         traits: What a Python implementation takes for parameters, where it differs from the declaration.
         is_method: Whether a method takes the arguments.
         ranges: Takes ranges given for parameters that hold one number (7.3.5.1.3); None if they are wrong.
+        types: Takes the static types of arguments that may be of any type.
     """
     if arguments is None:
         return {}
-    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method, ranges)
+    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method, ranges, types)
     binding.bind_positional(arguments.positional)
     for argument in arguments.named:
         binding.bind_named(argument)
@@ -73,6 +75,7 @@ class _Binding:
     traits: Mapping[str, ParameterTrait]
     is_method: bool
     ranges: dict[str, plan.Expression] | None
+    types: dict[str, plan.ValueType] | None
     given: dict[str, plan.Expression] = field(default_factory=dict)
     places: dict[str, Span] = field(default_factory=dict)
 
@@ -152,4 +155,6 @@ class _Binding:
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)
             expressions.bag.add(type_messages.AnyArgument(value.span, parameter.name, declared))
+        if self.types is not None and is_known(found.type):
+            self.types[parameter.name] = plan_type(found.type, expressions.program)
         return found.expression

@@ -107,9 +107,17 @@ class Behaviors:
         name, parameters, values = symbol.plan_name, all_fields(symbol), self._expressions.values
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
         ranges: dict[str, plan.Expression] = {}
-        traits = self._expressions.traits_of(symbol)
+        types: dict[str, plan.ValueType] = {}
         given = bind(
-            self._expressions, name, parameters, rest, self._scope, is_open(symbol), traits, ranges=ranges
+            self._expressions,
+            name,
+            parameters,
+            rest,
+            self._scope,
+            is_open(symbol),
+            self._expressions.traits_of(symbol),
+            ranges=ranges,
+            types=types,
         )
         values.check_conditions(symbol, given)
         constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
@@ -119,17 +127,9 @@ class Behaviors:
         if missing:
             self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
         is_atomic = symbol.kind is Kind.ACTION and do_directive(symbol) is None
-        make = plan.InvokeAction if is_atomic else plan.InvokeScenario
-        return make(
-            label,
-            name,
-            target.actor,
-            tuple((name, given[name]) for name in parameters if name in given),
-            tuple(constraints),
-            duration,
-            modifications,
-            call.span,
-        )
+        arguments = tuple((name, given[name]) for name in parameters if name in given)
+        common = (label, name, target.actor, arguments, tuple(constraints), duration, modifications, call.span)
+        return plan.InvokeAction(*common, tuple(types.items())) if is_atomic else plan.InvokeScenario(*common)
 
 
 def _within(parameter: str, bounds: plan.Expression) -> plan.ConstraintMember:

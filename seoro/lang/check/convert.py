@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from seoro.lang import plan
-from seoro.lang.check.plan_types import type_name
+from seoro.lang.check.plan_types import base_unit, type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import types as messages
@@ -116,7 +116,8 @@ class Converter:
     def _report(self, value: Typed, target: Type, context: str) -> None:
         hint = ""
         if isinstance(target, Quantity) and is_plain_number(value.type):
-            hint = f"multiply it by a unit, such as `1{self._unit(target)}`" if self._unit(target) else ""
+            unit = base_unit(target.dimension, self._program)
+            hint = f"multiply it by a unit, such as `1{unit}`" if unit else ""
         elif isinstance(target, Quantity) and isinstance(value.expression, plan.Literal):
             hint = self._units(target)
         found, needed = self.describe(value.type), self.describe(target)
@@ -127,12 +128,6 @@ class Converter:
         units = [unit for unit in self._program.units.values() if unit.dimension == type_.dimension]
         units.sort(key=lambda unit: (unit.factor != 1 or bool(unit.offset), len(unit.name)))
         return f"{self.describe(type_)} has the units {listing(unit.name for unit in units[:4])}" if units else ""
-
-    def _unit(self, type_: Quantity) -> str:
-        """The name of a unit that is the base unit of a type."""
-        units = self._program.units.values()
-        names = [u.name for u in units if u.dimension == type_.dimension and u.factor == 1 and not u.offset]
-        return min(names, key=len, default="")
 
     def _try(self, value: Typed, target: Type) -> plan.Expression | None:
         """The converted value; None if the types do not fit."""

@@ -19,7 +19,7 @@ from seoro.lang.types import (
     Type,
     Unknown,
 )
-from seoro.lang.units import unit_text
+from seoro.lang.units import Dimension, unit_text
 
 
 def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:
@@ -34,7 +34,8 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
             return plan.PrimitiveType(name)
         case Quantity(dimension):
             unit = unit_text(dimension)
-            return plan.PhysicalType(program.quantities.get(dimension, unit), unit)
+            name = program.quantities.get(dimension, unit)
+            return plan.PhysicalType(name, unit, base_unit(dimension, program))
         case Enumeration(symbol):
             return symbol.plan_type
         case Structured(symbol):
@@ -47,6 +48,16 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
             return plan_type(STRING, program)  # only where checking failed, and no plan is made
         case _:
             assert_never(type_)
+
+
+def base_unit(dimension: Dimension, program: Program) -> str:
+    """The shortest name of a unit that is the base unit of a dimension; empty if none is declared."""
+    names = (
+        unit.name
+        for unit in program.units.values()
+        if unit.dimension == dimension and unit.factor == 1 and not unit.offset
+    )
+    return min(names, key=len, default="")
 
 
 def type_name(type_: Type, program: Program) -> str:

@@ -19,6 +19,7 @@ from seoro.lang.plan.events import EventSpecification, OwnEvent
 from seoro.lang.plan.expressions import Call, Expression
 from seoro.lang.plan.modifications import Modification
 from seoro.lang.plan.structures import ConstraintMember
+from seoro.lang.plan.types import ValueType
 from seoro.lang.source import Span
 
 
@@ -124,6 +125,7 @@ class InvokeAction(Value):
         duration: How long it takes.
         modifications: What is done to it as a whole.
         span: Its place in the text.
+        types: Static types of the arguments that may be of any type.
     """
 
     label: str | None
@@ -134,6 +136,7 @@ class InvokeAction(Value):
     duration: Expression | None
     modifications: tuple[Modification, ...]
     span: Span
+    types: tuple[tuple[str, ValueType], ...] = ()
 
 
 class InvokeScenario(Value):

@@ -14,10 +14,17 @@ class PrimitiveType(Value):
 
 
 class PhysicalType(Value):
-    """A physical type; `unit` is its SI base unit as text, such as `m/s`, for people to read."""
+    """A physical type.
+
+    Args:
+        name: Its name.
+        unit: Its SI base unit as text, such as `m/s`, for people to read.
+        literal: The unit of the language that is this base unit, such as `mps`; empty if none is declared.
+    """
 
     name: str
     unit: str
+    literal: str = ""
 
 
 class EnumType(Value):
