@@ -14,6 +14,7 @@ import asyncio
 import hashlib
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -155,6 +156,7 @@ def main() -> int:
     files = [file.resolve() for file in options.files] or sorted((PROJECT / "scenarios").rglob("*.osc"))
     engines = options.sim or list(SIMULATORS)
     if not options.table:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the node is stopped, too
         os.nice(NICE)
         for seed in range(options.first, options.first + options.seeds):
             for engine in engines:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -36,6 +37,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no round after this time")
     parser.add_argument("--keep", action="store_true", help="keep the files of rounds with violations")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the lab is stopped, too
     options.journal.parent.mkdir(parents=True, exist_ok=True)
     known = _read(options.journal)
     wanted = [seed for seed in range(options.seed, options.seed + options.rounds) if seed not in known]
