@@ -72,7 +72,7 @@ def _pair_of(_process: int) -> _KeyPair:
 
 def _code(secret: bytes, key: str, request: bytes, beside: bytes, form: int, number: int, answer: bytes) -> bytes:
     """The code of an answer; without a secret, its hash."""
-    head = f"{_ANSWER} {key} {form} {number} {len(request)} {len(beside)}\n".encode()
+    head = digest(_ANSWER, key, form, number, len(request), len(beside))  # which says where it ends itself
     code = hashlib.blake2b(head, key=secret, digest_size=_CODE)
     for each in (request, beside, answer):
         code.update(each)
