@@ -33,12 +33,11 @@ from seoro.bridges import wire
 from seoro.bridges.executor.messages import BUNDLE, BundledFilm, Tried
 from seoro.bridges.session import brokered
 from seoro.bundle.places import locating
-from seoro.bundle.unpacking import options_of
+from seoro.bundle.unpacking import limit_of, options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
-from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor import broker, sandbox
 from seoro.executor.entering import end_as
@@ -273,8 +272,9 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
             lambda reason: loop.call_soon_threadsafe(run.halt, reason),
             lambda reason: loop.call_soon_threadsafe(run.give_up, reason),
         )
-        async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
-            await await_verdict(run, wall_limit(manifest.options.timeout))
+        limit = limit_of(manifest.options)
+        async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running(limit):
+            await run.result()
         left = await _leave(run, recording, Path(job.output))
     assert run.verdict is not None, "it was waited for"
     fault = run.fault

@@ -148,17 +148,6 @@ async def test_an_executor_with_a_relative_folder_runs_scenarios(
     assert state is State.PASSED, reason
 
 
-async def test_the_default_wall_time_ends_a_run_and_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from seoro.embed import walltime
-
-    assert walltime.wall_limit(None).seconds == 3600.0
-    assert walltime.wall_limit(None, of_file=5.0).seconds == 5.0
-    assert walltime.wall_limit(7.0, of_file=5.0).seconds == 7.0
-    assert "`--timeout SECONDS` raises it" in walltime.wall_limit(None).reason
-
-
 # ---------------------------------------------------------------- parts
 
 
