@@ -10,6 +10,7 @@ import pytest
 
 import seoro
 from seoro.bridges.executor.messages import State
+from seoro.executor import bubblewrap
 from seoro.executor.environment import for_runs, passed
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.quota import TO_END, TraceFile, Usage, cut, size_of_files
@@ -29,6 +30,8 @@ scenario endless:
 MINE = """from pathlib import Path
 import os
 import subprocess
+import threading
+import time
 from seoro import ActionContext, action
 
 @action("act")
@@ -99,6 +102,24 @@ async def test_what_a_run_may_have_is_limited(tmp_path: Path, limits: dict[str, 
     assert f"`{next(iter(limits))}`" in reason
     [log] = [*(tmp_path / "state" / "runs").glob("*/output/log.txt")] or [Path("/dev/null")]
     assert log.stat().st_size <= 1 << 20
+
+
+async def test_a_process_cannot_take_more_memory_between_two_looks(tmp_path: Path) -> None:
+    code = "bytes(3 << 30) and None; return"  # at once, which the kernel refuses
+    made = options(tmp_path, allow=["python"], memory=1024)
+    state, reason, _ = await reason_of(made, acting(tmp_path, code))
+    assert state is State.ERROR
+    assert "MemoryError" in reason
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the kernel does not limit tasks of root")
+@pytest.mark.skipif(bool(bubblewrap.trouble()), reason="needs a sandbox")
+async def test_a_sandboxed_run_cannot_have_more_threads_than_its_processes_need(tmp_path: Path) -> None:
+    code = "[threading.Thread(target=time.sleep, args=(60,), daemon=True).start() for _ in range(500)]"
+    made = options(tmp_path, allow=["python"], processes=8)
+    state, reason, _ = await reason_of(made, acting(tmp_path, code))
+    assert state is State.ERROR
+    assert "can't start new thread" in reason
 
 
 async def test_a_file_cannot_get_larger_than_all_output(tmp_path: Path) -> None:
