@@ -70,8 +70,9 @@ class Pending(Stateful):
 
     def take(self) -> Happened:
         """All of it, which is told then."""
-        held = (self._occurrences, self._contacts, self._feedback, self._departures)
-        happened = Happened(*map(tuple, held))
+        happened = Happened(
+            tuple(self._occurrences), tuple(self._contacts), tuple(self._feedback), tuple(self._departures)
+        )
         self._occurrences, self._contacts, self._feedback, self._departures = [], [], [], []
         return happened
 
