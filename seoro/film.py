@@ -1,7 +1,7 @@
 """Films of runs in a simulator: MP4 files that are written while the run goes on, and play as far as they go.
 
 async with prepare(scenario, options) as run:
-    async with run.recording(Film(follow="turtlebot4"), Path("run.mp4")) as recording, run.running():
+    async with run.recording(Film(follow="turtlebot4"), Path("run.mp4")) as recording, run.running(limit):
         verdict = await run.result()
     if recording.error: ...
 """

@@ -10,10 +10,12 @@ from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot
 from sim_nodes.cameras import Cameras
+from sim_nodes.departures import is_within
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
+from sim_nodes.starts import check_starts
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
@@ -60,7 +62,7 @@ class Entities(Stateful):
         seed: Seed of the simulation.
 
     Raises:
-        RequestRefused: A prop that can move overlaps something.
+        RequestRefused: A robot, or a prop that can move, overlaps something.
 
     Attributes:
         spawned: The bodies that were spawned, by name, in order.
@@ -77,6 +79,7 @@ class Entities(Stateful):
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
         self._add_props(world)
+        check_starts(engine, world)
         self._of_the_world = self._robots | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
         self._told: dict[str, Info] = {}  # what somebody has said of entities
@@ -322,6 +325,8 @@ class Entities(Stateful):
             return
         if name in self.bodies:
             _check_floor(name, self.bodies[name], state)
+        elif not is_within(state.position, self._world.extent):
+            raise RequestRefused(Result.OPERATION_FAILED, f"{_at(name, state)} would be outside of the world")
         before = self._engine.body_state(name)
         self._engine.set_body_state(name, state)
         in_the_way = self._engine.overlaps(name)

@@ -15,6 +15,7 @@ from seoro.bridges.wire import (
     LONGEST_WAIT,
     AnotherWorld,
     Contact,
+    Departure,
     Happening,
     Happenings,
     NavigationFeedback,
@@ -28,7 +29,7 @@ from sim_nodes.worlds.loader import World
 KEPT = 10_000  # things that a log has
 AWAY = 3.0 * LONGEST_WAIT  # [s] of the machine's clock without a question, after which nobody follows any more
 
-What = Occurrence | Contact | NavigationFeedback
+What = Occurrence | Contact | Departure | NavigationFeedback
 
 
 @dataclass(frozen=True)
@@ -38,20 +39,22 @@ class Happened:
     occurrences: tuple[Occurrence, ...]
     contacts: tuple[Contact, ...]
     feedback: tuple[NavigationFeedback, ...]
+    departures: tuple[Departure, ...] = ()
 
 
 class Pending(Stateful):
     """What has happened and was not told yet."""
 
-    STATE = ("_occurrences", "_contacts", "_feedback")
+    STATE = ("_occurrences", "_contacts", "_feedback", "_departures")
 
     def __init__(self) -> None:
         self._occurrences: list[Occurrence] = []
         self._contacts: list[Contact] = []
         self._feedback: list[NavigationFeedback] = []
+        self._departures: list[Departure] = []
 
     def __bool__(self) -> bool:
-        return bool(self._occurrences or self._contacts or self._feedback)
+        return bool(self._occurrences or self._contacts or self._feedback or self._departures)
 
     def add(self, what: What) -> None:
         """Hold what has happened."""
@@ -62,17 +65,21 @@ class Pending(Stateful):
                 self._contacts.append(what)
             case NavigationFeedback():
                 self._feedback.append(what)
+            case Departure():
+                self._departures.append(what)
 
     def take(self) -> Happened:
         """All of it, which is told then."""
-        happened = Happened(tuple(self._occurrences), tuple(self._contacts), tuple(self._feedback))
-        self._occurrences, self._contacts, self._feedback = [], [], []
+        happened = Happened(
+            tuple(self._occurrences), tuple(self._contacts), tuple(self._feedback), tuple(self._departures)
+        )
+        self._occurrences, self._contacts, self._feedback, self._departures = [], [], [], []
         return happened
 
     def without_feedback(self) -> Pending:
         """The same without what was said of ways to goals."""
         kept = Pending()
-        kept._occurrences, kept._contacts = self._occurrences, self._contacts
+        kept._occurrences, kept._contacts, kept._departures = self._occurrences, self._contacts, self._departures
         return kept
 
 
@@ -108,6 +115,8 @@ class Log:
                 happening = Happening(number=self._number, occurrence=what)
             case Contact():
                 happening = Happening(number=self._number, contact=what)
+            case Departure():
+                happening = Happening(number=self._number, departure=what)
             case NavigationFeedback():
                 happening = Happening(number=self._number, feedback=what)
             case AnotherWorld():

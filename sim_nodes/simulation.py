@@ -26,6 +26,7 @@ from seoro.bridges.wire import (
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.batches import Batches
 from sim_nodes.contacts import Contacts
+from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
 from sim_nodes.faults.board import FaultBoard
 from sim_nodes.faults.cameras import FreeCameras
@@ -39,7 +40,7 @@ from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.notes import Notes
-from sim_nodes.physics import BodyState, Engine, UnstablePhysics
+from sim_nodes.physics import BodyState, Engine
 from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.robots.robot import Knowledge, Robot
 from sim_nodes.sensors.feed import Feed
@@ -66,6 +67,7 @@ class Simulation(Stateful):
         "_watches",
         "_touched",
         "strikes",
+        "departures",
         "entities",
         "camera_faults",
         "robots",
@@ -104,6 +106,7 @@ class Simulation(Stateful):
         self.camera_faults = FaultBoard("", FreeCameras(cameras))
         about = Knowledge(self.known, self.entities.is_loose, cameras)
         self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
+        self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
         self.notes = self._new_notes({robot.name: robot.pose for robot in placed})
@@ -171,11 +174,9 @@ class Simulation(Stateful):
         self._check_states()
 
     def _check_states(self) -> None:
-        """Raise an error if a robot is nowhere: what is computed from its state would be no numbers, too."""
+        """Check that the physics has kept the robots near the floor, at finite states."""
         for name in self.robots:
-            state = self.engine.body_state(name)
-            if not all(map(math.isfinite, (*state.position, *state.orientation))):
-                raise UnstablePhysics(f"the state of the robot '{name}' is not finite at {self.time:g} s")
+            check_state(name, self.engine.body_state(name), self.time)
 
     def run(self, until: float) -> None:
         """Simulate to the first step at or after a time, whatever happens but an emergency stop."""
@@ -234,6 +235,7 @@ class Simulation(Stateful):
         for robot in awake:
             self._report(robot, robot.tick(tick))
             self.notes.passed(robot, self.time, tick)
+            self._note_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
                 self._happen(feedback_message(robot.name, self.time, feedback))
         self.notes.note_places(tick)
@@ -260,6 +262,11 @@ class Simulation(Stateful):
                 self._happen(contact_message(self.time, pair, strike, pushes=True))
         if robots:
             self.strikes.sample(robots, tick)
+
+    def _note_departure(self, robot: str) -> None:
+        departure = self.departures.find(robot, self.engine.body_state(robot).position, self.time)
+        if departure is not None:
+            self._happen(departure)
 
     def move(self, entity: str, state: BodyState) -> None:
         """Put an entity somewhere.

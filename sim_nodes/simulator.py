@@ -306,6 +306,7 @@ class Simulator:
             film=film,
             film_error=film_error,
             feedback=happened.feedback,
+            departures=happened.departures,
         )
 
     def rewind(self, time: float) -> float:

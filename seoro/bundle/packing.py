@@ -19,6 +19,7 @@ from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario, check_file
+from seoro.embed.walltime import OF_PROGRAMS, Source, WallLimit
 from seoro.errors import InvalidUse
 from seoro.film import Film
 from seoro.input_files import Kind, open_input
@@ -52,7 +53,7 @@ class Bundle:
 def pack(
     scenario: Scenario,
     options: Options,
-    timeout: float | None = None,
+    limit: WallLimit = OF_PROGRAMS,
     contents: Path | None = None,
     film: Film | None = None,
 ) -> Bundle:
@@ -61,7 +62,7 @@ def pack(
     Args:
         scenario: What `load` returned.
         options: How it is to be run; observers and the output folder stay here.
-        timeout: [s] of the machine's clock after which the run is given up.
+        limit: Limit of its wall time.
         contents: File with the text of the scenario, if that was read from elsewhere than from its own.
         film: What is recorded of the run.
 
@@ -106,7 +107,7 @@ def pack(
         shown=sources.entry.file.name,
         directory=packer.place(here) if here.is_relative_to(root) and here != root else ROOT,
         root=str(root),
-        options=_bundled(options, packer, timeout, film),
+        options=_bundled(options, packer, limit, film),
     )
     return Bundle(manifest, packer.blobs, names_absolute)
 
@@ -264,7 +265,7 @@ def _files_below(folder: Path) -> Iterator[Path]:
 # ---------------------------------------------------------------- how it is run
 
 
-def _bundled(options: Options, packer: _Packer, timeout: float | None, film: Film | None) -> wire.BundledOptions:
+def _bundled(options: Options, packer: _Packer, limit: WallLimit, film: Film | None) -> wire.BundledOptions:
     return wire.BundledOptions(
         name=options.name,
         seed=options.seed,
@@ -278,7 +279,8 @@ def _bundled(options: Options, packer: _Packer, timeout: float | None, film: Fil
             wait=options.leasing.wait, priority=options.leasing.priority, lease=options.leasing.lease
         ),
         grace=options.grace,
-        timeout=timeout,
+        timeout=None if limit.source is Source.DEFAULT else limit.seconds,
+        timeout_of_file=limit.source is Source.FILE,
         film=None if film is None else wire.BundledFilm(**asdict(film)),
     )
 

@@ -11,6 +11,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bundle.places import ROOT, InvalidPlace, check_place, is_world_name
 from seoro.embed.checking import check_options
 from seoro.embed.options import OF_ROS, ClockName, Lab, Leasing, Options, Ros, Simulator
+from seoro.embed.walltime import WallLimit, wall_limit
 from seoro.errors import InvalidUse
 from seoro.input_files import resolved
 from seoro.lab.reading import read_lab
@@ -130,6 +131,12 @@ def options_of(manifest: wire.Manifest, folder: Path, locate: Locate = as_named)
     )
     check_options(options)
     return options
+
+
+def limit_of(options: wire.BundledOptions) -> WallLimit:
+    """Return the limit of the wall time of a run from a bundle."""
+    of_sender, of_file = (None, options.timeout) if options.timeout_of_file else (options.timeout, None)
+    return wall_limit(of_sender, "--timeout SECONDS", of_file)
 
 
 def _clock(name: str | None) -> ClockName | None:

@@ -30,7 +30,7 @@ from seoro.cli.signals import ending_signals
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, check_file, load
 from seoro.embed.starting import announcement, prepare
-from seoro.embed.walltime import await_verdict, wall_limit
+from seoro.embed.walltime import WallLimit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.film import DESCRIPTION
 from seoro.lang.loader import read_file
@@ -51,10 +51,10 @@ def run_local(options: argparse.Namespace) -> int:
     try:
         with _terminable():
             scenario = _load(options.file)
-            use_file_settings(options, scenario)
+            limit = use_file_settings(options, scenario).limit
             files.check_inputs(inputs_of(options, scenario))
         with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
-            return anyio.run(_Exec(options, scenario, files).main, backend_options=_loop_for(options))
+            return anyio.run(_Exec(options, scenario, files, limit).main, backend_options=_loop_for(options))
     except (InvalidScenario, InvalidUse, BackendError) as error:
         files.write_unrun(shown_name(options.file), error, error_text(error))
         raise
@@ -97,7 +97,10 @@ def _load(file: str) -> Scenario:
 class _Exec:
     """One run of the command."""
 
-    def __init__(self, options: argparse.Namespace, scenario: Scenario, files: ResultFiles) -> None:
+    def __init__(
+        self, options: argparse.Namespace, scenario: Scenario, files: ResultFiles, limit: WallLimit
+    ) -> None:
+        self._limit = limit
         self._options = options
         self._scenario = scenario
         self._files = files
@@ -162,8 +165,8 @@ class _Exec:
             self._run = run
             self._progress.follow(lambda: run.now)
             self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
-            async with self._recording(run) as recording, run.running():
-                verdict = await self._await_verdict(run)
+            async with self._recording(run) as recording, run.running(self._limit):
+                verdict = await run.result()
             artifacts = await run.artifacts() if options.output_dir else ()
         if recording is not None:
             verdict = recording.checked(verdict)
@@ -188,6 +191,3 @@ class _Exec:
         )
         verdict = await conclude(found, self._options, self._files, self._progress)
         return self._interrupted or OF_STATUS[verdict.status]
-
-    async def _await_verdict(self, run: Run) -> Verdict:
-        return await await_verdict(run, wall_limit(self._options.timeout))

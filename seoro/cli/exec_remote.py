@@ -23,6 +23,7 @@ from seoro.cli.run_arguments import inputs_of, settings_of, use_file_settings
 from seoro.client import Client
 from seoro.embed.checking import check_options
 from seoro.embed.scenarios import Scenario, check_file
+from seoro.embed.walltime import WallLimit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.film import Film
 from seoro.lang.loader import read_file
@@ -34,10 +35,10 @@ def run_remote(options: argparse.Namespace) -> int:
     try:
         with TemporaryDirectory() as folder:
             scenario, contents = _read(options, Path(folder))
-            use_file_settings(options, scenario)
+            limit = use_file_settings(options, scenario).limit
             files.check_inputs(inputs_of(options, scenario))
             film = film_of(options)
-            bundle = _bundle(options, scenario, contents, film and film[0])
+            bundle = _bundle(options, scenario, limit, contents, film and film[0])
             if options.dry_run:
                 return anyio.run(_try, options, bundle)
             if film is not None:
@@ -67,11 +68,13 @@ def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | N
     return scenario.without_errors(), contents
 
 
-def _bundle(options: argparse.Namespace, scenario: Scenario, contents: Path | None, film: Film | None) -> Bundle:
+def _bundle(
+    options: argparse.Namespace, scenario: Scenario, limit: WallLimit, contents: Path | None, film: Film | None
+) -> Bundle:
     """Pack what is sent; errors are found here, as far as that is possible without the executor."""
     settings = replace(settings_of(options), leasing=leasing_of(options))
     check_options(settings)
-    return pack(scenario, settings, options.timeout, contents, film)
+    return pack(scenario, settings, limit, contents, film)
 
 
 async def _try(options: argparse.Namespace, bundle: Bundle) -> int:

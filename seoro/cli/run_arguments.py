@@ -10,7 +10,17 @@ from pathlib import Path
 
 from seoro.bridges.ros2.addresses import ROUTER
 from seoro.cli.arguments import add_folders, domain, positive, rate, seed
-from seoro.embed.file_settings import FileSettings, Given, settings_of_file
+from seoro.embed.file_settings import (
+    CLOCK,
+    ENDPOINT,
+    LAB,
+    ROS,
+    SNAPSHOT,
+    FileSettings,
+    Given,
+    place_of,
+    settings_of_file,
+)
 from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidUse
@@ -101,25 +111,23 @@ def use_file_settings(options: argparse.Namespace, scenario: Scenario, *, repeat
         InvalidScenario, InvalidUse: As `settings_of_file`.
     """
     places = {
-        "--from-snapshot": options.from_snapshot is not None,
-        "--connect": options.connect is not None,
-        "--lab": options.lab is not None,
-        "--ros": options.ros is not None and options.sim is None,
-        f"--clock {options.clock}": options.clock in ("real", "virtual") and options.sim is None,
+        SNAPSHOT: (options.from_snapshot, "--from-snapshot"),
+        ENDPOINT: (options.connect, "--connect"),
+        LAB: (options.lab, "--lab"),
+        ROS: (options.ros, "--ros"),
+        CLOCK: (options.clock, f"--clock {options.clock}"),
     }
-    place = next((name for name, holds in places.items() if holds), None)
     given = Given(
         simulator=options.sim,
-        place=place,
-        takes_world=place == "--connect",
+        place=place_of(places, has_simulator=options.sim is not None),
         world=options.world,
         seed=options.seed,
         timeout=options.timeout,
+        timeout_option="--timeout SECONDS",
         parameters=None if options.params is not None else overrides_of(options.set),
     )
     found = settings_of_file(scenario.checked, options.scenario, given, repeats=repeats)
-    options.sim, options.world = found.simulator, found.world
-    options.seed, options.timeout = found.seed, found.timeout
+    options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
     return found

@@ -155,7 +155,6 @@ class Client:
         executor: str,
         scenario: str | Path | Scenario,
         *,
-        timeout: float | None = None,
         stop_if_lost: float | None = None,
         priority: int = 0,
         film: Film | None = None,
@@ -169,7 +168,6 @@ class Client:
         Args:
             executor: Name of the executor.
             scenario: Its file, or what `load` returned.
-            timeout: Give the run up after that many seconds of the machine's clock.
             stop_if_lost: Stop the run when nobody has followed it by `records` or `result` for that many seconds;
                 by default, it goes on.
             priority: Of those that wait, runs of higher priority go first; from -100 to 100.
@@ -180,7 +178,7 @@ class Client:
             InvalidScenario, InvalidUse: It cannot be run like this; nothing was sent.
             BackendError: The executor refuses it, or is gone.
         """
-        bundle = _packed(scenario, options_from(options), timeout, film)
+        bundle = _packed(scenario, options_from(options), film)
         return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
     async def submit_bundle(
@@ -312,12 +310,10 @@ class Client:
         return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
 
 
-def _packed(
-    scenario: str | Path | Scenario, options: Options, timeout: float | None = None, film: Film | None = None
-) -> Bundle:
-    check_limit("timeout", timeout)
+def _packed(scenario: str | Path | Scenario, options: Options, film: Film | None = None) -> Bundle:
+    check_limit("timeout", options.timeout)
     if not isinstance(scenario, Scenario):
         scenario = check_file(to_path("scenario", scenario), import_python=False)
-    settings, of_file = with_file_settings(scenario.without_errors().checked, options, timeout)
+    settings, of_file = with_file_settings(scenario.without_errors().checked, options, "timeout=SECONDS")
     check_options(settings)
-    return pack(scenario, settings, of_file.timeout, film=film)
+    return pack(scenario, settings, of_file.limit, film=film)

@@ -11,6 +11,7 @@ from typing import Final
 from seoro import __version__
 from seoro.doctor.findings import Finding, failed, ok, warning
 from seoro.executor import bubblewrap
+from seoro.executor.kernel_limits import why_unlimited
 from seoro.lang.frozen import Value
 
 _NEEDED: Final = ("eclipse-zenoh", "pydantic", "msgpack", "anyio", "cryptography")
@@ -53,13 +54,24 @@ def look_here() -> Iterator[Finding]:
             yield ok(name, found)
     for extra in EXTRAS:
         yield _look_for(extra)
-    yield _look_at_sandbox()
+    trouble = bubblewrap.trouble()
+    yield _look_at_sandbox(trouble)
+    yield _look_at_limits(trouble)
 
 
-def _look_at_sandbox() -> Finding:
-    if trouble := bubblewrap.trouble():
+def _look_at_sandbox(trouble: str) -> Finding:
+    if trouble:
         return warning("sandbox", f"runs of an executor here are not sandboxed: {trouble}", SANDBOX)
     return ok("sandbox", "runs of an executor here are sandboxed by bubblewrap")
+
+
+def _look_at_limits(trouble: str) -> Finding:
+    """Return how the memory and the processes of runs are limited here."""
+    by_kernel = "the kernel limits the memory of each process"
+    watched = "and the executor looks at the whole run twice a second"
+    if unlimited := why_unlimited(is_sandboxed=not trouble):
+        return ok("limits", f"{by_kernel}, but not the number of processes ({unlimited}), {watched}")
+    return ok("limits", f"{by_kernel} and the number of processes and threads of a run, {watched}")
 
 
 def _look_for(extra: Extra) -> Finding:

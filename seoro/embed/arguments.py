@@ -59,6 +59,18 @@ def to_number(name: str, value: object) -> float:
     return float(value)
 
 
+def to_limit(name: str, value: object) -> float:
+    """Check a limit of time [s]: a number above 0, which may be infinite.
+
+    Raises:
+        InvalidUse: `value` is something else.
+    """
+    limit = to_number(name, value)
+    if not limit > 0.0:
+        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected seconds above 0")
+    return limit
+
+
 def to_rate(name: str, value: object) -> float:
     """Check simulated seconds per second; `"max"` is as fast as possible, as on the command line.
 

@@ -6,14 +6,53 @@ user, so that no directive is ignored silently.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 from seoro.embed.directives import Directives, directives_of_file
 from seoro.embed.options import Options, Simulator
+from seoro.embed.walltime import WallLimit, wall_limit
 from seoro.errors import InvalidUse
 from seoro.lang.frontend import Checked
 from seoro.lang.lower.entry import find_entry
+
+SNAPSHOT: Final = "snapshot"
+ENDPOINT: Final = "endpoint"
+LAB: Final = "lab"
+ROS: Final = "ros"
+CLOCK: Final = "clock"
+_WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where actors live if no simulator is named: an option of the caller.
+
+    Args:
+        kind: `SNAPSHOT`, `ENDPOINT`, `LAB`, `ROS` or `CLOCK`.
+        option: The option, as the user writes it.
+    """
+
+    kind: str
+    option: str
+
+
+def place_of(options: Mapping[str, tuple[object, str]], *, has_simulator: bool) -> Place | None:
+    """Return the place that options give, or None.
+
+    Args:
+        options: For each kind of place, the value of its option (None if it is not given), and the option as the
+            user writes it.
+        has_simulator: Whether the options name a simulator; `ROS` and `CLOCK` are no place then.
+    """
+    for kind in (SNAPSHOT, ENDPOINT, LAB, ROS, CLOCK):
+        value, option = options[kind]
+        if value is None or (has_simulator and kind in (ROS, CLOCK)):
+            continue
+        if kind != CLOCK or value in _WITHOUT_SIMULATOR:
+            return Place(kind, option)
+    return None
 
 
 @dataclass(frozen=True)
@@ -22,22 +61,26 @@ class Given:
 
     Args:
         simulator: Name of the simulator to start.
-        place: The option that decides where actors live instead of a simulator's name, as the user writes it: an
-            endpoint, a snapshot, a lab, a ROS 2 system, or a clock without a simulator. None if no option does.
-        takes_world: Whether a world can be loaded at that place.
+        place: The option that decides where actors live instead of a simulator's name; None if no option does.
         world: Name or path of the world.
         seed: Seed of the run.
         timeout: Limit of wall time [s].
+        timeout_option: The option that gives this limit, for messages.
         parameters: Paths of parameters with given values; None if a parameter file gives them.
     """
 
     simulator: str | None = None
-    place: str | None = None
-    takes_world: bool = False
+    place: Place | None = None
     world: str | None = None
     seed: int | None = None
     timeout: float | None = None
+    timeout_option: str = "--timeout"
     parameters: Collection[str] | None = ()
+
+    @property
+    def takes_world(self) -> bool:
+        """Whether a world can be loaded at the place."""
+        return self.place is not None and self.place.kind == ENDPOINT
 
 
 @dataclass(frozen=True)
@@ -49,7 +92,7 @@ class FileSettings:
         world: Name or path of its world; None for its default.
         seed: Seed of the run; None to draw one.
         seeds: All seeds that the file lists, for runners of several runs; empty if an option gives one.
-        timeout: Limit of wall time [s]; None for the default.
+        limit: Limit of wall time.
         notes: Notes for the user.
     """
 
@@ -57,7 +100,7 @@ class FileSettings:
     world: str | None
     seed: int | None
     seeds: Sequence[int]
-    timeout: float | None
+    limit: WallLimit
     notes: Sequence[str]
 
 
@@ -97,7 +140,7 @@ def settings_of_file(
         world=directives.world if given.world is None and loads_world else given.world,
         seed=given.seed if given.seed is not None else next(iter(seeds), None),
         seeds=seeds,
-        timeout=given.timeout if given.timeout is not None else directives.timeout,
+        limit=wall_limit(given.timeout, given.timeout_option, directives.timeout),
         notes=[f"{name}: {note}" for note in notes],
     )
 
@@ -106,9 +149,9 @@ def _notes(directives: Directives, given: Given) -> Iterator[str]:
     listed, asked = directives.simulators, " or ".join(directives.simulators)
     if given.place is not None and not given.takes_world:
         if listed:
-            yield f"it asks for the simulator {asked}; `{given.place}` goes before it"
+            yield f"it asks for the simulator {asked}; `{given.place.option}` goes before it"
         if directives.world is not None:
-            yield f"it asks for the world `{directives.world}`; `{given.place}` goes before it"
+            yield f"it asks for the world `{directives.world}`; `{given.place.option}` goes before it"
     elif listed and given.simulator is not None and given.simulator not in listed:
         yield f"it asks for the simulator {asked}; this run uses {given.simulator}"
     elif len(listed) > 1 and given.simulator is None and given.place is None:
@@ -125,42 +168,41 @@ def _listed(items: Sequence[object]) -> str:
     return ", ".join(map(str, items))
 
 
-def with_file_settings(
-    checked: Checked, options: Options, timeout: float | None = None
-) -> tuple[Options, FileSettings]:
+def with_file_settings(checked: Checked, options: Options, timeout_option: str) -> tuple[Options, FileSettings]:
     """Merge the directives of a file into the options of an embedding program or a client.
 
     Args:
         checked: The file.
         options: The options; those that are given go before directives.
-        timeout: Limit of wall time [s].
+        timeout_option: The option that gives the limit of wall time, for messages.
 
     Raises:
         InvalidScenario, InvalidUse: As `settings_of_file`.
     """
     simulator = options.simulator
-    found = settings_of_file(checked, options.name, _given(options, timeout))
+    found = settings_of_file(checked, options.name, _given(options, timeout_option))
     if found.simulator is not None or simulator is not None:
         simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
     return replace(options, simulator=simulator, seed=found.seed), found
 
 
-def _given(options: Options, timeout: float | None) -> Given:
+def _given(options: Options, timeout_option: str) -> Given:
     simulator = options.simulator
-    places = {
-        "snapshot": simulator is not None and simulator.snapshot is not None,
-        "endpoint": simulator is not None and simulator.endpoint is not None,
-        "lab": options.lab is not None,
-        "ros": options.ros is not None and simulator is None,
-        "clock": options.clock in ("real", "virtual") and simulator is None,
+    values = {
+        SNAPSHOT: None if simulator is None else simulator.snapshot,
+        ENDPOINT: None if simulator is None else simulator.endpoint,
+        LAB: options.lab,
+        ROS: options.ros,
+        CLOCK: options.clock,
     }
-    place = next((name for name, holds in places.items() if holds), None)
     return Given(
         simulator=None if simulator is None else simulator.name,
-        place=place,
-        takes_world=place == "endpoint",
+        place=place_of(
+            {kind: (value, kind) for kind, value in values.items()}, has_simulator=simulator is not None
+        ),
         world=None if simulator is None else simulator.world,
         seed=options.seed,
-        timeout=timeout,
+        timeout=options.timeout,
+        timeout_option=timeout_option,
         parameters=None if options.parameters is not None else options.overrides.keys(),
     )

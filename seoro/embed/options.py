@@ -14,6 +14,7 @@ from seoro.embed.arguments import (
     AnyPath,
     instance_of,
     optional,
+    to_limit,
     to_number,
     to_overrides,
     to_path,
@@ -181,6 +182,8 @@ class Options:
         output_directory: Where the results of the run go; methods of libraries may ask for it.
         keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
         grace: Time for the clean-up of a cancelled action [s].
+        timeout: Limit of wall time, after which the run ends as an error [s], which may be infinite; None for that
+            of the scenario file (`# seoro: timeout`), or one hour.
         vet: Called with the plan before anything is started; what it raises comes out of `start`.
         load: Loads the scenarios that a lab file names; `seoro.load` if it is not given.
         locate: Gives the places of files that are named by absolute paths.
@@ -199,6 +202,7 @@ class Options:
     output_directory: Path | None = None
     keep_trace: bool = False
     grace: float = 5.0
+    timeout: float | None = None
     vet: Callable[[Plan], object] | None = None
     load: Callable[[Path], Scenario] | None = None
     locate: Locate = as_named
@@ -220,6 +224,7 @@ class OptionFields(TypedDict, total=False):
     output_directory: AnyPath | None
     keep_trace: bool
     grace: float
+    timeout: float | None
     vet: Callable[[Plan], object] | None
     load: Callable[[Path], Scenario] | None
     locate: Locate
@@ -237,6 +242,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "leasing": instance_of(Leasing, "seoro.Leasing(wait=60.0)"),
     "output_directory": partial(optional, to_path),
     "grace": to_number,
+    "timeout": partial(optional, to_limit),
 }
 
 

@@ -11,6 +11,7 @@ import anyio
 import anyio.lowlevel
 
 from seoro.background import background
+from seoro.embed.walltime import OF_PROGRAMS, WallLimit
 from seoro.errors import BackendError, InvalidUse
 from seoro.runtime.outputs import OutputFile
 from seoro.runtime.reading import Readers, TraceReader
@@ -136,14 +137,25 @@ class Run:
         return recording(self._simulator, film, file)
 
     @asynccontextmanager
-    async def running(self) -> AsyncIterator[None]:
-        """Run while the block lasts: when it ends, the run is stopped, if it is not over, and has cleaned up."""
+    async def running(self, limit: WallLimit = OF_PROGRAMS) -> AsyncIterator[None]:
+        """Run while the block lasts: when it ends, the run is stopped, if it is not over, and has cleaned up.
+
+        Args:
+            limit: Wall time after which the run ends as an error.
+        """
         async with background() as group:
             group.start_soon(self._carry)
+            group.start_soon(self._hold_to, limit)
             try:
                 yield
             finally:
                 self._stop("the block that started it has ended")  # of no effect when the run is over
+
+    async def _hold_to(self, limit: WallLimit) -> None:
+        with anyio.move_on_after(limit.seconds):
+            await self._done.wait()
+            return
+        self.give_up(limit.reason)
 
     async def _carry(self) -> None:
         try:

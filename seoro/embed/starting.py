@@ -45,8 +45,24 @@ async def start(scenario: Scenario, **options: Unpack[OptionFields]) -> AsyncIte
         InvalidScenario, InvalidUse: It cannot be run like this; nothing has happened then.
         BackendError: The simulator did not start.
     """
-    settings, found = with_file_settings(to_scenario("scenario", scenario).checked, options_from(options))
-    async with prepare(scenario, settings) as run, run.running():
+    async with start_as(scenario, options_from(options), "timeout=SECONDS") as run:
+        yield run
+
+
+@asynccontextmanager
+async def start_as(scenario: Scenario, options: Options, timeout_option: str) -> AsyncIterator[Run]:
+    """Start a run, as `start`, for a caller whose users write options in another way.
+
+    Args:
+        scenario: What `load` returned.
+        options: The options.
+        timeout_option: What gives the limit of wall time, for messages.
+
+    Raises:
+        InvalidScenario, InvalidUse, BackendError: As `start`.
+    """
+    settings, found = with_file_settings(to_scenario("scenario", scenario).checked, options, timeout_option)
+    async with prepare(scenario, settings) as run, run.running(found.limit):
         run.notes = tuple(found.notes)
         yield run
 

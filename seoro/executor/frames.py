@@ -52,6 +52,8 @@ class Job(Message):
     log: str  # file for what its process prints
     home: str  # folder for what its programs keep, which is removed after it
     largest_file: int  # [bytes]
+    memory: int | None = None  # [bytes] that its processes have together at most; None for no limit
+    processes: int | None = None  # at most; None for no limit
     allowed: tuple[str, ...]
     reach: tuple[str, ...] = ()  # endpoints of other machines
     environment: tuple[str, ...] = ()  # further variables of the executor that it sees

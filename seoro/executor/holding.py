@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bridges.executor.messages import State
-from seoro.embed.walltime import WallLimit, wall_limit
+from seoro.bundle.unpacking import limit_of
+from seoro.embed.walltime import WallLimit
 from seoro.executor.blobs import in_mebibytes
 from seoro.executor.limits import MEBIBYTE, Limits, limit_reached
 from seoro.executor.live import LiveRun
@@ -26,7 +27,7 @@ KEPT_OF_CULPRIT: Final = MEBIBYTE  # [bytes] of the trace of a run that has fill
 
 async def hold_to_time(live: LiveRun, limits: Limits) -> None:
     """Give a run up that takes too long; how long it waits does not count."""
-    limit, reason = _time_limit(limits.time, wall_limit(live.submission.manifest.options.timeout))
+    limit, reason = _time_limit(limits.time, limit_of(live.submission.manifest.options))
     with suppress(TimeoutError):
         while True:
             await live.changes.wait_for(lambda: live.info.state is State.QUEUED, limit)

@@ -94,6 +94,11 @@ class Limits(BaseModel):
         return self.output * MEBIBYTE
 
     @property
+    def largest_memory(self) -> int | None:
+        """Memory that the processes of a run may have together [bytes]; None for no limit."""
+        return None if self.memory is None else self.memory * MEBIBYTE
+
+    @property
     def kept_of_one(self) -> int:
         """How much is kept of one, beside their runs [bytes]: a scenario at least, else none could be sent."""
         assert self.kept is not None, "the limits of an executor have it"

@@ -279,6 +279,8 @@ class Queue:
             log=str(folder.log),
             home=str(folder.home),
             largest_file=limits.largest_file,
+            memory=limits.largest_memory,
+            processes=limits.processes,
             allowed=limits.allowed,
             reach=limits.reached,
             environment=limits.variables,

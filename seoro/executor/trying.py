@@ -95,6 +95,8 @@ def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sand
         log=str(folder.log),
         home=str(folder.home),
         largest_file=limits.largest_file,
+        memory=limits.largest_memory,
+        processes=limits.processes,
         allowed=limits.allowed,
         reach=limits.reached,
         environment=limits.variables,

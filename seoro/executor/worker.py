@@ -10,8 +10,6 @@ from __future__ import annotations
 import asyncio
 import io
 import os
-import resource
-import signal
 import socket
 import sys
 import threading
@@ -33,18 +31,18 @@ from seoro.bridges import wire
 from seoro.bridges.executor.messages import BUNDLE, BundledFilm, Tried
 from seoro.bridges.session import brokered
 from seoro.bundle.places import locating
-from seoro.bundle.unpacking import options_of
+from seoro.bundle.unpacking import limit_of, options_of
 from seoro.embed import announcement, check_file, prepare
 from seoro.embed.ends import End, Ended, LeftFile, not_run, pack_end
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
-from seoro.embed.walltime import await_verdict, wall_limit
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.executor import broker, sandbox
 from seoro.executor.entering import end_as
 from seoro.executor.entering import enter as enter_sandbox
 from seoro.executor.environment import enter
 from seoro.executor.frames import NOT_BEGUN, Frame, Job, read_frame
+from seoro.executor.kernel_limits import limit_by_kernel, limit_tasks
 from seoro.executor.policy import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.telling import Telling
 from seoro.film import DESCRIPTION, NAME, Film, Recording
@@ -160,9 +158,10 @@ def work(control_pipe: int, data_pipe: int) -> None:
     job = wire.decode(Job, first[1], BUNDLE)
     _redirect(Path(job.log))
     enter(job.environment, Path(job.home))
-    _limit(job)
+    limit_by_kernel(job)
     if job.is_sandboxed:
         _go_into_sandbox(job, control.fileno(), data_pipe)
+        limit_tasks(job)
     if job.manifest.options.clock == "virtual":  # it is never late, and there may be many such runs
         os.nice(UNHURRIED)
     else:
@@ -206,15 +205,6 @@ def _go_into_sandbox(job: Job, control_pipe: int, data_pipe: int) -> None:
         end_as(broker.work(ours, job, outer.process))
     del os.environ[KEYS]
     brokered.use(brokered.Broker(theirs))
-
-
-def _limit(job: Job) -> None:
-    """Have the kernel hold this process, and those that it starts, to limits that it can measure."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
-    largest = job.largest_file if most == resource.RLIM_INFINITY else min(job.largest_file, most)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that writing fails, with a reason
 
 
 async def _carry_out(job: Job, telling: Telling, orders: Orders) -> End | None:
@@ -274,8 +264,9 @@ async def _run_unless_stopped(job: Job, telling: Telling, orders: Orders) -> End
             lambda reason: loop.call_soon_threadsafe(run.halt, reason),
             lambda reason: loop.call_soon_threadsafe(run.give_up, reason),
         )
-        async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running():
-            await await_verdict(run, wall_limit(manifest.options.timeout))
+        limit = limit_of(manifest.options)
+        async with _recording(run, manifest.options.film, Path(job.output)) as recording, run.running(limit):
+            await run.result()
         left = await _leave(run, recording, Path(job.output))
     assert run.verdict is not None, "it was waited for"
     fault = run.fault

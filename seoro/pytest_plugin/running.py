@@ -16,10 +16,10 @@ import pytest
 import seoro
 from seoro.bridges.launch import is_installed
 from seoro.cli.output import error_text
-from seoro.embed import Scenario, load, start
+from seoro.embed import Scenario, load
 from seoro.embed.directives import INVALID, Directives
-from seoro.embed.options import ClockName, OptionFields, Simulator
-from seoro.embed.walltime import WallLimit, await_verdict, wall_limit
+from seoro.embed.options import ClockName, OptionFields, Simulator, options_from
+from seoro.embed.starting import start_as
 from seoro.errors import BackendError, InvalidScenario, InvalidUse
 from seoro.reasons import reason_text
 from seoro.runtime.jsonl import to_line
@@ -103,7 +103,7 @@ class RunScenario:
         """
         scenario = file if isinstance(file, Scenario) else load(self._folder / file)
         merged: OptionFields = {**self._options, **options}
-        result = _run(scenario, merged, wall_limit(self._item.config.getoption("osc_timeout"), "--osc-timeout"))
+        result = _run(scenario, {"timeout": self._item.config.getoption("osc_timeout"), **merged})
         if not result.passed:
             _report(self._item, result, self._results)
         return result
@@ -123,19 +123,19 @@ def options_of(config: pytest.Config) -> OptionFields:
 def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path) -> None:
     """Run a scenario, and fail the test with what people need to know if it does not end as expected."""
     wanted, reason = case.directives.expect, case.directives.reason
-    of_file = case.directives.timeout  # goes before the option, which is for all files
-    of_all = None if of_file is not None else item.config.getoption("osc_timeout")
-    limit = wall_limit(of_all, "--osc-timeout", of_file)
     merged: OptionFields = {**options, **case.options}
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
         merged["parameters"] = options["parameters"]
     if case.simulator is not None and not is_installed(case.simulator):
         pytest.skip(f"the simulator {case.simulator} is not installed")
+    # The directive goes before the option, which is for all files.
+    if case.directives.timeout is None and merged.get("timeout") is None:
+        merged["timeout"] = item.config.getoption("osc_timeout")
     outcome: Result | InvalidScenario | InvalidUse | BackendError
     try:
         merged["simulator"] = _simulator(case, options)
-        outcome = _run(case.scenario, merged, limit)
+        outcome = _run(case.scenario, merged)
     except (InvalidScenario, InvalidUse, BackendError) as error:
         outcome = error
     match outcome:
@@ -177,7 +177,7 @@ def _judge(
     pytest.fail(_failure(directives, result, options), pytrace=False)
 
 
-def _run(scenario: Scenario, options: OptionFields, limit: WallLimit) -> Result:
+def _run(scenario: Scenario, options: OptionFields) -> Result:
     if _has_event_loop():
         raise InvalidUse(
             "a test with an event loop of its own runs scenarios there",
@@ -186,7 +186,7 @@ def _run(scenario: Scenario, options: OptionFields, limit: WallLimit) -> Result:
     chosen: OptionFields = {**options, "keep_trace": True}
     if options.get("clock") is None and options.get("simulator") is None:
         chosen["clock"] = "virtual"
-    return asyncio.run(_run_to_end(scenario, chosen, limit))
+    return asyncio.run(_run_to_end(scenario, chosen))
 
 
 def _has_event_loop() -> bool:
@@ -197,9 +197,9 @@ def _has_event_loop() -> bool:
     return True
 
 
-async def _run_to_end(scenario: Scenario, options: OptionFields, limit: WallLimit) -> Result:
-    async with start(scenario, **options) as run:
-        verdict = await await_verdict(run, limit)
+async def _run_to_end(scenario: Scenario, options: OptionFields) -> Result:
+    async with start_as(scenario, options_from(options), "--osc-timeout SECONDS") as run:
+        verdict = await run.result()
     return Result(verdict, run.parameters, [record async for record in run.trace()], run.fault)
 
 

@@ -295,6 +295,9 @@ Happened = Callable[[str, Mapping[str, Any]], None]
 """Called by a backend with the name and arguments of what happens unasked, such as a contact, or a `WARNING`."""
 
 WARNING = "warning"
+DEPARTURE = "left_world"
+"""Event of a robot that left its world, which fails the run; its argument `reason` is that of the verdict."""
+
 """Names what people have to know: its `message` is a warning of the run, and no event."""
 
 Lost = Callable[[BackendError], None]

@@ -29,7 +29,7 @@ from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, w
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.choose.fields import Fields
 from seoro.runtime.contacts import EVENT as CONTACT
-from seoro.runtime.contracts import WARNING, Backend, Clock, Observer
+from seoro.runtime.contracts import DEPARTURE, WARNING, Backend, Clock, Observer
 from seoro.runtime.coverage import Coverage
 from seoro.runtime.entry import make_entry
 from seoro.runtime.events import Events
@@ -199,6 +199,8 @@ class Execution:
             self._agenda.tell(partial(self._trace.log, arguments["message"], "warning", source))
         else:
             self._agenda.tell(partial(self._trace.event, name, arguments))
+        if name == DEPARTURE:
+            self._agenda.tell(partial(self._services.decide, RunStatus.FAILED, arguments["reason"], None))
 
     def fail_backend(self, error: Exception) -> None:
         """End the run because a backend is gone, or somebody has stopped it, which is no error."""

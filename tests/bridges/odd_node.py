@@ -51,6 +51,11 @@ class Node:
                 answer["time"] = self.now = until + 5.0
             case "stands":
                 answer["time"] = self.now = 0.0
+            case "leaves":
+                position, extent = {"x": 2.5, "y": 0.0, "z": 0.0}, (-2.0, -2.0, 2.0, 2.0)
+                answer["departures"] = [
+                    {"time": self.now, "robot": "robot", "position": position, "extent": extent}
+                ]
             case "ahead":
                 answer["contacts"] = [{"time": self.now + 0.5, "first": "robot", "second": "box"}]
             case "late":

@@ -54,6 +54,15 @@ def test_a_node_that_keeps_the_rules_runs(run: Run) -> None:
     assert verdict.duration == 3.0
 
 
+def test_a_run_fails_when_a_robot_leaves_its_world(run: Run) -> None:
+    verdict = run("leaves")
+    assert verdict.status is RunStatus.FAILED
+    found, _, expected = verdict.reason.partition("; expected ")
+    assert found == "robot left the world at (2.500, 0.000, 0.000) m, 1.000 s after the start"
+    assert expected.startswith("x from -2 to 2 m and y from -2 to 2 m")
+    assert verdict.duration == 1.0
+
+
 @pytest.mark.parametrize(
     ("fault", "found", "expected"),
     [

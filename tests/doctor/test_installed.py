@@ -42,3 +42,21 @@ def test_a_sandbox_that_cannot_be_is_told_with_what_to_do(monkeypatch: pytest.Mo
     assert found.health is Health.WARNING
     assert "`no-such-program` is not installed: install bubblewrap" in found.text
     assert "the executor's account" in found.help
+
+
+@pytest.mark.parametrize(
+    ("program", "user", "words"),
+    [
+        ("no-such-program", 1000, "but not the number of processes (runs have no sandbox)"),
+        ("true", 0, "but not the number of processes (it exempts root)"),
+        ("true", 1000, "and the number of processes and threads of a run"),
+    ],
+)
+def test_what_the_kernel_limits_is_named(
+    monkeypatch: pytest.MonkeyPatch, program: str, user: int, words: str
+) -> None:
+    monkeypatch.setattr(bubblewrap, "PROGRAM", program)
+    monkeypatch.setattr("seoro.executor.kernel_limits.os.geteuid", lambda: user)
+    [found] = [finding for finding in installed.look_here() if finding.what == "limits"]
+    assert found.health is Health.OK
+    assert words in found.text

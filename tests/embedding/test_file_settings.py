@@ -1,13 +1,30 @@
 """Settings that directives of a scenario file give to a run, and the options that go before them."""
 
+import math
 from pathlib import Path
 
 import pytest
 
+import seoro
+from seoro.bundle.packing import pack
+from seoro.bundle.unpacking import limit_of
 from seoro.embed import check_file
-from seoro.embed.file_settings import FileSettings, Given, settings_of_file, with_file_settings
+from seoro.embed.file_settings import (
+    CLOCK,
+    ENDPOINT,
+    LAB,
+    ROS,
+    SNAPSHOT,
+    FileSettings,
+    Given,
+    Place,
+    settings_of_file,
+    with_file_settings,
+)
 from seoro.embed.options import Lab, Options, Ros, Simulator
+from seoro.embed.walltime import Source
 from seoro.errors import InvalidUse
+from seoro.runtime.verdict import RunStatus
 
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 
@@ -29,27 +46,35 @@ ALL = "# seoro: simulators mujoco\n# seoro: world hall.yaml\n# seoro: seed 7\n# 
 def test_directives_give_what_options_leave_open(tmp_path: Path) -> None:
     found = settings(tmp_path, ALL, Given())
     assert (found.simulator, found.world) == ("mujoco", str(tmp_path / "hall.yaml"))
-    assert (found.seed, found.timeout, found.notes) == (7, 9.0, [])
+    assert (found.seed, found.limit.seconds, found.notes) == (7, 9.0, [])
 
 
 def test_options_go_before_directives(tmp_path: Path) -> None:
     found = settings(tmp_path, ALL, Given(simulator="pybullet", world="maze", seed=0, timeout=1.0))
-    assert (found.simulator, found.world, found.seed, found.timeout) == ("pybullet", "maze", 0, 1.0)
+    assert (found.simulator, found.world, found.seed, found.limit.seconds) == ("pybullet", "maze", 0, 1.0)
     assert [note.partition(": ")[2] for note in found.notes] == [
         "it asks for the simulator mujoco; this run uses pybullet"
     ]
 
 
-@pytest.mark.parametrize("place", ["--lab", "--from-snapshot", "--ros", "--clock virtual"])
-def test_a_place_without_worlds_replaces_the_simulator_with_a_note(tmp_path: Path, place: str) -> None:
+@pytest.mark.parametrize(
+    "place",
+    [
+        Place(LAB, "--lab"),
+        Place(SNAPSHOT, "--from-snapshot"),
+        Place(ROS, "--ros"),
+        Place(CLOCK, "--clock virtual"),
+    ],
+)
+def test_a_place_without_worlds_replaces_the_simulator_with_a_note(tmp_path: Path, place: Place) -> None:
     found = settings(tmp_path, ALL, Given(place=place))
     assert (found.simulator, found.world) == (None, None)
-    assert all(f"`{place}` goes before it" in note for note in found.notes)
+    assert all(f"`{place.option}` goes before it" in note for note in found.notes)
     assert len(found.notes) == 2
 
 
 def test_a_running_simulator_loads_the_world_of_the_file(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, Given(place="--connect", takes_world=True))
+    found = settings(tmp_path, ALL, Given(place=Place(ENDPOINT, "--connect")))
     assert (found.simulator, found.world) == (None, str(tmp_path / "hall.yaml"))
 
 
@@ -103,9 +128,45 @@ def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
 def test_programs_get_the_simulator_and_world_of_the_file(
     tmp_path: Path, options: Options, simulator: Simulator | None
 ) -> None:
-    found, _ = with_file_settings(checked(tmp_path, ALL), options)
+    found, _ = with_file_settings(checked(tmp_path, ALL), options, "timeout=SECONDS")
     expected = simulator
     if simulator is not None and simulator.world is not None:
         expected = Simulator(simulator.name, simulator.endpoint, str(tmp_path / "hall.yaml"), simulator.rate)
     assert found.simulator == expected
     assert found.seed == 7
+
+
+def test_the_limit_of_wall_time_names_its_source(tmp_path: Path) -> None:
+    file = settings(tmp_path, ALL, Given()).limit
+    option = settings(tmp_path, ALL, Given(timeout=1.0, timeout_option="--timeout SECONDS")).limit
+    default = settings(tmp_path, "", Given(timeout_option="--timeout SECONDS")).limit
+    assert (file.source, option.source, default.source) == (Source.FILE, Source.CALLER, Source.DEFAULT)
+    assert file.reason == "no verdict within 9 s of wall time (`# seoro: timeout` in the file)"
+    assert option.reason == "no verdict within 1 s of wall time (`--timeout SECONDS`)"
+    assert default.seconds == 3600.0
+    assert "`--timeout SECONDS` raises it" in default.reason
+    for limit in (file, option, default):
+        packed = pack(check_file(tmp_path / "test.osc").without_errors(), Options(), limit)
+        assert limit_of(packed.manifest.options) == limit, "executors name the same source"
+
+
+WAITING = """# seoro: timeout 0.05s
+import osc.helpers
+
+scenario main:
+    do wait elapsed(100s)
+"""
+
+
+def test_programs_hold_runs_to_the_limit_of_the_file_and_to_their_own(tmp_path: Path) -> None:
+    file = tmp_path / "waiting.osc"
+    file.write_text(WAITING)
+    scenario = seoro.load(file)
+    verdict = seoro.run(scenario, clock="real")
+    assert verdict.status is RunStatus.ERROR
+    assert verdict.reason == "no verdict within 0.05 s of wall time (`# seoro: timeout` in the file)"
+    verdict = seoro.run(scenario, clock="real", timeout=0.01)
+    assert verdict.reason == "no verdict within 0.01 s of wall time (`timeout=SECONDS`)"
+    assert seoro.run(scenario, clock="virtual", timeout=math.inf).passed
+    with pytest.raises(InvalidUse, match="invalid `timeout`: found 0, expected seconds above 0"):
+        seoro.run(scenario, timeout=0)

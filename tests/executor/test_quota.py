@@ -10,6 +10,7 @@ import pytest
 
 import seoro
 from seoro.bridges.executor.messages import State
+from seoro.executor import bubblewrap
 from seoro.executor.environment import for_runs, passed
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.quota import TO_END, TraceFile, Usage, cut, size_of_files
@@ -29,6 +30,8 @@ scenario endless:
 MINE = """from pathlib import Path
 import os
 import subprocess
+import threading
+import time
 from seoro import ActionContext, action
 
 @action("act")
@@ -101,6 +104,24 @@ async def test_what_a_run_may_have_is_limited(tmp_path: Path, limits: dict[str, 
     assert log.stat().st_size <= 1 << 20
 
 
+async def test_a_process_cannot_take_more_memory_between_two_looks(tmp_path: Path) -> None:
+    code = "bytes(3 << 30) and None; return"  # at once, which the kernel refuses
+    made = options(tmp_path, allow=["python"], memory=1024)
+    state, reason, _ = await reason_of(made, acting(tmp_path, code))
+    assert state is State.ERROR
+    assert "MemoryError" in reason
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the kernel does not limit tasks of root")
+@pytest.mark.skipif(bool(bubblewrap.trouble()), reason="needs a sandbox")
+async def test_a_sandboxed_run_cannot_have_more_threads_than_its_processes_need(tmp_path: Path) -> None:
+    code = "[threading.Thread(target=time.sleep, args=(60,), daemon=True).start() for _ in range(500)]"
+    made = options(tmp_path, allow=["python"], processes=8)
+    state, reason, _ = await reason_of(made, acting(tmp_path, code))
+    assert state is State.ERROR
+    assert "can't start new thread" in reason
+
+
 async def test_a_file_cannot_get_larger_than_all_output(tmp_path: Path) -> None:
     made = options(tmp_path, allow=["python"], output=1)
     state, reason, _ = await reason_of(made, acting(tmp_path, '(folder / "large").write_bytes(b"x" * (2 << 20))'))
@@ -146,17 +167,6 @@ async def test_an_executor_with_a_relative_folder_runs_scenarios(
     made = ExecutorOptions("lab-a", Path("state"), listen=f"unixsock-stream/{tmp_path}/hub")
     state, reason, _ = await reason_of(made, file)
     assert state is State.PASSED, reason
-
-
-async def test_the_default_wall_time_ends_a_run_and_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from seoro.embed import walltime
-
-    assert walltime.wall_limit(None).seconds == 3600.0
-    assert walltime.wall_limit(None, of_file=5.0).seconds == 5.0
-    assert walltime.wall_limit(7.0, of_file=5.0).seconds == 7.0
-    assert "`--timeout SECONDS` raises it" in walltime.wall_limit(None).reason
 
 
 # ---------------------------------------------------------------- parts

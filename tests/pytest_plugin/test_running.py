@@ -150,7 +150,7 @@ def test_conftest_chooses_how_scenarios_run(project: Project) -> None:
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
         [
-            "error: no verdict within 0.05 s of wall time (`--osc-timeout`)",
+            "error: no verdict within 0.05 s of wall time (`--osc-timeout SECONDS`)",
             "*--seed 5 --clock real --set far=1m",
             "around main",
         ]

@@ -141,6 +141,7 @@ class BundledOptions(Said):
     leasing: BundledLeasing = BundledLeasing()
     grace: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     timeout: Limit | None = None  # [s] of the machine's clock
+    timeout_of_file: bool = False  # whether the scenario file gives it, or the sender
     film: BundledFilm | None = None  # to be recorded, as `seoro.film.NAME` among what the run leaves
 
 

@@ -7,9 +7,9 @@ from typing import TypeVar
 from seoro.bridges.leasing.leases import Hold
 from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.happened import Happening, Happenings
-from seoro.bridges.wire.passing import Contact, Occurrence
+from seoro.bridges.wire.passing import Contact, Departure, Occurrence
 
-W = TypeVar("W", Occurrence, Contact, NavigationFeedback)
+W = TypeVar("W", Occurrence, Contact, Departure, NavigationFeedback)
 
 
 def own_id(holder: str, identifier: str) -> str:
@@ -28,6 +28,8 @@ def _is_own(hold: Hold, happening: Happening) -> bool:
         return of_goal.id.startswith(own_id(hold.holder.holder, ""))
     if happening.contact is not None:
         return hold.has(happening.contact.first) or hold.has(happening.contact.second)
+    if happening.departure is not None:
+        return hold.has(happening.departure.robot)
     return happening.feedback is not None and hold.has(happening.feedback.robot)
 
 
@@ -36,6 +38,7 @@ def _told(hold: Hold, happening: Happening) -> Happening:
         number=happening.number,
         occurrence=_since(hold, happening.occurrence),
         contact=_since(hold, happening.contact),
+        departure=_since(hold, happening.departure),
         feedback=_since(hold, happening.feedback),
         caution=happening.caution,
     )

@@ -11,10 +11,10 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
-from seoro.bridges.sim.messages import contact_arguments
+from seoro.bridges.sim.messages import contact_arguments, departure_arguments
 from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of, report_of
 from seoro.errors import BackendError, BackendLost, BackendStopped
-from seoro.runtime.contracts import WARNING, Happened
+from seoro.runtime.contracts import DEPARTURE, WARNING, Happened
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
 PATIENCE = 3.0  # [s] that the connection to the bridge may be broken; the robots stand still meanwhile
@@ -78,6 +78,8 @@ class HoldingRequests(Requests):
         for happening in news:
             if happening.contact is not None:
                 self._happened("contact", contact_arguments(happening.contact))
+            if happening.departure is not None:
+                self._happened(DEPARTURE, departure_arguments(happening.departure))
             if happening.feedback is not None:
                 self._happened("navigation_feedback", happening.feedback.model_dump())
             if happening.caution is not None:

@@ -41,6 +41,19 @@ def contact_arguments(contact: wire.Contact) -> dict[str, Any]:
     return found
 
 
+def departure_arguments(departure: wire.Departure) -> dict[str, Any]:
+    """Return the arguments of the event of a robot that left its world: `time`, `robot` and `reason`."""
+    place = departure.position
+    left, lower, right, upper = departure.extent
+    where = f"({place.x:.3f}, {place.y:.3f}, {place.z:.3f}) m"
+    reason = (
+        f"{departure.robot} left the world at {where}, {departure.time:.3f} s after the start; expected "
+        f"x from {left:g} to {right:g} m and y from {lower:g} to {upper:g} m: "
+        "keep the robot inside, or enlarge the `extent` of the world file"
+    )
+    return {"time": departure.time, "robot": departure.robot, "reason": reason}
+
+
 def pose_value(pose: wire.Pose) -> Pose3D:
     """A pose [m, rad] that was said on the wire."""
     place, turned = pose.position, pose.orientation

@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from seoro.bridges import wire
-from seoro.bridges.sim.messages import contact_arguments
+from seoro.bridges.sim.messages import contact_arguments, departure_arguments
 from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, report_of
 from seoro.bridges.sim.rules import TimeRules
-from seoro.runtime.contracts import Happened
+from seoro.runtime.contracts import DEPARTURE, Happened
 
 GRANT_TIMEOUT = 30.0  # [s]; a node that is this slow is given up
 FAMILIAR = 4  # grants in a row, between which nothing was asked for, until the node simulates ahead
@@ -143,6 +143,8 @@ class PassingRequests(RecordingRequests):
     async def _tell(self, advanced: wire.Advanced) -> None:
         for contact in advanced.contacts:
             self._happened("contact", contact_arguments(contact))
+        for departure in advanced.departures:
+            self._happened(DEPARTURE, departure_arguments(departure))
         for feedback in advanced.feedback:
             self._happened("navigation_feedback", feedback.model_dump())
         for occurrence in advanced.occurrences:

@@ -79,6 +79,7 @@ def _told(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
     """What an answer reports, in words, each with its time [s]."""
     yield from ((f"the end of '{each.id:.100}'", each.time) for each in advanced.occurrences)
     yield from ((f"a contact of '{each.first:.100}'", each.time) for each in advanced.contacts)
+    yield from ((f"the departure of '{each.robot:.100}'", each.time) for each in advanced.departures)
     yield from ((f"feedback of '{each.robot:.100}'", each.time) for each in advanced.feedback)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from seoro.bridges.wire.feedback import NavigationFeedback
 from seoro.bridges.wire.message import Message, Verb
-from seoro.bridges.wire.passing import HAPPENED, Contact, Occurrence
+from seoro.bridges.wire.passing import HAPPENED, Contact, Departure, Occurrence
 
 LONGEST_WAIT = 10.0  # [s] that a client may wait for an answer
 
@@ -45,6 +45,7 @@ class Happening(Message):
     number: int
     occurrence: Occurrence | None = None
     contact: Contact | None = None
+    departure: Departure | None = None
     feedback: NavigationFeedback | None = None
     world: AnotherWorld | None = None
     caution: Caution | None = None

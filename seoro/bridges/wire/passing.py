@@ -57,6 +57,22 @@ class Contact(Message):
     pushes: bool = False
 
 
+class Departure(Message):
+    """A robot that left its world.
+
+    Attributes:
+        time: Of the simulator's clock [s].
+        robot: Name of the robot.
+        position: Of its base in the map [m].
+        extent: Lower x, lower y, upper x, upper y of the world [m].
+    """
+
+    time: float
+    robot: str
+    position: Vector3
+    extent: tuple[float, float, float, float]
+
+
 class Advance(Message):
     """Grant of time: simulate to `until`, or to the first occurrence, contact or feedback before it.
 
@@ -80,6 +96,7 @@ class Advanced(Message):
     film: bytes = b""  # the next part of what is recorded, since the last answer
     film_error: str = ""  # why nothing more is recorded
     feedback: tuple[NavigationFeedback, ...] = ()
+    departures: tuple[Departure, ...] = ()  # none from nodes that do not know the ends of their worlds
 
 
 class Rewind(Message):
