@@ -41,7 +41,7 @@ class Kind(Enum):
 
 
 class UnsuitableFile(OSError):
-    """A file that is not read, because of what it is; the message says why, without its path."""
+    """A file of an unsuitable kind or size; the message has the reason, without the path."""
 
     def __init__(self, reason: str, path: Path) -> None:
         super().__init__(errno.EINVAL, reason, str(path))
@@ -63,7 +63,7 @@ def open_input(path: Path, kind: Kind) -> BufferedReader:
     """Open a file that a user names, for reading.
 
     Raises:
-        OSError: It cannot be read, is no regular file (`UnsuitableFile`), or is too large (`UnsuitableFile`).
+        OSError: It cannot be read, is not a regular file (`UnsuitableFile`), or is too large (`UnsuitableFile`).
     """
     try:
         _check(path, path.stat(), kind)  # first, since opening a device may do something
@@ -89,7 +89,7 @@ def read_input(path: Path, kind: Kind) -> bytes:
     with open_input(path, kind) as stream:
         if kind.limit is None:
             return stream.read()
-        data = stream.read(kind.limit + 1)  # it may have grown, and files of the system do not tell their size
+        data = stream.read(kind.limit + 1)  # it may have grown, and files of the system report no size
     if len(data) > kind.limit:
         raise _too_large(path, kind)
     return data

@@ -1,6 +1,6 @@
 """Robots that are where none can be: outside of their world, far from its floor, or nowhere.
 
-The floor of a world ends at its extent, and so does the map of its robots: what happens beyond says nothing.
+The floor of a world ends at its extent, and so does the map of its robots: what happens beyond means nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where robots start: not inside walls or props, as the engine sees them."""
+"""Checks that robots start outside of walls and props, by the shapes of the engine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def check_starts(engine: Engine, world: World) -> None:
         world: The world.
 
     Raises:
-        RequestRefused: A robot overlaps something; says which, where and what.
+        RequestRefused: A robot overlaps something: which, where and what.
     """
     for robot in world.robots:
         found = _overlaps(engine, robot)

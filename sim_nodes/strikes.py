@@ -1,4 +1,4 @@
-"""Who is to blame for a contact: the one that moves into the other, by the velocities at the point of contact.
+"""Blame for contacts: the one that moves into the other is to blame, by velocities at the point of contact.
 
 Engines take away the speed of an impact within the step in which it is found. So velocities are those of the last
 tick before the contact, which is at most 20 ms older, or the present ones of what was not looked at then, because
@@ -12,9 +12,9 @@ it was at rest. A contact has strikers by the first of these rules that fits:
 
 A robot that is pushed by another striker into a third thing is not to blame for that contact.
 
-A contact that lasts has a striker again when a robot pushes: when the velocity that its wheels are told, or that
-its joints have, leads into the other with more than 0.01 m/s. A robot that was struck has half a second to react
-before that counts.
+A contact that lasts has a striker again when a robot pushes: when the velocity that its wheels are commanded,
+or that its joints have, leads into the other with more than 0.01 m/s. A robot that was struck has half a second to
+react before that counts.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Strike:
-    """Who moved into whom, and where.
+    """A contact that is judged: who moved into whom, and where.
 
     Attributes:
         strikers: Names of those who did; also robots whose grippers hold the entity that did.
@@ -87,7 +87,7 @@ class Strikes(Stateful):
         self._placed = recent | {name: step}
 
     def commanded(self, robot: str) -> None:
-        """Note that a robot was told something new: what it pushes from now on, it strikes again."""
+        """Note that a robot got a new command: what it pushes from now on, it strikes again."""
         self._strikers = {pair: _without(robot, strikers) for pair, strikers in self._strikers.items()}
 
     def begins(self, pair: Pair, step: int, touching: frozenset[Pair]) -> Strike:
@@ -161,7 +161,7 @@ class Strikes(Stateful):
     def _answerable(
         self, names: Sequence[str], points: Mapping[str, Sequence[TouchPoint]], held: Mapping[str, str]
     ) -> Iterator[str]:
-        """Who answers for what strikes: robots for what they hold, unless that is set down."""
+        """Yield those who answer for strikes: robots for what they hold, unless that is set down."""
         for name in names:
             if name not in held:
                 yield name
@@ -183,7 +183,7 @@ class Strikes(Stateful):
             self._since = {pair: tick for pair, tick in self._since.items() if pair in touching}
 
     def _held(self, pair: Pair) -> dict[str, str]:
-        """What of two is held, and by which robot."""
+        """Return which of two is held, and by which robot."""
         holding = {robot.held: name for name, robot in self._robots.items() if robot.held}
         return {name: holding[name] for name in pair if name in holding}
 
@@ -197,7 +197,7 @@ class Strikes(Stateful):
         return [point for point in self._engine.touch_points(name) if point.entity == other]
 
     def _recent(self, name: str, tick: int) -> Sample | None:
-        """How something moved in the last tick, or now, if it was not looked at then; None for what never does."""
+        """Return the motion in the last tick, or now, if it was not sampled then; None for static entities."""
         found = self._samples.get(name)
         if found is not None and tick - found.tick <= 1:
             return found
@@ -210,13 +210,13 @@ class Strikes(Stateful):
         return robot.motion(tick)
 
     def _approach(self, name: str, point: TouchPoint, moving: Sample | None) -> float:
-        """How fast something moves towards the other at a point [m/s]."""
+        """Return the speed towards the other at a point [m/s]."""
         if moving is None:
             return 0.0
         return float(self._velocity(name, point, moving) @ point.normal)
 
     def _speed(self, name: str, point: TouchPoint, moving: Sample | None) -> float:
-        """How fast something moves at a point [m/s]."""
+        """Return the speed at a point [m/s]."""
         if moving is None:
             return 0.0
         return math.hypot(*self._velocity(name, point, moving).tolist())

@@ -104,7 +104,7 @@ def to_overrides(name: str, value: object) -> dict[str, str]:
             converted.
 
     Raises:
-        InvalidUse: `value` is no mapping, or one of its values cannot be converted.
+        InvalidUse: `value` is not a mapping, or one of its values cannot be converted.
     """
     if not isinstance(value, Mapping):
         raise wrong_type(name, value, 'a mapping such as {"goal.x": "3m", "count": 2}')

@@ -27,7 +27,7 @@ _WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
 
 @dataclass(frozen=True)
 class Place:
-    """Where actors live if no simulator is named: an option of the caller.
+    """The option that places actors if no simulator is named.
 
     Args:
         kind: `SNAPSHOT`, `ENDPOINT`, `LAB`, `ROS` or `CLOCK`.
@@ -57,7 +57,7 @@ def place_of(options: Mapping[str, tuple[object, str]], *, has_simulator: bool) 
 
 @dataclass(frozen=True)
 class Given:
-    """What the options of a run say about the settings that directives can give.
+    """The options of a run that go before directives.
 
     Args:
         simulator: Name of the simulator to start.

@@ -146,7 +146,8 @@ def _naming_robots(options: Options) -> Iterator[None]:
 
         robots = read_lab(options.lab.file).robots
         some = next(iter(robots), "NAME")
-        hint = f"robots of the lab: {', '.join(robots) or 'none'}; choose one with `--set ACTOR=robot:{some}`"
+        actor = error.actor or "ACTOR"
+        hint = f"robots of the lab: {', '.join(robots) or 'none'}; choose one with `--set {actor}=robot:{some}`"
         raise InvalidUse(error.message, error.span, hint) from error
 
 

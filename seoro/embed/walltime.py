@@ -10,7 +10,7 @@ DEFAULT: Final = 3600.0  # [s]
 
 
 class Source(Enum):
-    """Who gives the limit of a run."""
+    """Origins of the limit of a run."""
 
     CALLER = "caller"
     FILE = "file"

@@ -13,7 +13,7 @@ TIMEOUT: Final = 10.0  # [s] for a trial
 
 
 def trouble() -> str:
-    """Why runs cannot be sandboxed on this machine, with what to do; empty if they can."""
+    """Return the reason why runs cannot be sandboxed on this machine, and its fix; empty if they can."""
     program = shutil.which(PROGRAM)
     if program is None:
         return f"`{PROGRAM}` is not installed: {INSTALL}"

@@ -93,7 +93,7 @@ def _differs(process: int, kind: str) -> bool:
 
 @dataclass(frozen=True)
 class Outer:
-    """What the outer process has: the sandbox, which it holds open, and the process that it has to wait for."""
+    """The outer process: the sandbox that it holds open, and the process that it waits for."""
 
     holder: Holder
     process: int

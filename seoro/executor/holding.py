@@ -36,7 +36,7 @@ async def hold_to_time(live: LiveRun, limits: Limits) -> None:
 
 
 def _time_limit(of_policy: float | None, asked: WallLimit) -> tuple[float, str]:
-    """When the executor gives a run up [s], and why."""
+    """Return the time after which the executor ends a run [s], and the reason."""
     if of_policy is not None and of_policy < asked.seconds + SLACK:
         return of_policy, limit_reached(f"the run took longer than {of_policy:g} s", "time")
     return asked.seconds + SLACK, asked.reason
@@ -72,7 +72,7 @@ class Reserve:
         self._culprits: set[str] = set()
 
     def of(self, live: LiveRun) -> int:
-        """What a run leaves free [bytes]."""
+        """Return the disk space that a run leaves free [bytes]."""
         return reserve_of(self._folder, self._limits(live))
 
     async def watch(self) -> None:

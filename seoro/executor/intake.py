@@ -53,7 +53,7 @@ class Intake:
                 del self._locks[run]
 
     def arriving_of(self, by: str) -> int:
-        """How many runs of a submitter are being taken in."""
+        """Return the number of runs of a submitter that are being accepted."""
         return sum(by in submitters for _, submitters in self._locks.values())
 
     async def lay_out(self, manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> None:

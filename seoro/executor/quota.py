@@ -39,7 +39,7 @@ class Excess:
 
 @dataclass(frozen=True)
 class Usage:
-    """What a run has at a moment: memory [MiB], processes, and sizes of its output and of its log [bytes]."""
+    """Usage of a run at a moment: memory [MiB], processes, and sizes of its output and of its log [bytes]."""
 
     memory: int
     processes: int
@@ -62,7 +62,7 @@ class Usage:
 
 
 def usage_of(process: int, folder: RunFolder | None) -> Usage:
-    """What a run has now.
+    """Measure the usage of a run.
 
     Args:
         process: The first of its processes.
@@ -160,7 +160,7 @@ class TraceFile:
 
 
 def write_all(file: FileIO, data: bytes) -> None:
-    """Write all of some bytes; a line that was cut off is no line to those who read."""
+    """Write all bytes; readers skip a line that is cut off."""
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]

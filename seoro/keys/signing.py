@@ -1,4 +1,4 @@
-"""Signed statements: what an executor or a node says, with the certificate of who says it.
+"""Signed statements of executors and nodes, with the certificate of the sender.
 
 A statement is signed together with what it answers, so that one that was recorded answers nothing else.
 """

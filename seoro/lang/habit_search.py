@@ -106,7 +106,7 @@ def _lay_out(file: SourceFile, tokens: Sequence[Token]) -> tuple[str, list[int]]
 
 
 def _near(word: str, meant: Sequence[str]) -> list[str]:
-    """What a word may be a misspelling of."""
+    """Return the words of which a word may be a misspelling."""
     if word.lower() in meant:
         return [word.lower()]
     return get_close_matches(word.lower(), meant, n=2, cutoff=0.7)

@@ -195,7 +195,7 @@ def foreign_format(text: str) -> str:
 
 
 def compound_unit(text: str, start: int, end: int) -> tuple[int, str]:
-    """Where a quantity begins whose unit is a quotient, such as `3m/s`, and its unit; (-1, "") if none ends there.
+    """Return the start of a quantity whose unit is a quotient, such as `3m/s`, and its unit; (-1, "") if none.
 
     Args:
         text: The text of the file.

@@ -1,4 +1,4 @@
-"""What a new name would collide with: the change is tried, and everything else must mean what it meant before."""
+"""Collisions of a new name: the change is tried, and everything else must mean what it meant before."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ def check_collisions(edits: Edits, new: str, analyses: Iterable[Analysis], texts
 
 
 class _Moves:
-    """Where places of the texts are when the new name stands in them."""
+    """Positions in the texts after the new name has replaced the old one."""
 
     def __init__(self, edits: Edits, length: int) -> None:
         self._starts = {path: sorted(span.start for span in spans) for path, spans in edits.items()}
         self._growth = {path: length - (spans[0].end - spans[0].start) for path, spans in edits.items() if spans}
 
     def offset(self, path: Path, offset: int) -> int:
-        """Where an offset is that lies outside of a name, or at its start."""
+        """Return the new offset of one outside of a name, or at its start."""
         return offset + bisect_left(self._starts.get(path, []), offset) * self._growth.get(path, 0)
 
     def place(self, place: Place) -> Place:
-        """Where a stretch is."""
+        """Return the new range of a range."""
         path, start, end = place
         return path, self.offset(path, start), self.offset(path, end)
 

@@ -1,7 +1,7 @@
 """Reads the frames of the protocol from a stream, and passes only whole ones on.
 
 The library behind the server believes every header: it waits for ever for a body whose length is missing, and asks
-for as much memory as a length says. Faulty frames are refused here, and reading goes on with the next header.
+for as much memory as a length claims. Invalid frames are refused here; reading resumes at the next header.
 """
 
 from __future__ import annotations

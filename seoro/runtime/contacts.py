@@ -78,7 +78,7 @@ class Contacts:
                     break
 
     def _forbidden(self, watch: _Watch, home: Home, contact: Contact) -> str:
-        """Why a contact is against what is watched; empty if it is not."""
+        """Return the reason why a contact is forbidden by a watch; empty if it is allowed."""
         mine, other = contact.sides(home.name)
         if other is None or contact.held.get(other) == home.name:
             return ""

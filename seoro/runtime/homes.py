@@ -58,7 +58,11 @@ class Homes:
         """
         for name, placement in self._placements.items():
             if name not in self._homes:
-                raise InvalidUse(f"{placement.place}: the scenario has no actor '{name}'")
+                raise InvalidUse(
+                    f"{placement.place}: the scenario has no actor '{name}'",
+                    help="a robot without a `type` has the name of its actor; with a `type`, runs choose it by "
+                    f"`--set ACTOR=robot:{name}`",
+                )
 
     def settle(self, actor: Actor) -> None:
         """Find the home of an actor; one that lives nowhere is a name only.

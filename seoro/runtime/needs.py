@@ -7,6 +7,7 @@ from typing import get_args
 
 from seoro.errors import InvalidUse
 from seoro.lang.plan import Field, InvokeAction, Plan
+from seoro.lang.source import Span
 from seoro.runtime.actions import BoundAction
 from seoro.runtime.homes import Contract, Homes
 from seoro.runtime.instances import Instance
@@ -16,7 +17,18 @@ from seoro.runtime.values import Actor
 
 
 class NoHome(InvalidUse):
-    """No backend of the run has a robot for an actor, or for what an action needs."""
+    """No backend of the run has a robot for an actor, or for what an action needs.
+
+    Args:
+        message: What is wrong.
+        span: The invocation.
+        help: What would work.
+        actor: Name of the actor that has no robot; empty if it is not known before the run.
+    """
+
+    def __init__(self, message: str, span: Span, help: str, actor: str = "") -> None:  # noqa: A002
+        super().__init__(message, span, help)
+        self.actor = actor
 
 
 def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction], homes: Homes) -> None:
@@ -54,7 +66,7 @@ def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
     return None
 
 
-def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> NoHome:
+def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes, actor: str = "") -> NoHome:
     names = ", ".join(backend.name for backend in homes.backends)
     why = f"{names} cannot carry it out" if names else "there is neither a simulator nor a robot"
     parts = get_args(contract) or (contract,)
@@ -66,15 +78,16 @@ def _nobody(invocation: InvokeAction, contract: Contract, homes: Homes) -> NoHom
         )
     if Ros2System in parts:
         ways.append("reach a ROS 2 system with `--ros`, such as `--ros tcp/192.168.0.7:7447`")
-    return NoHome(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways))
+    return NoHome(f"`{invocation.action}` cannot be carried out: {why}", invocation.span, "; ".join(ways), actor)
 
 
 def _homeless(invocation: InvokeAction, actor: Actor, contract: Contract, homes: Homes) -> NoHome:
     if not homes.backends:
-        return _nobody(invocation, contract, homes)
+        return _nobody(invocation, contract, homes, actor.name)
     names = ", ".join(backend.name for backend in homes.backends)
     return NoHome(
         f"`{actor.name}` ({actor.type.name}) lives nowhere: no robot of {names} is left that can stand for it",
         invocation.span,
         "choose a world with such a robot with `--world`, or say in a lab file where it lives",
+        actor.name,
     )

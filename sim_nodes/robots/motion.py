@@ -1,4 +1,4 @@
-"""How something moves in a tick."""
+"""Motion of an entity in a tick."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sim_nodes.physics import BodyState
 
 @dataclass(frozen=True)
 class Sample:
-    """How something moves in a tick: its base, and the joints of its arm [rad, m] with their rates."""
+    """Motion of an entity in a tick: its base, and the joints of its arm [rad, m] with their rates."""
 
     tick: int
     base: BodyState

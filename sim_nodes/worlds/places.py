@@ -1,4 +1,4 @@
-"""Where the robots of a world may stand: in its extent, and not in one another."""
+"""Checks of the places of robots in a world: in its extent, and not in one another."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def test_an_actor_without_a_robot_is_refused_with_the_robots_of_the_lab(two: Rai
     lab = lab_of(tmp_path, floor(two, robots))
     with pytest.raises(InvalidUse) as caught:
         run_scenario(tmp_path, ALONE, lab)
-    assert caught.value.help == "robots of the lab: one, other; choose one with `--set ACTOR=robot:one`"
+    assert caught.value.help == "robots of the lab: one, other; choose one with `--set leader=robot:one`"
 
 
 def test_wishes_are_for_runs_with_a_lab(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from seoro.bridges.wire import GET_RELATIVE_POSE, SET_ENTITY_STATE, RelativePose, SetEntityState
 from sim_nodes.geometry import Pose2
@@ -143,6 +144,28 @@ def test_a_robot_that_does_not_know_where_it_is_finds_itself(seed: int) -> None:
         client.advance(client.simulator.simulation.time + 0.1)
     found, truth = robot.localised_pose(), client.truth
     assert found is not None and found.distance(truth.x, truth.y) < 0.15
+
+
+def test_a_lost_robot_does_not_believe_in_a_place_that_only_looks_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All particles are about a wrong place at first: the scan does not fit there, so the search starts over."""
+    walls = (Wall("a", 0.0, 2.9, 0.0, 5.8, 0.1, 0.5), Wall("b", 2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5))
+    known = build_map((-3.0, -3.0, 3.0, 3.0), walls)
+    localisation = Localisation(known, BASE, Noise(0, "test"))
+    truth, wrong = Pose2(-1.5, 1.0, 0.3), Pose2(1.5, 1.5, 0.0)
+    searched: list[Pose2] = []
+
+    def anywhere(count: int, random: np.random.Generator) -> NDArray[np.float64]:
+        searched.append(truth if searched else wrong)
+        return np.array(searched[-1]) + random.normal(0.0, 0.02, (count, 3))
+
+    monkeypatch.setattr(localisation, "_anywhere", anywhere)
+    localisation.search(Pose2(0.0, 0.0, 0.0), 0)
+    localisation.update(Pose2(0.0, 0.0, 0.0), seen(known, truth), 1)
+    assert localisation.estimate is None, "it has found itself where the scan does not fit"
+    assert searched == [wrong, truth]
+    localisation.update(Pose2(0.0, 0.0, 0.12), seen(known, Pose2(-1.5, 1.0, 0.42)), 2)
+    assert localisation.estimate is not None
+    assert localisation.estimate.pose.distance(truth.x, truth.y) < 0.1
 
 
 def test_random_particles_find_a_robot_that_was_carried_elsewhere_if_they_are_asked_for() -> None:

@@ -1,4 +1,4 @@
-"""What an executor or a node accepts, before a request is read: its size, and how many have no answer yet.
+"""Limits of requests that are checked before a request is read: its size, and how many have no answer yet.
 
 Who sends a request with a seal is known only after its signature was checked. So here the requests of all are
 counted, and those of each client that has its name beside them; who serves them counts those of each certificate.

@@ -1,4 +1,4 @@
-"""What a process in a sandbox reaches: by a broker outside, which has the keys and the connections.
+"""Connections of a process in a sandbox: by a broker outside, which has the keys and the connections.
 
 Where there is a broker, sessions connect to sockets that it makes for them, and commands are signed by it. It is
 asked over a socket, each by `[verb, argument]`; an answer is `[whether it was done, value, help]`.
@@ -35,7 +35,7 @@ class Broker:
         self._lock = threading.Lock()
 
     def ask(self, verb: str, argument: Any) -> Any:
-        """What it answers.
+        """Return the answer of the broker.
 
         Raises:
             SessionError: It refuses, or is gone.
@@ -76,7 +76,7 @@ def broker_here() -> Broker | None:
 
 
 def reached(endpoint: str) -> str:
-    """Where a session of this process connects to, to reach an endpoint.
+    """Return the address to which a session of this process connects to reach an endpoint.
 
     Raises:
         SessionError: It cannot be reached.

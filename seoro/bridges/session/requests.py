@@ -101,7 +101,7 @@ class Request:
 
     @cached_property
     def payload(self) -> bytes:
-        """What it says, copied from Zenoh's memory when it is first asked for."""
+        """The payload, copied from Zenoh's memory at the first access."""
         return _bytes(self._query.payload)
 
     def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
@@ -122,7 +122,7 @@ class Request:
         self._reply(Form.PART, payload, PART)
 
     def drop(self) -> None:
-        """Answer nothing: nobody serves the key any more, as whoever asks is told."""
+        """Refuse without an answer: clients see that no node serves the key any more."""
         try:
             with self._query:
                 pass
@@ -159,7 +159,7 @@ class Refuser:
 
         Args:
             query: Zenoh's.
-            size: Of what it says [bytes]; what is large is let go of at once.
+            size: Of the payload [bytes]; large ones are freed at once.
             payload: The error.
         """
         if size > KEPT or self._waiting.qsize() >= MOST_REFUSALS:

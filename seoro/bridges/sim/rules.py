@@ -14,7 +14,7 @@ STALLED = 1000  # grants in a row after which a clock that has not moved is take
 
 
 class RuleBroken(BackendLost):
-    """A node broke a rule of the protocol; says which node, what it answered, and what was expected."""
+    """A node broke a rule of the protocol: the node, its answer, and what was expected."""
 
 
 class TimeRules:
@@ -76,7 +76,7 @@ class TimeRules:
 
 
 def _told(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
-    """What an answer reports, in words, each with its time [s]."""
+    """Yield the occurrences of an answer, in words, each with its time [s]."""
     yield from ((f"the end of '{each.id:.100}'", each.time) for each in advanced.occurrences)
     yield from ((f"a contact of '{each.first:.100}'", each.time) for each in advanced.contacts)
     yield from ((f"the departure of '{each.robot:.100}'", each.time) for each in advanced.departures)
@@ -92,7 +92,7 @@ def check_pose(node: str, what: str, pose: Pose3D) -> None:
         pose: The pose.
 
     Raises:
-        RuleBroken: A part of it is no finite number.
+        RuleBroken: A part of it is not finite.
     """
     place, turned = pose.position, pose.orientation
     values = (place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)

@@ -17,7 +17,7 @@ MEBIBYTE: Final = 1 << 20
 
 @dataclass(frozen=True)
 class Limits:
-    """What a message may have at most.
+    """Limits of a message.
 
     Attributes:
         size: [bytes].
@@ -42,7 +42,7 @@ class LimitExceeded(ValueError):
 def check_limits(payload: bytes, limits: Limits) -> int:
     """Check that a payload keeps its limits, and return how many elements it has.
 
-    What is no msgpack passes, as no elements: decoding it finds out.
+    Invalid msgpack passes, with 0 elements: decoding finds it.
 
     Raises:
         LimitExceeded: It does not.

@@ -105,7 +105,7 @@ def _eliminate(row: Row, pivot: int, other: Row) -> None:
 
 
 def _values(store: Store, pivot: int, row: Row) -> Range:
-    """What a cell can be by the row that is solved for it.
+    """Return the domain of a cell by the row that is solved for it.
 
     Raises:
         Empty: No whole number.
@@ -141,14 +141,14 @@ def _row(store: Store, number: int) -> Row | None:
             if more is None:
                 return None
             pending += more
-    except (Unevaluable, OverflowError, ValueError):  # a constant that is no number
+    except (Unevaluable, OverflowError, ValueError):  # a constant that is not a number
         return None
     row = {cell: value for cell, value in row.items() if value}
     return row if any(cell != CONSTANT for cell in row) else None
 
 
 def _summands(store: Store, term: Term, factor: Fraction, row: Row) -> list[tuple[Term, Fraction]] | None:
-    """Add a term times a factor to a row, or return what it is the sum of; None if it is no sum."""
+    """Add a term times a factor to a row, or return its summands; None if it is not a sum."""
     constant = _constant(store, term)
     if constant is not None:
         row[CONSTANT] = row.get(CONSTANT, Fraction(0)) + factor * constant

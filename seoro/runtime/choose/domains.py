@@ -1,4 +1,4 @@
-"""What the cells of scalars can be, by their types."""
+"""Domains of the cells of scalars, by their types."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from seoro.lang.plan import EnumType, EnumValue, PhysicalType, PrimitiveType, Va
 
 
 def domain_of(type_: ValueType) -> solve.Domain | None:
-    """What a scalar can be; None if it is none."""
+    """Return the domain of a scalar; None for other types."""
     match type_:
         case PrimitiveType("bool"):
             return solve.Boolean()

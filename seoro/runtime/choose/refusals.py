@@ -1,4 +1,4 @@
-"""What to say where no values were found."""
+"""Messages for parameters without values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def no_bounds(unbounded: solve.Unbounded, rules: Rules) -> NoChoice:
 
 
 def no_solution(conflict: solve.Conflict, rules: Rules) -> NoChoice:
-    """What to say of constraints that clash."""
+    """Return the message for contradictory constraints."""
     places: list[tuple[Span, str]] = []
     written = [each for each in conflict.constraints if rules.get(each) is not None]
     for constraint in written or conflict.constraints:

@@ -130,7 +130,7 @@ async def test_where_nobody_tells_the_type_is_not_known(router: str, types: Type
             async with here.subscribing("/state", STATE) as subscription:
                 await publication.wait_for_subscription()
                 publication.publish(VALUE)
-                with pytest.raises(UnknownInterface, match="no package `own_msgs` of interfaces is known"):
+                with pytest.raises(UnknownInterface, match="unknown package `own_msgs` of the type"):
                     await decoded(here, subscription, await subscription.receive())
 
 

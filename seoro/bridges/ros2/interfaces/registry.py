@@ -146,11 +146,11 @@ class Registry:
         wanted = f"{name.package}/{name.kind or 'msg'}/{name.base}"
         package = self.packages.get(name.package)
         if package is None:
+            meant = near(name.package, self.packages, 0.8) or near(wanted, self.names(), 0.8)
             return UnknownInterface(
-                f"no package `{name.package}` of interfaces is known, which `{written}` is of",
-                help=near(name.package, self.packages, 0.8)
-                or near(wanted, self.names(), 0.8)
-                or "add the folder that has the package",
+                f"unknown package `{name.package}` of the type `{written}`; known are those of seoro and of the "
+                "folders that were given",
+                help=f"{meant}; else {_GIVING}" if meant else _GIVING,
             )
         interfaces = package.interfaces()
         for kind in [name.kind] if name.kind else PARTS:
@@ -164,6 +164,12 @@ class Registry:
             f" {package.origin}",
             help=near(wanted, (f"{name.package}/{interface}" for interface in interfaces)),
         )
+
+
+_GIVING: Final = (
+    "give the folder that contains the package, such as `/opt/ros/jazzy/share` or `install/share` of a workspace: "
+    "`--interfaces DIR` of `seoro ros`, `--ros-interfaces DIR` of runs, `seoro.Ros(interfaces=[DIR])` of programs"
+)
 
 
 def _parts(kind: str, base: str) -> str:

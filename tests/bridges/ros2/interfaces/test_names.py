@@ -36,12 +36,12 @@ def test_names_as_people_write_them(store: TypeStore, written: str, canonical: s
     ("written", "problem", "help"),
     [
         ("std_msgs/msg/Strin", "package `std_msgs` has no `msg/Strin`", "`std_msgs/msg/String`"),
-        ("std_msg/msg/String", "no package `std_msg`", "`std_msgs`"),
+        ("std_msg/msg/String", "unknown package `std_msg`", "`std_msgs`"),
         ("Pose", "'Pose' is no name of an interface", "`geometry_msgs/msg/Pose`"),
         ("geometry_msgs/msg/Pose/x", "no name of an interface", ""),
         ("", "no name of an interface", ""),
         ("nav_msgs/msg/pose", "has no `msg/pose`", ""),
-        ("other_msgs/msg/Thing", "no package `other_msgs`", "add the folder"),
+        ("other_msgs/msg/Thing", "unknown package `other_msgs`", "--interfaces DIR` of `seoro ros`"),
         ("std_srvs/srv/Trigger_Goal", "`std_srvs/srv/Trigger` has no `_Goal`", "`Trigger_Request`"),
     ],
 )

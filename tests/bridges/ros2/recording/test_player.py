@@ -151,7 +151,7 @@ async def test_a_type_that_nobody_knows_is_named(router: str, types: TypeStore, 
     async with write_bag(tmp_path / "bag") as writer:
         writer.add_topic(BagTopic("/own", "my_msgs/msg/Own"), "")
     async with two_nodes(router, types) as (_, here):
-        with pytest.raises(UnknownInterface, match="no package `my_msgs`"):
+        with pytest.raises(UnknownInterface, match="unknown package `my_msgs`"):
             await play(here, open_bag(tmp_path / "bag"))
 
 

@@ -1,0 +1,173 @@
+"""Files, commands and options that the documentation names exist, or the page itself shows how they come about."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from seoro.cli import main as command_line
+
+ROOT = Path(__file__).parents[1]
+PAGES = [
+    *sorted((ROOT / "docs").rglob("*.md")),
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "ARCHITECTURE.md",
+]
+SUFFIXES = "osc|py|yaml|yml|md|sdf|urdf|xml|jsonl|json|mcap|csv|mp4|png|pgm|sh|snapshot|lark|toml"
+FILE = re.compile(rf"(?<![\w$*{{=:%/.~-])[\w./~-]*\w\.(?:{SUFFIXES})\b(?!\w)")
+BLOCK = re.compile(r"^ *```(\w*)[^\n]*\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+SHOWN = re.compile(r"`([\w./-]+)`(?:\s*\([^)]*\))?[:,]?\n+ *```")
+WRITTEN = re.compile(r"(?:--trace|--record-video|--junit|--perfetto|-o|--output|>)[ =]([\w./-]+)")
+OUTPUTS = frozenset(
+    {
+        *("trace.jsonl", "measurements.json", "top_down.png", "test.xml", "coverage.json", "results.csv"),
+        *("log.txt", "video.mp4", "audit.jsonl"),
+        "metadata.yaml",  # of bags, by rosbag2
+    }
+)
+EXAMPLES = {  # names that pages use to explain a rule, and that nobody is meant to type
+    "CONTRIBUTING.md": {"name.osc", "name.invalid.osc", "example.osc", "lang/plan.py"},
+    "docs/experiments/localisation.md": {"localisation.csv"},  # the page gives its columns
+    "docs/actions.md": {"view.png"},  # an argument of a function
+    "docs/embedding.md": {"run.mp4"},  # the same
+    "docs/lab.md": {"drive.osc"},  # the page links to it
+    "docs/libraries.md": {"garden.osc", "garden.py", "garden/garden.osc", "garden/__init__.py"},
+    "docs/pytest.md": {"far.yaml", "scenarios/navigation/conftest.py"},
+    "docs/simulator.md": {"room.yaml", "name.png"},
+    "docs/tools.md": {"source.osc"},  # what editors send it as
+}
+OTHERS = frozenset(  # options of other programs
+    {
+        *("--lf", "--ff", "--sw", "--nf", "--co", "--junitxml", "--collect-only", "--tb"),
+        *("--upgrade", "--editable", "--system", "--build", "--rm"),
+    }
+)
+
+
+@cache
+def repository() -> frozenset[str]:
+    """Return the paths of all files, and all endings of these at a folder."""
+    skipped = {".git", ".venv", "__pycache__", "build", "dist"}
+    found: set[str] = set()
+    for path in ROOT.rglob("*"):
+        parts = path.relative_to(ROOT).parts
+        if not skipped & set(parts) and path.is_file():
+            found.update("/".join(parts[i:]) for i in range(len(parts)))
+    return frozenset(found)
+
+
+def commands(text: str) -> Iterator[str]:
+    """Yield the command lines of `seoro` in the blocks of a page."""
+    for language, body in BLOCK.findall(text):
+        if language in ("", "sh", "bash", "console", "text"):
+            for line in body.replace("\\\n", " ").splitlines():
+                found = re.match(r"\s*(?:\$ )?(?:[A-Z_]+=\S+ )*(seoro .*)", line)
+                if found:
+                    yield found[1]
+
+
+def spans(text: str) -> list[str]:
+    """Return the code spans outside of blocks."""
+    return re.findall(r"(?<!`)`([^`\n]+)`(?!`)", BLOCK.sub("\n", text))
+
+
+def links(text: str) -> list[str]:
+    """Return the targets of links to files."""
+    found = re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", BLOCK.sub("\n", text))
+    return [target for target in found if "://" not in target]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    text, name = page.read_text(), page.relative_to(ROOT).as_posix()
+    broken = [target for target in links(text) if not (page.parent / target).exists()]
+    assert not broken, "links to files that do not exist"
+    made = {*SHOWN.findall(text), *EXAMPLES.get(name, ())}
+    written = tuple(path.removesuffix("/") for path in WRITTEN.findall(text))
+    named = {file for line in (*commands(text), *spans(text)) for file in FILE.findall(line.partition(" # ")[0])}
+    unknown = []
+    for file in sorted(named):
+        is_written = Path(file).name in OUTPUTS or any(f"{file}/".startswith(f"{path}/") for path in written)
+        is_placeholder = re.search(r"\b[A-Z]{2,}\b", file) is not None
+        if not (
+            file.removeprefix("./").lstrip("./") in repository() or file in made or is_written or is_placeholder
+        ):
+            unknown.append(file)
+    assert not unknown, "files that neither exist nor are shown by the page"
+
+
+def test_examples_are_still_used() -> None:
+    for name, examples in EXAMPLES.items():
+        text = (ROOT / name).read_text()
+        assert not [example for example in examples if example not in text]
+
+
+@cache
+def options_of(command: str) -> frozenset[str]:
+    """Return the options of a command and of all commands below it."""
+
+    def walk(parser: argparse.ArgumentParser) -> Iterator[str]:
+        for action in parser._actions:
+            yield from action.option_strings
+            if isinstance(action, argparse._SubParsersAction):
+                for below in action.choices.values():
+                    yield from walk(below)
+
+    parser = command_line._parser([command])
+    [commands] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    return frozenset((*walk(commands.choices[command]), "--version"))
+
+
+def unknown_options(line: str) -> list[str]:
+    """Return the options of a command line, and the command, that do not exist."""
+    try:
+        words = shlex.split(line, comments=True)
+    except ValueError:  # a quote that the page leaves open
+        words = line.split()
+    if len(words) < 2 or words[1].startswith("-") or not words[1].islower():
+        return []
+    command = {"run": "exec", "help": "exec"}.get(words[1], words[1])
+    if command not in command_line.COMMANDS:
+        return [command]
+    given = [word.partition("=")[0] for word in words[2:] if re.match(r"--[a-z]", word)]
+    return [option for option in given if option not in options_of(command)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_commands_and_options_that_a_page_names_exist(page: Path) -> None:
+    text = page.read_text()
+    lines = [*commands(text), *(span for span in spans(text) if span.startswith("seoro "))]
+    assert not {line: found for line in lines if (found := unknown_options(line))}
+    known = OTHERS.union(*map(options_of, command_line.COMMANDS), PLUGIN, PROGRAMS)
+    named = {
+        span.split()[0].partition("=")[0]
+        for span in spans(text)
+        if re.fullmatch(r"--[a-z][\w-]+", re.split(r"[ =]", span)[0])
+    }
+    assert not sorted(named - known), "options of no command"
+
+
+@cache
+def _options_in(folder: Path) -> frozenset[str]:
+    text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
+    return frozenset(re.findall(r"\"(--[a-z][\w-]+)\"", text))
+
+
+PLUGIN = _options_in(ROOT / "seoro" / "pytest_plugin")
+PROGRAMS = _options_in(ROOT / "sim_nodes") | _options_in(ROOT / "benchmarks")
+
+
+def test_help_texts_name_options_that_exist() -> None:
+    for command in command_line.COMMANDS:
+        parser = command_line._parser([command])
+        [below] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+        examples = below.choices[command].epilog or ""
+        lines = [line.strip() for line in examples.splitlines() if line.strip().startswith("seoro ")]
+        assert not {line: found for line in lines if (found := unknown_options(line))}
