@@ -10,8 +10,8 @@ nothing of seoro. Its stdout and stderr are the program's. Over the socket it sa
 
 and ends when nothing of the program is left, also of what that has started and left behind: orphans become
 children of the keeper (`PR_SET_CHILD_SUBREAPER`, Linux). Told `stop`, it sends SIGNAL to all of them, also to what
-is left behind later, and after TIMEOUT seconds SIGKILL. Told `kill`, it sends SIGKILL at once. When the socket ends
-without either, the run has died; it does as for `stop`, in a hurry.
+is left behind later, and after TIMEOUT seconds SIGKILL. Told `kill`, it sends SIGKILL at once. When the socket
+ends without either, the run has died; it does as for `stop`, in a hurry.
 """
 
 from __future__ import annotations

@@ -257,7 +257,7 @@ _keepers: set[asyncio.StreamWriter] = set()  # of all programs of this process t
 
 
 def kill_programs() -> None:
-    """Kill all programs that this process keeps, with all that they have started, whatever time they have to end."""
+    """Kill all programs that this process keeps, with all that they have started, at once."""
     for keeper in _keepers:
         keeper.write(b"kill\n")
 
