@@ -20,6 +20,7 @@ import argparse
 import json
 import os
 import random
+import signal
 import statistics
 import struct
 import subprocess
@@ -435,6 +436,7 @@ def main() -> int:
     parser.add_argument("--results", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # `timeout` leaves nothing behind
     cells = [(name, kind) for name in options.targets.split(",") for kind in options.attacks.split(",")]
     if options.cells:
         cells = [(name, kind) for name, kind in (each.split(":") for each in options.cells.split(","))]

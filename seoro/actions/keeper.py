@@ -10,8 +10,8 @@ nothing of seoro. Its stdout and stderr are the program's. Over the socket it sa
 
 and ends when nothing of the program is left, also of what that has started and left behind: orphans become
 children of the keeper (`PR_SET_CHILD_SUBREAPER`, Linux). Told `stop`, it sends SIGNAL to all of them, also to what
-is left behind later, and after TIMEOUT seconds SIGKILL. When the socket ends without that, the run has died; it
-does the same in a hurry.
+is left behind later, and after TIMEOUT seconds SIGKILL. Told `kill`, it sends SIGKILL at once. When the socket
+ends without either, the run has died; it does as for `stop`, in a hurry.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ class _Keeper:
         if self._control.fileno() in ready:
             heard = self._hear()
             self._is_listening = bool(heard)
-            self._end(self._timeout if heard else min(self._timeout, HURRY))
+            self._end(0.0 if b"kill" in heard else self._timeout if heard else min(self._timeout, HURRY))
 
     def _hear(self) -> bytes:
         try:

@@ -253,6 +253,14 @@ def _failure(program: str, number: int) -> str:
 
 # ---------------------------------------------------------------- under the keeper
 
+_keepers: set[asyncio.StreamWriter] = set()  # of all programs of this process that may run
+
+
+def kill_programs() -> None:
+    """Kill all programs that this process keeps, with all that they have started, at once."""
+    for keeper in _keepers:
+        keeper.write(b"kill\n")
+
 
 @asynccontextmanager
 async def _running(
@@ -272,6 +280,7 @@ async def _running(
             )
             stack.pop_all()
             said, tell = await asyncio.open_connection(sock=ours)
+    _keepers.add(tell)
     async with under, anyio.create_task_group() as group:
         group.start_soon(_follow, process, said)
         group.start_soon(_read_output, process, under)
@@ -283,6 +292,7 @@ async def _running(
             await process.gone.wait()
         finally:
             with anyio.CancelScope(shield=True):
+                _keepers.discard(tell)
                 tell.close()  # then the keeper hurries, if there is anything left to do
                 if await under.wait() != 0 and process.pid:  # it was killed, and leaves what it kept
                     with suppress(ProcessLookupError, PermissionError):

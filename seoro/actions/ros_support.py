@@ -86,11 +86,14 @@ async def next_message(
 
     Raises:
         TimeoutError: None has come by then.
+        BackendLost: The system is not reached then.
     """
     loop = asyncio.get_running_loop()
     end = None if limit is None else loop.time() + limit
     while (message := subscription.take_now()) is None:
         if end is not None and loop.time() >= end:
+            if loss := system_of(ctx).loss:
+                raise BackendLost(loss)
             raise TimeoutError
         arrival = Pending()
         subscription.when_arrived(partial(arrival.settle, DONE))

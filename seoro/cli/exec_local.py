@@ -134,6 +134,9 @@ class _Exec:
                 if self._run is None or second:
                     if self._run is not None:
                         self._run.halt(f"interrupted by {name}")
+                        from seoro.actions.processes import kill_programs  # noqa: PLC0415 - has to be there by now
+
+                        kill_programs()
                     scope.cancel()
                     if second:  # a clean-up is not cancelled with its task, and may hang
                         asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)

@@ -28,6 +28,8 @@ from seoro.lab.seeing import Member, Reached, asking, connected, look, members_a
 if TYPE_CHECKING:
     from seoro.keys.folder import Keys
 
+CONNECTIONS = 3  # to an endpoint, by which an emergency stop is tried
+STAGGER = 0.1  # [s] between their beginnings
 STOP_WITHIN = 2.0  # [s] that a node may take to acknowledge that all stands still
 GIVE_BACK_WITHIN = 5.0  # [s] that it may take to end a lease that is not had in full
 Place = tuple[str, str | None]
@@ -112,8 +114,8 @@ async def _stop_at_all(asked: Mapping[str, wire.EmergencyStop], keys: Path | Non
     found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in asked}
 
     async def stop(endpoint: str) -> None:
-        found[endpoint] = await _stop_at(endpoint, asked[endpoint], keys, began)
-        if any(each.error and not each.is_elsewhere for each in found[endpoint]):
+        found[endpoint] = await _stop_soon(endpoint, asked[endpoint], keys, began)
+        if _is_wrong(found[endpoint]):
             # A connection may not come about on a machine that is busy, and goals may end a little later.
             found[endpoint] = await _stop_at(endpoint, asked[endpoint], keys, began)
 
@@ -121,6 +123,35 @@ async def _stop_at_all(asked: Mapping[str, wire.EmergencyStop], keys: Path | Non
         for endpoint in found:
             tasks.start_soon(stop, endpoint)
     return [each for outcomes in found.values() for each in outcomes]
+
+
+def _is_wrong(outcomes: Sequence[Outcome]) -> bool:
+    return any(each.error and not each.is_elsewhere for each in outcomes)
+
+
+async def _stop_soon(endpoint: str, asked: wire.EmergencyStop, folder: Path | None, began: float) -> list[Outcome]:
+    """Stop what lives at an endpoint by the first of several connections, each a moment after the one before.
+
+    One in some dozen takes a second while an endpoint is flooded. Who is stopped twice stays stopped.
+
+    Returns:
+        What came of the first that has done it, else of the last.
+    """
+    found: list[Outcome] = []
+
+    async def attempt(after: float, over: anyio.CancelScope) -> None:
+        nonlocal found
+        await anyio.sleep(after)
+        outcomes = await _stop_at(endpoint, asked, folder, began)
+        if not found or _is_wrong(found):
+            found = outcomes
+        if not _is_wrong(outcomes):
+            over.cancel()
+
+    async with anyio.create_task_group() as tasks:
+        for number in range(CONNECTIONS):
+            tasks.start_soon(attempt, number * STAGGER, tasks.cancel_scope)
+    return found
 
 
 async def _stop_at(endpoint: str, asked: wire.EmergencyStop, folder: Path | None, began: float) -> list[Outcome]:

@@ -87,6 +87,16 @@ class DrivenRobots(Protocol):
 
 
 @runtime_checkable
+class Connected(Protocol):
+    """A backend whose connection may be lost for a while, in which nothing that is waited for can come."""
+
+    @property
+    def loss(self) -> str:
+        """Why it is not reached now, in words; empty if it is."""
+        ...
+
+
+@runtime_checkable
 class ContactSensing(Protocol):
     """Robots whose contacts are reported as `contact`, with what a `contracts.Contact` has."""
 

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from seoro.errors import ActionFailed, InvalidUse
 from seoro.lang.frozen import Value
+from seoro.runtime.capabilities import Connected
 from seoro.runtime.contracts import Backend
 from seoro.runtime.values import Actor
 
@@ -110,6 +111,11 @@ class Homes:
             if name not in known:
                 raise ActionFailed(f"unknown robot '{name}' (robots of this run: {', '.join(known) or 'none'})")
         return tuple(home for home in homes if not names or home.name in names)
+
+    @property
+    def loss(self) -> str:
+        """Why a backend is not reached now, in words; empty if all are."""
+        return next((each.loss for each in self.backends if isinstance(each, Connected) and each.loss), "")
 
     def anywhere(self, contract: type[P]) -> P | None:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""

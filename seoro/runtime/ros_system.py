@@ -155,6 +155,11 @@ class RosRecording(Protocol):
 class Ros2System(Protocol):
     """A ROS 2 system. What is entered here is there for as long as the block lasts."""
 
+    @property
+    def loss(self) -> str:
+        """Why it is not reached now, in words; empty if it is."""
+        ...
+
     def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:
         """Be a publisher of a topic; `qos` is one of `qos_preset_profiles`."""
         ...

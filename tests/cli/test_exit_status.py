@@ -122,6 +122,38 @@ def test_a_second_signal_waits_for_no_clean_up(folder: Path, started: list[subpr
     assert time.monotonic() - begun < 4.5  # a clean-up has 5 s, and once more as many
 
 
+STUBBORN = """import osc.helpers
+scenario stubborn:
+    do run_process(command: "{python} program.py", shutdown_timeout: 50s)
+"""
+PROGRAM = """import os, signal, time
+for number in (signal.SIGTERM, signal.SIGINT):
+    signal.signal(number, signal.SIG_IGN)
+with open("pids.part", "w") as file:
+    file.write(f"{os.getpid()} {os.getppid()}")
+os.rename("pids.part", "pids")
+time.sleep(60)
+"""
+
+
+def test_a_second_signal_kills_programs_and_their_keepers_at_once(
+    tmp_path: Path, started: list[subprocess.Popen[str]]
+) -> None:
+    (tmp_path / "main.osc").write_text(STUBBORN.format(python=sys.executable))
+    (tmp_path / "program.py").write_text(PROGRAM)
+    process = start(tmp_path)
+    started.append(process)
+    wait_for(tmp_path / "pids")
+    process.send_signal(signal.SIGTERM)
+    assert process.stdout is not None
+    while "once more to stop at once" not in process.stdout.readline():
+        pass
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=30)
+    left = [pid for pid in (tmp_path / "pids").read_text().split() if Path(f"/proc/{pid}").exists()]
+    assert (process.returncode, left) == (4, [])
+
+
 def wait_for(path: Path) -> None:
     """Wait until another process has made a file."""
     deadline = time.monotonic() + 30

@@ -35,10 +35,15 @@ class HoldingRequests(Requests):
         self._holder = holder
         self._number = number
         self._happened: Happened = _ignore
+        self._broken_since = math.inf
+
+    @property
+    def loss(self) -> str:
+        """Why the robots are not reached now; empty if they are."""
+        return f"{self.name} does not answer" if self._broken_since < math.inf else ""
 
     async def hold(self) -> None:
         """Give signs of life, and tell what has happened; until it is cancelled, or the bridge is lost."""
-        broken_since = math.inf
         while True:
             request = wire.HoldRobots(holder=self._holder.holder, since=self._number, wait=wire.HOLD_WAIT)
             try:
@@ -50,8 +55,8 @@ class HoldingRequests(Requests):
                 self.report_loss(said)
                 return
             except (NoServer, NoAnswer) as error:
-                broken_since = min(broken_since, time.monotonic())
-                if time.monotonic() - broken_since > PATIENCE:
+                self._broken_since = min(self._broken_since, time.monotonic())
+                if time.monotonic() - self._broken_since > PATIENCE:
                     self.report_loss(BackendLost(f"{self.name} has not answered for {PATIENCE:g} s: {error}"))
                     return
                 await anyio.sleep(RETRY)
@@ -59,7 +64,7 @@ class HoldingRequests(Requests):
             except (SessionError, wire.WireError) as error:
                 self.report_loss(BackendLost(f"{self.name} cannot be held: {error}"))
                 return
-            broken_since = math.inf
+            self._broken_since = math.inf
             self._tell(told)
 
     async def catch_up(self) -> None:

@@ -215,6 +215,11 @@ class RosBackend:
         """How messages call it."""
         return self._name
 
+    @property
+    def loss(self) -> str:
+        """Why the system is not reached now; empty if it is."""
+        return "the connection to the ROS 2 system is lost" if self._node.system.session.is_cut_off else ""
+
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
         """Robots that have found no other home live here."""
         return actor if ROBOT in types else None

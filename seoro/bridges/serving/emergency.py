@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import queue
+import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import Future
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from seoro.bridges.lock import Lock
     from seoro.keys.certificates import Identity
 
+TURN: Final = 5e-4  # [s] for which one thread of Python may keep the others waiting; by default, it is 5 ms
 MOST: Final = 256  # stops that wait to be looked at, of which one would do
 STOP: Final = EMERGENCY_STOP.name
 
@@ -149,12 +151,18 @@ def _admit(request: Request, lock: Lock) -> Identity:
 
 @contextmanager
 def stop_line(lock: Lock | None, stop: Stop, keep: Callable[[], object], namespace: str) -> Iterator[StopLine]:
-    """Have a way for emergency stops for as long as the block lasts; see `StopLine` for the arguments."""
+    """Have a way for emergency stops for as long as the block lasts; see `StopLine` for the arguments.
+
+    Threads take turns often meanwhile: in a flood of requests, the thread of stops waits for some dozen others.
+    """
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, TURN))
     line = StopLine(lock, stop, keep, namespace)
     try:
         yield line
     finally:
         line.close()
+        sys.setswitchinterval(before)
 
 
 @asynccontextmanager

@@ -20,7 +20,7 @@ from seoro.runtime.environment import Environment
 from seoro.runtime.evaluate import EvaluationError, evaluate
 from seoro.runtime.place import Place
 from seoro.runtime.values import Range
-from seoro.runtime.verdict import SUCCEEDED, Outcome, failure
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
 def times_of(plan: Serial | Parallel | OneOf | InvokeScenario | InvokeAction, environment: Environment) -> Times:
@@ -63,6 +63,8 @@ async def run_duration(place: Place, inner: Carry) -> Outcome:
     def judge(scope: Scope) -> Outcome:
         if is_all_open_ended(agenda, scope):
             return SUCCEEDED
+        if loss := place.services.homes.loss:  # what was waited for could not come
+            place.services.decide(RunStatus.ERROR, loss, window.span)
         return failure(_late(window), window.span)
 
     if bounds.high == inf:

@@ -16,6 +16,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NoReturn, TypeAlias
 
+from seoro.errors import BackendLost
 from seoro.runtime.agenda import Waiter
 from seoro.runtime.applied import Applied, Modifying
 from seoro.runtime.behaviors.faults import judge
@@ -261,5 +262,7 @@ class _Child:
                 return None
             if not is_cut_off:
                 return outcome
+            if limit and (loss := place.services.homes.loss):  # what was waited for could not come
+                raise BackendLost(loss)
             self.explanation = outcome.explanation
             return None

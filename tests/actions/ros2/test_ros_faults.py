@@ -84,6 +84,34 @@ scenario main:
     assert f"the connection to the ROS 2 system is lost: {called}" in verdict.reason
 
 
+@pytest.mark.parametrize(
+    "wait",
+    [
+        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(1.5s)\n            inverter()',
+        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 1.5s)',
+    ],
+    ids=["timeout", "duration"],
+)
+async def test_a_wait_that_comes_to_its_limit_without_a_router_is_no_failure(tmp_path: Path, wait: str) -> None:
+    endpoint = free_endpoint()
+    text = f"""
+scenario main:
+    do parallel:
+        log("there")
+        {wait}
+"""
+    hub = Session(listen=endpoint)
+    async with running(tmp_path, endpoint, text) as run:
+        async for record in run.trace():
+            if record["kind"] == "log":
+                break
+        await anyio.to_thread.run_sync(hub.close)
+        with anyio.fail_after(30.0):
+            verdict = await run.result()
+    assert verdict.status is RunStatus.ERROR, verdict.reason
+    assert "the connection to the ROS 2 system is lost" in verdict.reason
+
+
 @pytest.mark.slow
 async def test_a_goal_that_is_taken_too_late_is_canceled(tmp_path: Path, router: str) -> None:
     text = """
