@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 from seoro.lang import table
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
+from seoro.lang.escapes import unescape
 from seoro.lang.habits import BLANKS, CLOSING_QUOTES, COMMENTS, OPENING_QUOTES, OPERATORS
 from seoro.lang.source import SourceFile, Span
 
@@ -40,13 +41,6 @@ _TOKEN: Final = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-_ESCAPE: Final = re.compile(
-    r"\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)", re.DOTALL
-)
-_ESCAPED: Final = {
-    "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
-    "a": "\a", "b": "\b", "f": "\f", "v": "\v",
-}  # fmt: skip
 _START_CATEGORIES = frozenset({"Ll", "Lm", "Lo", "Lt", "Lu", "Nl"})
 _CHAR_CATEGORIES = _START_CATEGORIES | {"Mc", "Mn", "Nd", "Pc"}
 
@@ -212,7 +206,7 @@ class Lexer:
             token = Token("WILDCARD", text, start, end)
         elif group in {"long", "short"}:
             quotes = 3 if group == "long" else 1
-            token = Token("STRING_LITERAL", _unescape(text[quotes:-quotes]), start, end)
+            token = Token("STRING_LITERAL", unescape(text[quotes:-quotes]), start, end)
         else:
             token = self._number(found)
         tokens.append(token)
@@ -329,19 +323,3 @@ class Lexer:
                 syntax.OtherLanguage(span, text, "indent and separate words with blanks from the space bar")
             )
         return offset + 1
-
-
-def _unescape(text: str) -> str:
-    """Resolve escapes: those of Python but for octal ones and names; others keep their backslash."""
-    if "\\" not in text:
-        return text
-    return _ESCAPE.sub(_escaped, text)
-
-
-def _escaped(found: re.Match[str]) -> str:
-    """What an escape stands for; half of a surrogate pair is no character, and stays as it is written."""
-    escape = found[1]
-    if escape in _ESCAPED or len(escape) < 3:
-        return _ESCAPED.get(escape, found[0])
-    number = int(escape[1:], 16)
-    return found[0] if 0xD800 <= number < 0xE000 else chr(number)

@@ -132,7 +132,7 @@ class Execution:
 
     @property
     def parameter_texts(self) -> dict[str, str]:
-        """The values of global parameters and of the fields of the entry scenario, as the language writes them."""
+        """The present values of global parameters and of the entry scenario, as the language writes them."""
         declared = {**self._plan.globals.fields, **self._entry.declaration.structure.fields}
         fields, structures = self._entry.fields, self._plan.structures
         return {name: value_text(fields[name], field.type, structures) for name, field in declared.items()}

@@ -6,7 +6,8 @@ import pytest
 
 from seoro.lang import ast
 from seoro.lang.diagnostic import Bag
-from seoro.lang.lexer import Lexer, _unescape
+from seoro.lang.escapes import unescape, unknown_escapes
+from seoro.lang.lexer import Lexer
 from seoro.lang.source import SourceFile
 from tests.lang.helpers import expression, parse
 
@@ -150,4 +151,13 @@ def test_strings(text: str, value: str) -> None:
      (r"\xg1", r"\xg1"), (r"\q", r"\q"), (r"\\x41", r"\x41"), (r"\U00110000", r"\U00110000")],
 )  # fmt: skip
 def test_escapes_with_a_number_are_resolved(written: str, meant: str) -> None:
-    assert _unescape(written) == meant
+    assert unescape(written) == meant
+
+
+@pytest.mark.parametrize(
+    ("literal", "unknown"),
+    [(r'"a\qb"', [r"\q"]), (r"'\d+\.\d'", [r"\d", r"\.", r"\d"]), (r'"\\d\n\x41\u00e9"', []), (r'"\x4"', [r"\x"]),
+     (r'"\ud800"', [r"\ud800"]), (r'"\101"', [r"\1"]), ('"""a\\\nb\\z"""', [r"\z"])],
+)  # fmt: skip
+def test_unknown_escapes_are_found(literal: str, unknown: list[str]) -> None:
+    assert [literal[start:end] for start, end in unknown_escapes(literal)] == unknown

@@ -30,7 +30,9 @@ from seoro.lang.check.values import Values
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.escapes import unknown_escapes
 from seoro.lang.members import MemberTable
+from seoro.lang.source import Span
 from seoro.lang.symbols import (
     FieldSymbol,
     Program,
@@ -120,6 +122,7 @@ class Expressions:
             case ast.BoolLiteral(truth, span):
                 return Typed(plan.Literal(truth, span), BOOL)
             case ast.StringLiteral(text, span):
+                self._check_escapes(span)
                 return Typed(plan.Literal(text, span), STRING)
             case ast.EnumValueReference():
                 return self.references.enum_value(node, scope)
@@ -156,6 +159,10 @@ class Expressions:
                 return self.casts.test(node, scope)
             case _:
                 assert_never(node)
+
+    def _check_escapes(self, literal: Span) -> None:
+        for start, end in unknown_escapes(literal.text):
+            self.bag.add(syntax.UnknownEscape(Span(literal.file, literal.start + start, literal.start + end)))
 
     def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
         """The type that a declarator means."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.diagnostic import Diagnostic, Label, error, warning
+from seoro.lang.escapes import ESCAPES
 from seoro.lang.frozen import Frozen
 from seoro.lang.habits import CHARACTERS
 from seoro.lang.source import Span
@@ -42,6 +43,20 @@ class OtherLanguage(Frozen):
     def diagnostic(self) -> Diagnostic:
         """The message."""
         return error("E0138", self.span, self.text, help=self.help)
+
+
+class UnknownEscape(Frozen):
+    """An escape of a string that stands for nothing."""
+
+    span: Span
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        escape = self.span.text
+        hint = f"write `\\{escape}` for a backslash; escapes are {ESCAPES}"
+        return warning(
+            "E0140", self.span, f"unknown escape `{escape}` in a string; the backslash is kept", help=hint
+        )
 
 
 class ForeignFile(Frozen):

@@ -1,4 +1,4 @@
-"""Numbers that equalities determine together: `a + b == 10` and `a - b == 4` (Gauss and Jordan, in fractions).
+"""Numbers that equalities determine together: `a + b == 10` and `a - b == 4` (Gauss, in fractions).
 
 Propagation looks at one constraint at a time, and finds no bounds in such a system. It is solved where a number
 would be unbounded otherwise.
@@ -7,8 +7,9 @@ would be unbounded otherwise.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 from fractions import Fraction
+from heapq import heapify, heappop, heappush
 from typing import Final
 
 from seoro.lang.solve.cells import Integer, Real
@@ -31,8 +32,9 @@ from seoro.lang.solve.terms import (
 
 # How far a real that was solved for may be from where it should be, relative to it: less than `sets.NARROW`.
 BAND: Final = 2e-13
-# Systems with more equations than this are left to the search: effort grows with the third power.
-MOST: Final = 300
+# Systems that take more steps than this are left to the search: a step is one factor that changes. Chains take a
+# few for each equation; where all numbers depend on all others, steps grow with the third power.
+MOST_STEPS: Final = 5_000_000
 CONSTANT: Final = -1  # the column of what does not depend on cells
 
 Row = dict[int, Fraction]  # factors by numbers of cells; their sum with the constant is zero
@@ -52,10 +54,14 @@ def solve_equations(store: Store) -> frozenset[int]:
         return frozenset()
     rows = {number: row for number in range(len(store.parts)) if (row := _row(store, number)) is not None}
     used = frozenset(rows)
-    if not 2 <= len(rows) <= MOST:
+    if len(rows) < 2:
+        return frozenset()
+    try:
+        reduced = _Elimination(store, used).reduce(rows.values())
+    except TooManySteps:
         return frozenset()
     narrowed: list[int] = []
-    for pivot, row in _reduced(store, list(rows.values())):
+    for pivot, row in reduced:
         try:
             after = meet(store.sets[pivot], _values(store, pivot, row))
         except Empty:
@@ -67,41 +73,77 @@ def solve_equations(store: Store) -> frozenset[int]:
     return used if narrowed else frozenset()
 
 
-def _reduced(store: Store, rows: list[Row]) -> Iterator[tuple[int, Row]]:
-    """Each row solved for one cell, if possible for one without bounds, which no other row mentions then.
+class TooManySteps(Exception):
+    """A system takes more steps than are made."""
 
-    Raises:
-        Exhausted: A row has no solution.
+
+class _Elimination:
+    """Solves each row for one cell, if possible for one without bounds, which no other row mentions then.
+
+    Args:
+        store: What the cells can be.
+        used: Numbers of the parts that the rows stand for.
     """
-    done: list[tuple[int, Row]] = []
-    for row in rows:
-        for pivot, other in done:
-            _eliminate(row, pivot, other)
+
+    def __init__(self, store: Store, used: frozenset[int]) -> None:
+        self._store = store
+        self._used = used
+        self._solved: list[tuple[int, Row]] = []
+        self._places: dict[int, int] = {}  # of cells that rows are solved for, in this list
+        self.steps = 0
+
+    def reduce(self, rows: Iterable[Row]) -> list[tuple[int, Row]]:
+        """Solve the rows, forwards and then backwards.
+
+        Returns:
+            Cells with the rows that are solved for them.
+
+        Raises:
+            Exhausted: A row has no solution.
+            TooManySteps: It takes too many.
+        """
+        for row in rows:
+            self._add(row)
+        for place in range(len(self._solved) - 1, -1, -1):
+            pivot, row = self._solved[place]
+            for cell in [cell for cell in row if cell != pivot and cell in self._places]:
+                self._eliminate(row, cell)  # whose row mentions no other such cell any more
+        return self._solved
+
+    def _add(self, row: Row) -> None:
+        """Replace the cells that earlier rows are solved for, then solve the row for another cell."""
+        waiting = [self._places[cell] for cell in row if cell in self._places]
+        heapify(waiting)
+        while waiting:
+            pivot, other = self._solved[heappop(waiting)]
+            if pivot in row:
+                self._eliminate(row, pivot)
+                for cell in other:
+                    if cell != pivot and cell in self._places:
+                        heappush(waiting, self._places[cell])
         columns = [cell for cell in row if cell != CONSTANT]
         if not columns:
             if row.get(CONSTANT):
-                raise Exhausted(frozenset(number for number in range(len(store.parts)) if _row(store, number)))
-            continue
-        pivot = min(columns, key=lambda cell: (is_bounded(store.sets[cell]), cell))
+                raise Exhausted(self._used)
+            return
+        pivot = min(columns, key=lambda cell: (is_bounded(self._store.sets[cell]), cell))
         factor = row[pivot]
-        solved = {cell: value / factor for cell, value in row.items()}
-        for _, other in done:
-            _eliminate(other, pivot, solved)
-        done.append((pivot, solved))
-    yield from done
+        self._places[pivot] = len(self._solved)
+        self._solved.append((pivot, {cell: value / factor for cell, value in row.items()}))
 
-
-def _eliminate(row: Row, pivot: int, other: Row) -> None:
-    """Take a cell out of a row by another row, in which its factor is one."""
-    factor = row.get(pivot)
-    if not factor:
-        return
-    for cell, value in other.items():
-        changed = row.get(cell, Fraction(0)) - factor * value
-        if changed:
-            row[cell] = changed
-        else:
-            row.pop(cell, None)
+    def _eliminate(self, row: Row, pivot: int) -> None:
+        """Take a cell out of a row by the row that is solved for it, in which its factor is one."""
+        _, other = self._solved[self._places[pivot]]
+        factor = row[pivot]
+        self.steps += len(other)
+        if self.steps > MOST_STEPS:
+            raise TooManySteps
+        for cell, value in other.items():
+            changed = row.get(cell, Fraction(0)) - factor * value
+            if changed:
+                row[cell] = changed
+            else:
+                row.pop(cell, None)
 
 
 def _values(store: Store, pivot: int, row: Row) -> Range:
@@ -155,7 +197,7 @@ def _summands(store: Store, term: Term, factor: Fraction, row: Row) -> list[tupl
         return []
     match term:
         case CellRef(cell) if isinstance(cell.domain, Integer | Real):
-            number = store.cells.index(cell)
+            number = store.numbers[cell]
             row[number] = row.get(number, Fraction(0)) + factor
             return []
         case ToReal(operand):
@@ -180,12 +222,12 @@ def _summands(store: Store, term: Term, factor: Fraction, row: Row) -> list[tupl
 def _constant(store: Store, term: Term) -> Fraction | None:
     """The value of a term that is a number and depends on no open cell."""
     if isinstance(term, CellRef):
-        value = only(store.sets[store.cells.index(term.cell)])
+        value = only(store.sets[store.numbers[term.cell]])
         return None if value is MISSING or not isinstance(value, int | float) else Fraction(value)
     if isinstance(term, Arithmetic) and term.operator in ("+", "-"):
         return None  # whose operands are looked at one by one
     cells = cells_of(term)
-    values = {cell: only(store.sets[store.cells.index(cell)]) for cell in cells}
+    values = {cell: only(store.sets[store.numbers[cell]]) for cell in cells}
     if any(value is MISSING for value in values.values()):
         return None
     value = evaluate(term, values)

@@ -24,6 +24,7 @@ from seoro.lang.solve.sets import (
     ValueSet,
     contains,
     filtered,
+    is_narrow,
     meet,
     members,
     only,
@@ -64,6 +65,7 @@ class Store:
         wrapping: bool,
     ) -> None:
         self.cells = cells
+        self.numbers = {cell: number for number, cell in enumerate(cells)}
         self.parts = parts
         self.sets = sets
         # Whether a cell has its value without having been solved for: given, drawn or computed from such.
@@ -125,6 +127,8 @@ class Store:
             for number in sorted(waiting, reverse=backwards):
                 waiting.discard(number)
                 for cell, before in self._revise(number):
+                    if is_narrow(before) and self.is_open(cell):
+                        continue  # no more than rounding, which would run through whole chains for each choice
                     narrowed[cell] = narrowed.get(cell, 0) + 1
                     if narrowed[cell] <= PATIENCE or _is_large_step(before, self.sets[cell]):
                         waiting.update(self.watchers[cell])

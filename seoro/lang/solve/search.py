@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 from typing import Final, cast
 
 from seoro.lang.solve.cells import Value
@@ -39,6 +40,7 @@ PATIENCE: Final = (10, 50, 200)
 EFFORT: Final = 100_000
 # A group with at most so many combinations of values is searched to the end.
 ALWAYS: Final = 20_000
+_SOLVED: Final = (0, 0.0)  # the size of what differs by rounding only
 
 
 class Exhausted(Exception):
@@ -177,11 +179,19 @@ def _complete(store: Store, group: list[int], streams: Streams, patience: float,
     """
     stack: list[tuple[int, int, Iterator[tuple[ValueSet, bool]]]] = []
     concerned, blamed = set(store.parts_of(group)), set[int]()
-    while (cell := next_cell(store, group)) is not None:
+    first = 0  # the cells of the group before this one have values
+    while True:
+        while first < len(group) and not store.is_open(group[first]):
+            first += 1
+        cell = next_cell(store, group, first)
+        if cell is None:
+            return
         stack.append((len(store.trail), cell, _alternatives(store, cell, streams)))
         while stack:
             mark, cell, alternatives = stack[-1]
-            store.undo(mark)
+            if len(store.trail) > mark:
+                store.undo(mark)
+                first = 0
             following = next(alternatives, None)
             if following is None:
                 stack.pop()
@@ -209,13 +219,21 @@ def involved(store: Store, part: int) -> set[int]:
     return parts
 
 
-def next_cell(store: Store, group: list[int]) -> int | None:
-    """The open cell to choose for: one as good as solved, else one with fewest values; None if none is open."""
+def next_cell(store: Store, group: list[int], first: int = 0) -> int | None:
+    """The open cell to choose for: one as good as solved, else one with fewest values; None if none is open.
+
+    Args:
+        store: What the cells can be.
+        group: Numbers of the cells.
+        first: The place in the group of the first that is open.
+    """
     best, least = None, (4, 0.0)
-    for cell in group:
+    for cell in islice(group, first, None):
         if not store.is_open(cell):
             continue
         size = _size(store.sets[cell])
+        if size == _SOLVED:
+            return cell
         if size < least:
             best, least = cell, size
     if best is not None and not is_bounded(store.sets[best]):
@@ -230,7 +248,7 @@ def _size(values: ValueSet) -> tuple[int, float]:
             return (1, len(listed))
         case Range(low, high) if is_bounded(values):
             if is_narrow(values):
-                return (0, 0.0)
+                return _SOLVED
             return (1, high - low + 1) if is_whole(values) else (2, 0.0)
         case _:
             return (3, 0.0)

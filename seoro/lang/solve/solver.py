@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import suppress
 
 from seoro.lang.solve.attempt import Contradiction, Engine, attempt, has_whole_arithmetic, store_of
@@ -80,7 +81,7 @@ def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
     Returns:
         None if this is not such a problem, or its constraints do not all hold.
     """
-    rules: list[tuple[Cell, Term]] = []
+    rules: deque[tuple[Cell, Term]] = deque()
     for constraint in problem.constraints:
         for term in conjuncts(constraint.term):
             if isinstance(term, Compare) and term.operator == "==":
@@ -89,12 +90,15 @@ def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
                 if isinstance(term.right, CellRef):
                     rules.append((term.right.cell, term.left))
     values: dict[Cell, Value] = {}
+    waiting: dict[Cell, list[tuple[Cell, Term]]] = {}  # rules by a cell that they need
     try:
         while rules:
-            left = [rule for rule in rules if not _follow(rule, values)]
-            if len(left) == len(rules):
-                break
-            rules = left[::-1]  # the next pass goes the other way, as chains may
+            cell, term = rules.popleft()
+            needed = _follow(cell, term, values)
+            if needed is not None:
+                waiting.setdefault(needed, []).append((cell, term))
+            else:
+                rules.extend(waiting.pop(cell, ()))
         if len(values) < len(problem.cells):
             return None
         if not all(evaluate(constraint.term, values) is True for constraint in problem.constraints):
@@ -105,12 +109,16 @@ def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
     return ordered if all(contains(natural(cell), value) for cell, value in ordered.items()) else None
 
 
-def _follow(rule: tuple[Cell, Term], values: dict[Cell, Value]) -> bool:
-    """Give a cell the value of a term, if that is known; whether there is nothing left to do."""
-    cell, term = rule
+def _follow(cell: Cell, term: Term, values: dict[Cell, Value]) -> Cell | None:
+    """Give a cell the value of a term.
+
+    Returns:
+        A cell whose value the term needs first; None if the value is known.
+    """
     if cell not in values:
         try:
             values[cell] = evaluate(term, values)
-        except KeyError:
-            return False
-    return True
+        except KeyError as missing:
+            needed = missing.args[0] if missing.args else cell
+            return needed if isinstance(needed, Cell) else cell  # a function of others may lack anything
+    return None

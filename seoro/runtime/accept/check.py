@@ -11,6 +11,7 @@ from seoro.runtime.accept.compositions import was_overridden
 from seoro.runtime.accept.constraining import Constraining
 from seoro.runtime.accept.emitting import Emitting
 from seoro.runtime.accept.findings import Acceptance, Findings, Rule
+from seoro.runtime.accept.fixed_actions import FixedActions
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
 from seoro.runtime.accept.hearing import Hearing
 from seoro.runtime.accept.history import History
@@ -58,7 +59,8 @@ def _check(plan: Plan, history: History, findings: Findings) -> None:
     Modifying(history, findings).check(matched)
     Overriding(history, findings).check(matched)
     Constraining(plan, history, world, findings).check(matched)
-    Variables(plan, history, world, findings).check()
+    Variables(history, world, findings).check()
+    FixedActions(plan, history, world, findings).check(matched)
     _check_verdict(plan, history, matched, findings)
 
 

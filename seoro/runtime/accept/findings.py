@@ -24,6 +24,7 @@ class Rule(Enum):
     CONSTRAINT = "constraint", "7.6.2.3"
     VALUE = "value", "7.6.2.2"
     VARIABLE = "variable", "7.3.6.1.2"
+    ACTION = "action", "osc.helpers"
     DURATION = "duration", "7.6.2.4"
     EVENT = "event", "7.6.2.5.1"
     EMIT = "emit", "7.6.2.5.2"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import assert_never
 
 from seoro.lang.plan import (
@@ -15,7 +17,8 @@ from seoro.lang.plan import (
     StructType,
     ValueType,
 )
-from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable
+from seoro.runtime.jsonl import to_json
+from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable, plain
 
 
 def fits(value: Value, type_: ValueType) -> bool:
@@ -60,3 +63,27 @@ def same(told: Value, expected: Value) -> bool:
             return expected != expected  # noqa: PLR0124
         case _:
             return told == expected
+
+
+def is_plain_form(told: object, value: Value | Mapping[str, Value]) -> bool:
+    """Whether JSON is the form of a value, or of values by name, that is for people."""
+    match value:
+        case Mapping():
+            are_there = isinstance(told, dict) and told.keys() == value.keys()
+            return are_there and all(is_plain_form(told[name], part) for name, part in value.items())  # type: ignore[index] # it is a dict
+        case Struct():
+            return is_plain_form(told, dict(value.fields.items()))
+        case tuple():
+            return (
+                isinstance(told, list | tuple) and len(told) == len(value) and all(map(is_plain_form, told, value))
+            )
+        case Range(low, high):
+            return is_plain_form(told, {"low": low, "high": high})
+        case float() if not math.isfinite(value):
+            return to_json(told).strip('"') == to_json(value).strip('"')
+        case bool():
+            return told is value
+        case int() | float():
+            return isinstance(told, int | float) and not isinstance(told, bool) and told == value
+        case _:
+            return told == plain(value)

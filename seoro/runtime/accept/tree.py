@@ -12,10 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
-from typing import Final
 
 from seoro.lang.plan import (
-    Action,
     Behavior,
     CallMethod,
     Emit,
@@ -54,8 +52,6 @@ from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Instance, World
 from seoro.runtime.environment import Environment
-
-_TIMELESS: Final = frozenset({"log", "compare", "increment", "decrement"})  # actions that await nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,10 +349,6 @@ class Tree:
         if body is not None:
             self._body(body, instance, frame)
             return
-        declared = instance.declaration
-        if isinstance(declared, Action) and declared.library == "osc.helpers" and declared.name in _TIMELESS:
-            end = End(frame.status, frame.start.t)
-            check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
         for child in others:
             message = f"`{child.name}` is no part of `{instance.declaration.name}`"
             self.findings.violate(Rule.TREE, message, course.span, child.start.seq)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seoro.lang.plan import FieldDeclaration, Plan
+from seoro.lang.plan import FieldDeclaration
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.fitting import fits
 from seoro.runtime.accept.history import Happening, History, Node
@@ -17,13 +17,11 @@ class Variables:
     """Checks changes of variables.
 
     Args:
-        plan: The plan.
         history: The trace.
         world: Its values.
         findings: Gets what is wrong.
     """
 
-    plan: Plan
     history: History
     world: World
     findings: Findings
@@ -34,17 +32,9 @@ class Variables:
             holder = self.world.holder(number)
             if holder is None:
                 continue  # reported where it was read
-            declared = self._declared(holder, name)
+            declared = self.world.declared(holder, name)
             for change in changes:
                 self._check(holder, name, declared, change)
-
-    def _declared(self, holder: Instance | Struct | Actor, name: str) -> FieldDeclaration | None:
-        if isinstance(holder, Instance):
-            return holder.declaration.structure.fields.get(name) or self.plan.globals.fields.get(name)
-        structure = self.plan.structures.of(holder.type)
-        latent = [member for each in structure.latents if each.type in holder.latent for member in each.members]
-        fields = {member.name: member for member in latent if isinstance(member, FieldDeclaration)}
-        return structure.fields.get(name) or fields.get(name)
 
     def _check(
         self, holder: Instance | Struct | Actor, name: str, declared: FieldDeclaration | None, change: Happening
@@ -72,7 +62,7 @@ class Variables:
 
     def _is_given(self, holder: Instance | Struct | Actor, name: str, node: Node) -> bool:
         """Whether an action was given the variable."""
-        instances = (self.world.instances.get(number) for number in node.instances)
+        instances = (self.world.instances.get(number) for number in node.owner.instances)
         values = (value for each in instances if each is not None for value in each.fields.values())
         return any(
             isinstance(value, Variable) and value.holder is holder and value.name == name for value in values

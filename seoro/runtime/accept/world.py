@@ -7,7 +7,7 @@ What calls an external method, or draws a value, cannot be evaluated from a trac
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import ItemsView, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -18,6 +18,7 @@ from seoro.lang.plan import (
     EnumValue,
     Expression,
     External,
+    FieldDeclaration,
     Labelled,
     Plan,
     Sample,
@@ -26,6 +27,7 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.fitting import is_plain_form
 from seoro.runtime.accept.history import Happening, History, Record
 from seoro.runtime.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.evaluate import evaluate
@@ -71,6 +73,10 @@ class TimedFields(dict[str, Value]):
             if index > 0:
                 return values[index - 1]
         return super().__getitem__(name)
+
+    def items(self) -> ItemsView[str, Value]:  # type: ignore[override] # the view of another dict
+        """Names with the values at the present place."""
+        return {name: self[name] for name in self}.items()
 
     def next_change(self, name: str, seq: int) -> int | None:
         """The record of the first change of a field at or after a record."""
@@ -170,7 +176,9 @@ class World:
                 self._load_change(change)
             elif event is not None:
                 told = event.told.get("exact") or {}
-                self.arguments[event.mark.seq] = {name: self.decode(value) for name, value in told.items()}
+                arguments = {name: self.decode(value) for name, value in told.items()}
+                self.arguments[event.mark.seq] = arguments
+                self._compare_with_exact("arguments", event.told, arguments)
             elif record["kind"] == "behavior.start" and isinstance(record.get("arguments"), dict):
                 for value in record["arguments"].values():
                     self.decode(value)  # for the objects that are told of here first
@@ -203,7 +211,15 @@ class World:
             return
         if holder is None:
             raise Undecided(f"nothing has the number {change.of}")
-        cast(TimedFields, holder.fields).change(change.name, change.mark.seq, self.decode(change.told["exact"]))
+        value = self.decode(change.told["exact"])
+        self._compare_with_exact("value", change.told, value)
+        cast(TimedFields, holder.fields).change(change.name, change.mark.seq, value)
+
+    def _compare_with_exact(self, name: str, record: Record, exact: Value | Mapping[str, Value]) -> None:
+        """A record tells a value twice: for people, and exactly."""
+        if not is_plain_form(record.get(name), exact):
+            message = f"`{name}` and `exact` of a record are different values"
+            self._findings.violate(Rule.STRUCTURE, message, None, self.present.seq)
 
     def decode(self, told: object) -> Value:
         """A value as the trace tells it.
@@ -279,6 +295,15 @@ class World:
         if isinstance(holder, Instance):
             return holder.environment
         return replace(around, instance=holder, bindings={}, scenario=around.outermost)
+
+    def declared(self, holder: Instance | Struct | Actor, name: str) -> FieldDeclaration | None:
+        """The declaration of a field of an instance."""
+        if isinstance(holder, Instance):
+            return holder.declaration.structure.fields.get(name) or self.plan.globals.fields.get(name)
+        structure = self.plan.structures.of(holder.type)
+        latent = [member for each in structure.latents if each.type in holder.latent for member in each.members]
+        fields = {member.name: member for member in latent if isinstance(member, FieldDeclaration)}
+        return structure.fields.get(name) or fields.get(name)
 
     def samples_of(self, holder: Instance | Struct | Actor) -> tuple[Sample, ...]:
         """The variables that something samples."""

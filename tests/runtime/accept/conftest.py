@@ -81,6 +81,10 @@ class Traced:
         self.records.insert(position + 1, record)
         self._number()
 
+    def rewrite(self, value: Any, number: int = 0, **fields: Any) -> None:
+        """Let a variable take another value, in both forms."""
+        self.find("variable", number, **fields).update(value=value, exact=value)
+
     def shift(self, first: Record, by: float) -> None:
         """Let a record, and all after it, happen later by some seconds."""
         for record in self.records[first["seq"] :]:

@@ -218,7 +218,7 @@ async def test_what_is_emitted_occurs(trace_text: TraceText) -> None:
 
 async def test_what_is_emitted_occurs_with_its_arguments(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
-    traced.find("event", event="ready")["exact"] = {"n": 4}
+    traced.find("event", event="ready").update(exact={"n": 4}, arguments={"n": 4})
     assert {"emit", "event"} <= traced.broken
 
 
@@ -362,7 +362,7 @@ scenario main:
 async def test_a_sampled_variable_takes_its_value_at_its_event(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, SAMPLE)
     wrong, missing = traced.copy(), traced.copy()
-    wrong.find("variable", field="seen")["exact"] = 7
+    wrong.rewrite(7, field="seen")
     assert wrong.broken == {"sample"}
     missing.drop(missing.find("variable", field="seen"))
     assert missing.broken == {"sample"}
@@ -410,7 +410,7 @@ scenario main:
             emit f(5)
 """,
     )
-    traced.find("variable", field="k")["exact"] = 7
+    traced.rewrite(7, field="k")
     assert traced.broken == {"sample"}
 
 

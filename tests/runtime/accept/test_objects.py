@@ -42,7 +42,7 @@ async def test_a_sample_of_a_struct_that_is_left_out(traced: Traced) -> None:
 
 
 async def test_a_sample_of_a_struct_with_another_value(traced: Traced) -> None:
-    traced.find("variable", 3)["exact"] = 5
+    traced.rewrite(5, 3)
     assert traced.broken == {"sample"}
 
 

@@ -168,11 +168,11 @@ async def test_parameters_do_not_change(trace_text: TraceText) -> None:
 
 async def test_variables_hold_values_of_their_types(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
-    traced.find("variable", field="inside")["exact"] = 1.5
-    assert traced.broken == {"variable"}
+    traced.rewrite(1.5, field="inside")
+    assert traced.broken == {"variable", "action"}
 
 
 async def test_a_condition_sees_the_changes_of_its_variables(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
-    traced.find("variable", field="n")["exact"] = 0
-    assert traced.broken == {"wait"}
+    traced.rewrite(0, field="n")
+    assert traced.broken == {"wait", "action"}

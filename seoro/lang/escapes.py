@@ -1,0 +1,48 @@
+"""Escapes in string literals: a subset of those of Python (7.2.1.5.2, 7.3.2.4)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+_ESCAPE: Final = re.compile(
+    r"\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)", re.DOTALL
+)
+_ESCAPED: Final = {
+    "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
+    "a": "\a", "b": "\b", "f": "\f", "v": "\v",
+}  # fmt: skip
+ESCAPES: Final = r"\n, \t, \r, \a, \b, \f, \v, \\, \', \", \xhh, \uhhhh and \Uhhhhhhhh"
+
+
+def unescape(text: str) -> str:
+    """Resolve escapes: those of Python but for octal ones and those by names; others keep their backslash."""
+    if "\\" not in text:
+        return text
+    return _ESCAPE.sub(_escaped, text)
+
+
+def _escaped(found: re.Match[str]) -> str:
+    """What an escape stands for; half of a surrogate pair is no character, and stays as it is written."""
+    escape = found[1]
+    if escape in _ESCAPED or len(escape) < 3:
+        return _ESCAPED.get(escape, found[0])
+    number = int(escape[1:], 16)
+    return found[0] if 0xD800 <= number < 0xE000 else chr(number)
+
+
+def unknown_escapes(literal: str) -> Iterator[tuple[int, int]]:
+    """Find the escapes of a string literal that stand for nothing, and keep their backslash.
+
+    Args:
+        literal: The text of the literal, with its quotes.
+
+    Returns:
+        Where each starts and ends.
+    """
+    if "\\" not in literal:
+        return
+    for found in _ESCAPE.finditer(literal):
+        if _escaped(found) == found[0]:
+            yield found.span()

@@ -1,0 +1,189 @@
+"""Actions of `osc.helpers` whose effect is fixed: `log`, `increment`, `decrement` and `compare`.
+
+They take no time. `log` writes one record with the text of its argument, `increment` and `decrement` change a
+variable once by one, and `compare` fails exactly if its relation does not hold; the others always succeed. What is
+ended in the instant in which it starts may have had its effect or not.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from seoro.lang.integers import wrap_int, wrap_uint
+from seoro.lang.plan import Action, InvokeAction, Plan, PrimitiveType, ValueType
+from seoro.lang.source import Span
+from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.fitting import same
+from seoro.runtime.accept.frames import FAILED, SUCCEEDED, End, Frame, Matched, check_end
+from seoro.runtime.accept.history import Happening, History
+from seoro.runtime.accept.world import Instance, World
+from seoro.runtime.comparing import RELATIONS, NotComparable, compare_values
+from seoro.runtime.value_text import message_text, value_text
+from seoro.runtime.values import Value
+
+_LIBRARY: Final = "osc.helpers"
+_STEPS: Final = {"increment": 1, "decrement": -1}
+_NAMES: Final = frozenset({"log", "compare", *_STEPS})
+
+
+@dataclass(eq=False)
+class _Effects:
+    """How often something happened, of what must and may have happened.
+
+    Args:
+        span: Of the invocation.
+    """
+
+    span: Span
+    required: Counter[tuple[float, str]] = field(default_factory=Counter)
+    possible: Counter[tuple[float, str]] = field(default_factory=Counter)
+
+    def expect(self, t: float, what: str, is_certain: bool) -> None:
+        """Expect an effect at a time."""
+        self.possible[t, what] += 1
+        if is_certain:
+            self.required[t, what] += 1
+
+
+@dataclass(eq=False)
+class FixedActions:
+    """Checks the effects of these actions.
+
+    Args:
+        plan: The plan.
+        history: The trace.
+        world: Its values.
+        findings: Gets what is wrong.
+    """
+
+    plan: Plan
+    history: History
+    world: World
+    findings: Findings
+    _logs: dict[str, _Effects] = field(default_factory=dict)  # by the place of the invocation
+    _changes: dict[int, _Effects] = field(default_factory=dict)  # by the number of the behavior
+
+    def check(self, matched: Matched) -> None:
+        """Check all of them."""
+        for instance, frame in matched.executions:
+            declared = instance.declaration
+            invocation = matched.plans.get(frame.owner.number)
+            is_one = isinstance(declared, Action) and declared.library == _LIBRARY and declared.name in _NAMES
+            if is_one and isinstance(invocation, InvokeAction):
+                self._check(invocation, instance, frame)
+        self._check_logs()
+        self._check_changes()
+
+    def _check(self, invocation: InvokeAction, instance: Instance, frame: Frame) -> None:
+        name, t = instance.declaration.name, frame.start.t
+        status = SUCCEEDED
+        is_certain = frame.status == SUCCEEDED and SUCCEEDED not in frame.cuts
+        self.world.present.seq = instance.seq
+        if name == "log":
+            effects = self._logs.setdefault(str(invocation.span), _Effects(invocation.span))
+            value = instance.fields["msg"]
+            type_ = self._type(invocation, instance, "msg")
+            effects.expect(t, message_text(value, type_, self.plan.structures), is_certain)
+        elif name == "compare":
+            status = self._compared(invocation, instance)
+        else:
+            effects = self._changes.setdefault(frame.owner.number, _Effects(invocation.span))
+            effects.expect(t, name, is_certain)
+        check_end(frame, End(status, t), Rule.ACTION, invocation.span, self.history, self.findings)
+
+    def _compared(self, invocation: InvokeAction, instance: Instance) -> str:
+        """How `compare` has to end."""
+        fields = instance.fields
+        types = (self._type(invocation, instance, name) for name in ("left_value", "right_value"))
+        left_type, right_type = types
+        operator = str(fields["operator"])
+        if operator not in RELATIONS:
+            return FAILED
+        try:
+            holds = compare_values(fields["left_value"], left_type, operator, fields["right_value"], right_type)
+        except NotComparable:
+            return FAILED
+        return SUCCEEDED if holds else FAILED
+
+    def _type(self, invocation: InvokeAction, instance: Instance, parameter: str) -> ValueType | None:
+        """The static type of an argument; None if it is unknown."""
+        types = dict(invocation.types)
+        if parameter in types or parameter in dict(invocation.arguments):
+            return types.get(parameter)
+        return instance.declaration.structure.fields[parameter].type
+
+    def _check_logs(self) -> None:
+        written: dict[str, Counter[tuple[float, str]]] = {source: Counter() for source in self._logs}
+        for record in self.history.records:
+            source = record.get("source")
+            if record["kind"] != "log" or record.get("level") != "info" or source not in self._logs:
+                continue
+            text, effects = str(record.get("message")), self._logs[source]
+            written[source][record["t"], text] += 1
+            if written[source][record["t"], text] > effects.possible[record["t"], text]:
+                message = f"`{_short(text)}` is logged, which `log` does not write then"
+                self.findings.violate(Rule.ACTION, message, effects.span, record["seq"])
+        for source, effects in self._logs.items():
+            for t, text in effects.required - written[source]:
+                message = f"`{_short(text)}` is not logged at {t:g} s"
+                self.findings.violate(Rule.ACTION, message, effects.span)
+
+    def _check_changes(self) -> None:
+        made: dict[int, Counter[float]] = {number: Counter() for number in self._changes}
+        for change, number in self._changes_by_actions():
+            effects = self._changes[number]
+            name = next(name for _, name in effects.possible)
+            made[number][change.mark.t] += 1
+            if made[number][change.mark.t] > effects.possible[change.mark.t, name]:
+                message = f"`{change.name}` changes, which `{name}` does not do then"
+                self.findings.violate(Rule.ACTION, message, effects.span, change.mark.seq)
+            self._check_step(change, name, effects.span)
+        for number, effects in self._changes.items():
+            for (t, name), count in effects.required.items():
+                if made[number][t] < count:
+                    message = f"`{name}` changes nothing at {t:g} s"
+                    self.findings.violate(Rule.ACTION, message, effects.span, self.history.nodes[number].start.seq)
+
+    def _changes_by_actions(self) -> Iterator[tuple[Happening, int]]:
+        """Changes with the number of the behavior that makes them, maybe within a modifier."""
+        for change in (change for found in self.history.changes.values() for change in found):
+            node = self.history.nodes.get(change.told.get("by", -1))
+            if node is not None and node.owner.number in self._changes:
+                yield change, node.owner.number
+
+    def _check_step(self, change: Happening, name: str, span: Span) -> None:
+        """The new value is one more, or one less, than the value before."""
+        holder = self.world.holder(change.of)
+        declared = self.world.declared(holder, change.name) if holder is not None else None
+        if holder is None or declared is None:
+            return  # reported with the variable
+        self.world.present.seq = change.mark.seq
+        try:
+            told, before = self.world.decode(change.told.get("exact")), holder.fields[change.name]
+        except (Undecided, KeyError) as why:
+            self.findings.skip(Rule.ACTION, why, span)
+            return
+        if not isinstance(before, int | float):
+            return  # reported with the variable
+        expected = _stepped(before, _STEPS[name], declared.type)
+        if not same(told, expected):
+            shown, needed = (self._text(value, declared.type) for value in (told, expected))
+            message = f"`{name}` changes `{change.name}` to {shown}; expected {needed}"
+            self.findings.violate(Rule.ACTION, message, span, change.mark.seq)
+
+    def _text(self, value: Value, type_: ValueType) -> str:
+        return value_text(value, type_, self.plan.structures)
+
+
+def _stepped(value: float, step: int, type_: ValueType) -> Value:
+    """A number one step on; integers have 64 bits."""
+    if not isinstance(value, int):
+        return value + step
+    return wrap_uint(value + step) if type_ == PrimitiveType("uint") else wrap_int(value + step)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."
