@@ -47,6 +47,7 @@ def read_file(path: Path) -> str | Unreadable:
 
 
 Reader: TypeAlias = Callable[[Path], str | Unreadable]
+Parse: TypeAlias = Callable[[SourceFile, Bag], ast.OscFile]
 
 
 class Module(Value):
@@ -90,6 +91,7 @@ class _Loading:
     entry: SourceFile
     read: Reader
     locate: Locate
+    parse: Parse
     bag: Bag = field(default_factory=Bag)
     seen: set[Path] = field(default_factory=set)
     modules: list[Module] = field(default_factory=list)
@@ -103,7 +105,13 @@ class _Loading:
         self.bag.add(message)
 
 
-def load(path: Path, name: str | None = None, read: Reader = read_file, locate: Locate = as_named) -> Sources:
+def load(
+    path: Path,
+    name: str | None = None,
+    read: Reader = read_file,
+    locate: Locate = as_named,
+    parse: Parse = parse_file,
+) -> Sources:
     """Read a scenario file and all it imports; faults stand in the diagnostics.
 
     Args:
@@ -111,11 +119,12 @@ def load(path: Path, name: str | None = None, read: Reader = read_file, locate: 
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
         locate: Gives the places of those that are imported by absolute paths.
+        parse: Parses files that are not of libraries.
     """
     shown = name or str(path)
     text = read(path)
     file = SourceFile(shown, text if isinstance(text, str) else "", path)
-    loading = _Loading(file, read, locate)
+    loading = _Loading(file, read, locate, parse)
     if not isinstance(text, str):
         loading.miss(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
@@ -162,7 +171,7 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 
     def enter(file: SourceFile, path: Path, library: str | None) -> Module:
         loading.seen.add(resolved(path))
-        parse = parse_file if library is None else parse_library
+        parse = loading.parse if library is None else parse_library
         module = Module(file, parse(file, loading.bag), library)
         stack.append((module, path, iter(module.tree.statements)))
         return module
