@@ -100,7 +100,8 @@ class Bag:
     @contextmanager
     def copied(self) -> Iterator[list[Diagnostic]]:
         """Copy what is taken within the block, known messages as well."""
-        self._copies = copies = []
+        copies: list[Diagnostic] = []
+        self._copies = copies
         try:
             yield copies
         finally:

@@ -33,7 +33,7 @@ def _moved(value: Any, file: SourceFile, shift: int) -> Any:
         return Span(file, value.start + shift, value.end + shift)
     if cls is tuple:
         return tuple([_moved(item, file, shift) for item in value]) if value else value
-    fields = _fields(cls)
+    fields = _fields(cls)  # type: ignore[arg-type]
     if fields is None:
         return value
     *parts, span = fields(value)
