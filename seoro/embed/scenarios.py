@@ -14,8 +14,7 @@ from seoro.errors import InvalidScenario
 from seoro.lang.check.recall import BodyMessages
 from seoro.lang.frontend import Checked
 from seoro.lang.frontend import load as load_sources
-from seoro.lang.loader import Parse, Reader, Sources, read_file
-from seoro.lang.parser import parse_file
+from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
 from seoro.lang.recorder import Recorder
 from seoro.located import Locate, as_named
 
@@ -57,7 +56,7 @@ def check_file(
     locate: Locate = as_named,
     recorder: Recorder | None = None,
     name: str | None = None,
-    parse: Parse = parse_file,
+    parsers: Parsers = PARSERS,
     known: BodyMessages | None = None,
     vet: Callable[[Sources], object] | None = None,
 ) -> Scenario:
@@ -73,11 +72,11 @@ def check_file(
         locate: Gives the places of those that are imported by absolute paths.
         recorder: Is told what names mean and of what types values are.
         name: How to call the file in messages; as its path unless said otherwise.
-        parse: Parses files that are not of libraries.
+        parsers: Parse the files.
         known: What is known from an earlier check of the same file.
         vet: Called with what was read, before any Python is imported; what it raises comes out.
     """
-    sources = load_sources(Path(path), name or str(path), read, locate, parse)
+    sources = load_sources(Path(path), name or str(path), read, locate, parsers)
     if vet is not None:
         vet(sources)
     bound = bind_sources(

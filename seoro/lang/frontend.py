@@ -9,9 +9,8 @@ from seoro.lang import loader
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.checker import Checked, run_checks
 from seoro.lang.check.recall import BodyMessages
-from seoro.lang.loader import Parse, Reader, Sources, read_file
+from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
 from seoro.lang.lower.lower import lower_scenario
-from seoro.lang.parser import parse_file
 from seoro.lang.plan import Plan
 from seoro.lang.recorder import Recorder
 from seoro.lang.traits import ParameterTrait
@@ -27,7 +26,7 @@ def load(
     name: str | None = None,
     read: Reader = read_file,
     locate: Locate = as_named,
-    parse: Parse = parse_file,
+    parsers: Parsers = PARSERS,
 ) -> Sources:
     """Read and parse a scenario file and all it imports.
 
@@ -38,9 +37,9 @@ def load(
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
         locate: Gives the places of those that are imported by absolute paths.
-        parse: Parses files that are not of libraries.
+        parsers: Parse the files.
     """
-    return loader.load(path, name, read, locate, parse)
+    return loader.load(path, name, read, locate, parsers)
 
 
 def check(

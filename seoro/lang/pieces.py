@@ -18,7 +18,7 @@ from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag
 from seoro.lang.habits import foreign_format
 from seoro.lang.lexer import MAX_ERRORS
-from seoro.lang.moving import moved
+from seoro.lang.moving import is_deep, moved
 from seoro.lang.parser import parse_file, parse_part
 from seoro.lang.source import SourceFile, Span
 
@@ -34,11 +34,13 @@ class _Piece(NamedTuple):
         statements: Its trees.
         start: Where it begins in the text that was parsed.
         end: Where the last token ends there; of use for the last piece of a text.
+        is_moved: Whether its trees are copies, which are never deep.
     """
 
     statements: tuple[ast.Statement, ...]
     start: int
     end: int
+    is_moved: bool = False
 
 
 class _Part(NamedTuple):
@@ -77,6 +79,7 @@ class IncrementalParser:
         self._known = {
             (text[start:stop], stop == len(text)): _Piece(tuple(at[start]), start, tree.span.end)
             for start, stop in pairwise([*at, len(text)])
+            if not any(map(is_deep, at[start]))
         }
 
     def _from_pieces(self, file: SourceFile, bag: Bag, starts: list[int]) -> _Part | None:
@@ -98,7 +101,7 @@ class IncrementalParser:
         self._known = {
             (text[start:stop], stop == len(text)): piece
             for (start, stop), piece in zip(places, pieces, strict=True)
-            if piece is not None
+            if piece is not None and (piece.is_moved or not any(map(is_deep, piece.statements)))
         }
         statements = tuple(statement for part in parts for statement in part.statements)
         unread = next((part.unread for part in parts if part.unread != ()), ())
@@ -110,24 +113,21 @@ class IncrementalParser:
         changed = 0
         for start, stop in places:
             known = self._known.get((file.text[start:stop], stop == len(file.text)))
-            piece = _move(known, file, start) if known is not None else None
-            if piece is None:
-                changed += 1
-                if changed > MAX_CHANGED:
-                    return None
-                piece = _parse_piece(file, start, stop)
-            found.append(piece)
+            if known is not None:
+                found.append(_move(known, file, start))
+                continue
+            changed += 1
+            if changed > MAX_CHANGED:
+                return None
+            found.append(_parse_piece(file, start, stop))
         return found
 
 
-def _move(piece: _Piece, file: SourceFile, start: int) -> _Piece | None:
-    """Copy the trees of a piece to where it stands now; None if they are too deep."""
+def _move(piece: _Piece, file: SourceFile, start: int) -> _Piece:
+    """Copy the trees of a piece to where it stands now."""
     shift = start - piece.start
-    try:
-        statements = tuple([moved(statement, file, shift) for statement in piece.statements])
-    except RecursionError:
-        return None
-    return _Piece(statements, start, piece.end + shift)
+    statements = tuple([moved(statement, file, shift) for statement in piece.statements])
+    return _Piece(statements, start, piece.end + shift, True)
 
 
 def _parse_piece(file: SourceFile, start: int, stop: int) -> _Piece | None:

@@ -82,7 +82,7 @@ def analyse(path: Path, texts: Texts, strict: bool = False, memory: Memory | Non
         import_python=False,
         read=reader(texts),
         recorder=notes,
-        parse=memory.parse,
+        parsers=memory.parsers,
         known=memory.bodies,
     ).checked  # importing runs Python, which nobody asked for who only edits
     files = Files(checked.sources.modules)

@@ -37,8 +37,10 @@ def dump(value: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(map(dump, value))
     if isinstance(value, ast.Node):
-        return type(value), *(dump(getattr(value, name)) for name in type(value).__match_args__)
-    return value
+        names: tuple[str, ...] = type(value).__match_args__
+        kind = ast.DoDirective if isinstance(value, ast.DoDirective) else type(value)
+        return kind, *(dump(getattr(value, name)) for name in names)
+    return repr(value)  # a number may be nan
 
 
 def check_equal(parser_: IncrementalParser, text: str) -> None:

@@ -165,8 +165,8 @@ def _labels(directive: ast.DoDirective) -> Iterator[tuple[int, str, str]]:
         depth, member = pending.pop()
         body = member.body
         if member.label is not None:
-            is_invocation = isinstance(body, ast.BehaviorInvocation)
-            target = body.invocation.function.span.text if is_invocation else type(body).__name__
+            invocation = body.invocation if isinstance(body, ast.BehaviorInvocation) else None
+            target = invocation.function.span.text if invocation is not None else type(body).__name__
             yield depth, member.label.text, target
         if isinstance(body, ast.Composition):
             pending += [(depth + 1, inner) for inner in reversed(body.members)]
