@@ -10,6 +10,7 @@ from seoro.bindings.externals import bind_externals
 from seoro.bindings.implementations import BoundFunctions, bind_implementations, find_implementations, traits_of
 from seoro.lang.check.checker import Checked, in_order
 from seoro.lang.check.plan_types import plan_type
+from seoro.lang.check.recall import BodyMessages
 from seoro.lang.diagnostic import Bag
 from seoro.lang.frontend import check
 from seoro.lang.frozen import Value
@@ -33,7 +34,13 @@ class Bound(Value):
 
 
 def bind_sources(
-    sources: Sources, *, strict: bool, is_own_only: bool, given: Iterable[ModuleType], recorder: Recorder | None
+    sources: Sources,
+    *,
+    strict: bool,
+    is_own_only: bool,
+    given: Iterable[ModuleType],
+    recorder: Recorder | None,
+    known: BodyMessages | None = None,
 ) -> Bound:
     """Check what was read, and bind what it declares; what is wrong stands in the diagnostics.
 
@@ -43,10 +50,11 @@ def bind_sources(
         is_own_only: Whether to import no Python modules but seoro's own, and leave the rest unbound.
         given: Modules that a program gives; what they carry out goes before what libraries do.
         recorder: Is told what names mean and of what types values are.
+        known: What is known from an earlier check of the same file.
     """
     bag = Bag()
     found = find_implementations(sources, given, is_own_only, bag)
-    checked = check(sources, traits_of(found), strict, recorder)
+    checked = check(sources, traits_of(found), strict, recorder, known)
     functions = BoundFunctions()
     if not sources.diagnostics:  # else nothing is declared
         fitting = Fitting(_Shapes(checked.program).of)

@@ -6,7 +6,7 @@ from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frontend import lower
-from seoro.runtime.entry import make_entry
+from seoro.lang.plan import Plan
 
 _CONFLICT = "E0442"
 
@@ -20,10 +20,23 @@ def find_contradictions(scenario: Scenario) -> tuple[Diagnostic, ...]:
     if scenario.checked.errors:
         return ()
     try:
-        make_entry(lower(scenario.checked, None), 0)
+        plan = lower(scenario.checked, None)
     except InvalidScenario:
         return ()  # no entry, or a value that an override has to give
+    if not _has_constraints(plan):
+        return ()
+    from seoro.runtime.entry import make_entry  # noqa: PLC0415 - loads most of the runtime
+
+    try:
+        make_entry(plan, 0)
     except InvalidUse as error:
         found = error.diagnostic
         return (found,) if found is not None and found.code == _CONFLICT else ()
     return ()
+
+
+def _has_constraints(plan: Plan) -> bool:
+    """Whether anything but given values and defaults decides about values of the entry scenario."""
+    scenario = plan.scenarios[plan.entry]
+    structures = (plan.globals, scenario.structure, *plan.structures.all())
+    return bool(scenario.modifiers) or not all(structure.is_plain for structure in structures)

@@ -11,9 +11,10 @@ from seoro.bindings.implementations import BoundFunctions
 from seoro.bindings.load import bind_sources
 from seoro.embed.arguments import AnyPath, instance_of, to_path
 from seoro.errors import InvalidScenario
+from seoro.lang.check.recall import BodyMessages
 from seoro.lang.frontend import Checked
 from seoro.lang.frontend import load as load_sources
-from seoro.lang.loader import Reader, Sources, read_file
+from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
 from seoro.lang.recorder import Recorder
 from seoro.located import Locate, as_named
 
@@ -55,6 +56,8 @@ def check_file(
     locate: Locate = as_named,
     recorder: Recorder | None = None,
     name: str | None = None,
+    parsers: Parsers = PARSERS,
+    known: BodyMessages | None = None,
     vet: Callable[[Sources], object] | None = None,
 ) -> Scenario:
     """Parse and check a file; errors in its text, and in what it is bound to, stand in `.checked.diagnostics`.
@@ -69,12 +72,16 @@ def check_file(
         locate: Gives the places of those that are imported by absolute paths.
         recorder: Is told what names mean and of what types values are.
         name: How to call the file in messages; as its path unless said otherwise.
+        parsers: Parse the files.
+        known: What is known from an earlier check of the same file.
         vet: Called with what was read, before any Python is imported; what it raises comes out.
     """
-    sources = load_sources(Path(path), name or str(path), read, locate)
+    sources = load_sources(Path(path), name or str(path), read, locate, parsers)
     if vet is not None:
         vet(sources)
-    bound = bind_sources(sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder)
+    bound = bind_sources(
+        sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder, known=known
+    )
     return Scenario(bound.checked, bound.functions)
 
 

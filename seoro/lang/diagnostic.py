@@ -6,6 +6,8 @@ about and which turns itself into a `Diagnostic`. `render.py` shows diagnostics 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final, Protocol
@@ -76,18 +78,39 @@ class Bag:
     _found: dict[tuple[str, str, str, int], Diagnostic] = field(default_factory=dict)
     _errors: int = 0
     _dropped: int = 0
+    _copies: list[Diagnostic] | None = None
 
     def add(self, message: Message) -> None:
         """Take a message."""
         if self._errors >= MAX_ERRORS:
             self._dropped += 1
             return
-        found = message.diagnostic()
+        self.put(message.diagnostic())
+
+    def put(self, found: Diagnostic) -> None:
+        """Take a message that is worded already."""
+        if self._copies is not None:
+            self._copies.append(found)
         span = found.primary.span
         key = (found.code, found.message, span.file.name, span.start)
         if key not in self._found:
             self._found[key] = found
             self._errors += found.severity is Severity.ERROR
+
+    @contextmanager
+    def copied(self) -> Iterator[list[Diagnostic]]:
+        """Copy what is taken within the block, known messages as well."""
+        copies: list[Diagnostic] = []
+        self._copies = copies
+        try:
+            yield copies
+        finally:
+            self._copies = None
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no more messages are taken."""
+        return self._errors >= MAX_ERRORS
 
     def __len__(self) -> int:
         return len(self._found) + self._dropped

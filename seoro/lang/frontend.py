@@ -8,7 +8,8 @@ from pathlib import Path
 from seoro.lang import loader
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.checker import Checked, run_checks
-from seoro.lang.loader import Reader, Sources, read_file
+from seoro.lang.check.recall import BodyMessages
+from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
 from seoro.lang.lower.lower import lower_scenario
 from seoro.lang.plan import Plan
 from seoro.lang.recorder import Recorder
@@ -20,7 +21,13 @@ __all__ = ["Checked", "ParameterTrait", "Sources", "check", "load", "lower"]
 _NO_OVERRIDES: Mapping[str, str] = {}
 
 
-def load(path: Path, name: str | None = None, read: Reader = read_file, locate: Locate = as_named) -> Sources:
+def load(
+    path: Path,
+    name: str | None = None,
+    read: Reader = read_file,
+    locate: Locate = as_named,
+    parsers: Parsers = PARSERS,
+) -> Sources:
     """Read and parse a scenario file and all it imports.
 
     Faults in the texts do not raise: they stand in the `diagnostics` of what is returned.
@@ -30,8 +37,9 @@ def load(path: Path, name: str | None = None, read: Reader = read_file, locate: 
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
         locate: Gives the places of those that are imported by absolute paths.
+        parsers: Parse the files.
     """
-    return loader.load(path, name, read, locate)
+    return loader.load(path, name, read, locate, parsers)
 
 
 def check(
@@ -39,6 +47,7 @@ def check(
     traits: Traits = NO_TRAITS,
     strict: bool = False,
     recorder: Recorder | None = None,
+    known: BodyMessages | None = None,
 ) -> Checked:
     """Check a loaded scenario; what is wrong stands in the `diagnostics` of what is returned.
 
@@ -48,8 +57,9 @@ def check(
             declared type.
         strict: Whether to warn of extensions to the standard.
         recorder: Is told what names mean and of what types values are.
+        known: What is known from an earlier check of the same file.
     """
-    return run_checks(sources, traits, strict, recorder)
+    return run_checks(sources, traits, strict, recorder, known)
 
 
 def lower(checked: Checked, scenario: str | None = None, overrides: Mapping[str, str] = _NO_OVERRIDES) -> Plan:

@@ -79,11 +79,12 @@ class Lexer:
     Args:
         file: The file.
         bag: Where messages go.
+        stop: Offset of the line at which to stop; the end of the text unless given.
     """
 
-    def __init__(self, file: SourceFile, bag: Bag) -> None:
+    def __init__(self, file: SourceFile, bag: Bag, stop: int | None = None) -> None:
         self._file = file
-        self._text = file.text
+        self._text = file.text[:stop]
         self._bag = bag
         self._errors = 0
         self._operators = table.load()["literals"]
@@ -139,7 +140,8 @@ class Lexer:
                     at_start = True
                 continue
             offset = self._token(tokens, brackets, found, group or "")
-        end = len(text.rstrip()) if tokens else len(text)
+        is_part = len(text) < len(self._file.text)
+        end = len(text) if not tokens else tokens[-1].end if is_part else len(text.rstrip())
         if not at_start:
             tokens.append(Token("_NEWLINE", None, end, end))
         tokens += [Token("_DEDENT", None, end, end) for _ in levels[1:]]

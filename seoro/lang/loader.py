@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
@@ -47,6 +47,17 @@ def read_file(path: Path) -> str | Unreadable:
 
 
 Reader: TypeAlias = Callable[[Path], str | Unreadable]
+Parse: TypeAlias = Callable[[SourceFile, Bag], ast.OscFile]
+
+
+class Parsers(NamedTuple):
+    """What parses the files of a user, and those of libraries."""
+
+    own: Parse = parse_file
+    library: Parse = parse_library
+
+
+PARSERS: Final = Parsers()
 
 
 class Module(Value):
@@ -90,6 +101,7 @@ class _Loading:
     entry: SourceFile
     read: Reader
     locate: Locate
+    parsers: Parsers
     bag: Bag = field(default_factory=Bag)
     seen: set[Path] = field(default_factory=set)
     modules: list[Module] = field(default_factory=list)
@@ -103,7 +115,13 @@ class _Loading:
         self.bag.add(message)
 
 
-def load(path: Path, name: str | None = None, read: Reader = read_file, locate: Locate = as_named) -> Sources:
+def load(
+    path: Path,
+    name: str | None = None,
+    read: Reader = read_file,
+    locate: Locate = as_named,
+    parsers: Parsers = PARSERS,
+) -> Sources:
     """Read a scenario file and all it imports; faults stand in the diagnostics.
 
     Args:
@@ -111,11 +129,12 @@ def load(path: Path, name: str | None = None, read: Reader = read_file, locate: 
         name: How to call it in messages; as it was given unless said otherwise.
         read: Gives the texts of files.
         locate: Gives the places of those that are imported by absolute paths.
+        parsers: Parse the files.
     """
     shown = name or str(path)
     text = read(path)
     file = SourceFile(shown, text if isinstance(text, str) else "", path)
-    loading = _Loading(file, read, locate)
+    loading = _Loading(file, read, locate, parsers)
     if not isinstance(text, str):
         loading.miss(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
@@ -162,8 +181,9 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 
     def enter(file: SourceFile, path: Path, library: str | None) -> Module:
         loading.seen.add(resolved(path))
-        parse = parse_file if library is None else parse_library
-        module = Module(file, parse(file, loading.bag), library)
+        parse = loading.parsers.own if library is None else loading.parsers.library
+        tree = parse(file, loading.bag)
+        module = Module(tree.span.file, tree, library)  # an earlier file, if that has the same text
         stack.append((module, path, iter(module.tree.statements)))
         return module
 

@@ -51,10 +51,21 @@ def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
         return ast.OscFile((), None, whole)
     parser = _Parser(file, bag)
     tree = _parse(parser, "osc_file", 0)
-    if not isinstance(tree, ast.OscFile):
-        return ast.OscFile((), None, whole)
-    unread = parser.unread()
-    return tree if unread == () else ast.OscFile(tree.statements, unread, tree.span)
+    return parser.with_unread(tree) if isinstance(tree, ast.OscFile) else ast.OscFile((), None, whole)
+
+
+def parse_part(file: SourceFile, bag: Bag, start: int, stop: int) -> ast.OscFile | None:
+    """Parse some statements of a file; None if nothing could be made of them.
+
+    Args:
+        file: The file.
+        bag: Where messages go.
+        start: Offset of the line of the first statement.
+        stop: Offset of the line behind the last one, or the length of the text.
+    """
+    parser = _Parser(file, bag, stop)
+    tree = _parse(parser, "osc_file", start)
+    return parser.with_unread(tree) if isinstance(tree, ast.OscFile) else None
 
 
 def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Expression | None:
@@ -67,7 +78,7 @@ def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Express
 def _parse(parser: _Parser, start: str, offset: int) -> Any:
     """The tree for a start symbol; None if nothing could be made of the text."""
     try:
-        return parser.parse(start, Lexer(parser.file, parser.bag).tokens(offset))
+        return parser.parse(start, Lexer(parser.file, parser.bag, parser.stop).tokens(offset))
     except Refused as refused:
         parser.bag.add(refused.message)
         return None
@@ -82,10 +93,11 @@ def _first_line(whole: Span) -> Span:
 class _Parser(Automaton):
     """One parse: which words are keywords, and what becomes of tokens that do not fit."""
 
-    def __init__(self, file: SourceFile, bag: Bag) -> None:
+    def __init__(self, file: SourceFile, bag: Bag, stop: int | None = None) -> None:
         loaded = table.load()
         super().__init__(loaded, file, Builder(file, bag))
         self.bag = bag
+        self.stop = stop
         self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
         self._tokens: list[Token] = []
         self._errors = 0
@@ -159,9 +171,10 @@ class _Parser(Automaton):
 
     # ------------------------------------------------------------ errors
 
-    def unread(self) -> tuple[str, ...] | None:
-        """Names that skipped statements may declare; None if they may declare any name."""
-        return names_declared(self._tokens, self._lost)
+    def with_unread(self, tree: ast.OscFile) -> ast.OscFile:
+        """Add the names that skipped statements may declare to a tree."""
+        unread = names_declared(self._tokens, self._lost)
+        return tree if unread == () else ast.OscFile(tree.statements, unread, tree.span)
 
     def _recover(self, index: int, kind: str) -> int:
         """Report the token at `index`, which does not fit, and go on behind it; -1 to give up."""
@@ -306,7 +319,7 @@ class _Parser(Automaton):
         self._drop_line()
         if not self._feed_invalid(token):
             return False
-        tokens[index:] = Lexer(self.file, Bag()).tokens(start, levels)
+        tokens[index:] = Lexer(self.file, Bag(), self.stop).tokens(start, levels)
         return True
 
     def _open_bracket(self, index: int) -> Token | None:

@@ -15,6 +15,7 @@ from seoro.lang.loader import Module
 from seoro.lang.source import SourceFile
 from seoro.lsp.documents import Texts, reader
 from seoro.lsp.index import Files, Index, Notes
+from seoro.lsp.memory import Memory
 
 ENTRY = ".import-of-one-library.osc"  # stands for a scenario that imports a library, when that is what is open
 
@@ -40,6 +41,7 @@ class Analysis:
     @cached_property
     def index(self) -> Index:
         """What stands where; made when it is needed, since diagnostics do not wait for it."""
+        len(self.checked.behaviors)  # those that were left are checked now, which makes their notes
         return Index(self.checked, self.notes, self.files)
 
     @property
@@ -58,14 +60,16 @@ class Analysis:
         return any(found.code.startswith("E01") for found in self.checked.sources.diagnostics)
 
 
-def analyse(path: Path, texts: Texts, strict: bool = False) -> Analysis:
+def analyse(path: Path, texts: Texts, strict: bool = False, memory: Memory | None = None) -> Analysis:
     """Check a document.
 
     Args:
         path: Its resolved path.
         texts: The documents that are open.
         strict: Whether to report extensions to the standard.
+        memory: What is kept from one check of the document to the next.
     """
+    memory = memory or Memory()
     notes = Notes()
     library = library_at(path)
     entry = path
@@ -73,7 +77,13 @@ def analyse(path: Path, texts: Texts, strict: bool = False) -> Analysis:
         entry = path.with_name(ENTRY)
         texts = {**texts, entry: f"import {library}\n"}
     checked = check_file(
-        entry, strict=strict, import_python=False, read=reader(texts), recorder=notes
+        entry,
+        strict=strict,
+        import_python=False,
+        read=reader(texts),
+        recorder=notes,
+        parsers=memory.parsers,
+        known=memory.bodies,
     ).checked  # importing runs Python, which nobody asked for who only edits
     files = Files(checked.sources.modules)
     here = [module for module in checked.sources.modules if module.file is files.by_path.get(path)]

@@ -16,6 +16,7 @@ from typing import TypeVar
 
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.documents import Documents
+from seoro.lsp.memory import Memory
 
 DELAY = 0.15  # [s] from the last change to the check
 logger = logging.getLogger(__name__)
@@ -33,6 +34,7 @@ class _State:
     known: int = 0
     latest: Analysis | None = None
     good: Analysis | None = None  # the latest without syntax errors
+    memory: Memory = field(default_factory=Memory)
     timer: asyncio.TimerHandle | None = None
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
 
@@ -101,7 +103,7 @@ class Analyst:
                 return
             number = state.wanted
             texts = self._documents.texts
-            analysis = await self.run(lambda: analyse(path, texts, self._strict))
+            analysis = await self.run(lambda: analyse(path, texts, self._strict, state.memory))
             state.known, state.latest = number, analysis
             if not analysis.has_syntax_errors:
                 state.good = analysis

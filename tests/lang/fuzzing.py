@@ -258,11 +258,11 @@ def mutate(texts: list[str], chance: random.Random) -> str:
     """One of the texts, mutated."""
     text = chance.choice(texts)
     for _ in range(chance.randint(1, 6)):
-        text = _mutate_once(text, texts, chance)
+        text = mutate_once(text, texts, chance)
     return text
 
 
-def _mutate_once(text: str, texts: list[str], chance: random.Random) -> str:
+def mutate_once(text: str, texts: list[str], chance: random.Random) -> str:
     lines = text.splitlines(keepends=True) or [""]
     at, line = chance.randint(0, len(text)), chance.randrange(len(lines))
     match chance.randrange(11):

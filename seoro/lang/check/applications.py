@@ -26,12 +26,14 @@ class Applications:
     """Uses of `it` in modifiers without `of`, and their applications."""
 
     def __init__(self) -> None:
+        self.count = 0  # of uses and applications that were noted
         self._uses: dict[TypeSymbol, dict[str, Span]] = {}
         self._appliers: dict[TypeSymbol, list[TypeSymbol]] = {}  # modifiers without `of` that apply a modifier
         self._applied: dict[TypeSymbol, list[_Application]] = {}
 
     def use(self, modifier: TypeSymbol, parameter: str, place: Span) -> None:
         """Note that a modifier uses a parameter of what it modifies."""
+        self.count += 1
         self._uses.setdefault(modifier, {}).setdefault(parameter, place)
 
     def apply(
@@ -46,6 +48,7 @@ class Applications:
             what: What it is applied to, for messages.
             parameters: What `it` has there.
         """
+        self.count += 1
         if owner is not None and owner.kind is Kind.MODIFIER and owner.of is None:
             self._appliers.setdefault(modifier, []).append(owner)
         else:

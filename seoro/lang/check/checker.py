@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import Traits
-from seoro.lang.check.behaviors import Behaviors
 from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
@@ -20,6 +19,7 @@ from seoro.lang.check.declare import (
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.members import Members
 from seoro.lang.check.reactions import Reactions
+from seoro.lang.check.recall import BodyMessages, ElaboratedBehaviors, bodies
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
@@ -27,7 +27,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
 from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
-from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields, do_directive
+from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields
 
 STANDARD_MODULES = ("osc.standard", "osc.standard.all", "osc.standard.types", "osc.standard.domain")
 
@@ -59,12 +59,18 @@ class Checked(Value):
         return tuple(found for found in self.diagnostics if found.severity is Severity.ERROR)
 
 
-def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorder | None = None) -> Checked:
+def run_checks(
+    sources: Sources,
+    traits: Traits,
+    strict: bool,
+    recorder: Recorder | None = None,
+    known: BodyMessages | None = None,
+) -> Checked:
     """Check a loaded scenario; names that unreadable text may declare are not reported as unknown."""
     bag = Bag()
     program = Program(Span(sources.entry.file, 0, 0), sources.unread, recorder)
     expressions = Expressions(program, bag, strict, traits)
-    behaviors: dict[TypeSymbol, plan.Behavior] = {}
+    behaviors = ElaboratedBehaviors(expressions)
     reactions = Reactions(expressions)
     if strict:
         _note_reserved(sources, bag)
@@ -73,12 +79,11 @@ def run_checks(sources: Sources, traits: Traits, strict: bool, recorder: Recorde
     _check_fields(program, expressions)
     coverage = Coverage(expressions).check()
     reactions.elaborate(program)
-    for symbol in program.behaviors.values():
-        found = do_directive(symbol)
-        if found is not None and found.owner is symbol:
-            behavior = Behaviors(found, expressions).elaborate()
-            if behavior is not None:
-                behaviors[symbol] = behavior
+    if known is not None:
+        known.check(sources, expressions, behaviors)
+    else:
+        for found in bodies(program):
+            behaviors.add(found)
     expressions.applications.check(bag)
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
     return Checked(sources, diagnostics, _scenarios(sources, program), program, behaviors, reactions, coverage)
