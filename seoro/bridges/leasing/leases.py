@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import count
 
-from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
+from seoro.bridges.wire.holding import HOLD_DEADLINE, HOLD_PATIENCE, QUEUE_PATIENCE, Holder
 from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LONGEST_LEASE, MAX_TEXT, Lease, LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused, check_id, listed
@@ -40,6 +40,7 @@ class Hold:
         is_stopping: Whether its robots are being stopped.
         is_seen: Whether its token has been seen.
         began: When it took them, by the clock of the node [s].
+        kept_until: When others may have them although it is overdue, by the machine's clock [s].
     """
 
     holder: Holder
@@ -48,6 +49,7 @@ class Hold:
     is_stopping: bool = False
     is_seen: bool = False
     began: float = 0.0
+    kept_until: float = 0.0
 
     def has(self, robot: str) -> bool:
         """Whether a robot is one of those."""
@@ -252,11 +254,16 @@ class Leases:
         return next((hold for name, hold in self._holds.items() if shown_holder(name) == shown), None)
 
     def lose_sight(self) -> None:
-        """No token is seen any more, which says nothing of those who have them: they have to be seen again."""
+        """No token is seen any more, which says nothing of those who have them: they have to be seen again.
+
+        The connection of this node was lost. Clients that hold robots, or did when it was, need a moment to come
+        back, too: the robots are kept for them.
+        """
         now = self._clock()
         self._present.clear()
         for hold in self._holds.values():
             hold.is_seen = False
+            hold.kept_until = HOLD_PATIENCE + (hold.last if hold.holder.gives_signs else now)
             if not hold.holder.gives_signs:
                 hold.last = now
 
@@ -336,6 +343,9 @@ class Leases:
         for hold in self._holds.values():
             if hold.is_alive and hold.holder.holder != asked.holder and _overlap(hold.holder.robots, asked.robots):
                 yield f"{_held(hold, asked.robots)}: wait for its end"
+            elif hold.holder.holder != asked.holder and self._is_kept(hold, asked):
+                common = _named(_common(hold.holder.robots, asked.robots))
+                yield f"{common} kept for {called(hold.holder)}, whose connection was lost: try again in a moment"
             elif hold.is_stopping and _overlap(hold.holder.robots, asked.robots):
                 yield f"{_named(_common(hold.holder.robots, asked.robots))} being stopped: try again"
         for lease, what in self._leases.items():
@@ -347,6 +357,10 @@ class Leases:
             if _rank(place) < rank and _overlap(place.holder.robots, asked.robots):
                 common = _names(_common(place.holder.robots, asked.robots))
                 yield f"{called(place.holder)} waits for {common} already, and comes first"
+
+    def _is_kept(self, hold: Hold, asked: Holder) -> bool:
+        """Whether what a client wants is kept for one that is overdue."""
+        return hold.kept_until > self._clock() and _overlap(hold.holder.robots, asked.robots)
 
     def _present_leases(self) -> Iterable[_Lease]:
         self._tidy()

@@ -13,11 +13,12 @@ from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.sim.messages import contact_arguments, departure_arguments
 from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of, report_of
+from seoro.bridges.wire.holding import HOLD_PATIENCE
 from seoro.errors import BackendError, BackendLost, BackendStopped
 from seoro.runtime.contracts import DEPARTURE, WARNING, Happened
 
 ANSWER = 1.0  # [s] that the bridge may take beyond the wait that is asked for
-PATIENCE = 3.0  # [s] that the connection to the bridge may be broken; the robots stand still meanwhile
+PATIENCE = HOLD_PATIENCE
 RETRY = 0.05  # [s] between two attempts while it is
 
 

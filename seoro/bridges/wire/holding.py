@@ -21,6 +21,7 @@ from seoro.bridges.wire.simulator import RobotInfo
 HOLD_WAIT = 0.05  # [s] that a client waits for happenings; it asks again then, which is its sign of life
 MAX_SENDER = 200  # [bytes]
 QUEUE_PATIENCE = 3.0  # [s] that a place in line is kept for a client that does not ask
+HOLD_PATIENCE = 3.0  # [s] for which a client tries to reach a node again, whose robots stand still meanwhile
 HOLD_DEADLINE = 0.4  # [s] between two signs of life, so that robots are stopped within 0.5 s
 
 

@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from seoro.bridges.leasing.leases import UNSEEN, Hold, Leases, silence
+from seoro.bridges.leasing.leases import UNSEEN, Hold, Leases, lapse, silence
 from seoro.bridges.leasing.share import share_of
 from seoro.bridges.wire.happened import AnotherWorld, Happening, Happenings
-from seoro.bridges.wire.holding import HOLD_DEADLINE, QUEUE_PATIENCE, Holder
+from seoro.bridges.wire.holding import HOLD_DEADLINE, HOLD_PATIENCE, QUEUE_PATIENCE, Holder
 from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused
@@ -247,6 +247,29 @@ def test_who_cannot_be_seen_has_to_be_seen_again(leases: Leases, clock: Clock) -
     assert [late.holder.holder for late in leases.overdue()] == ["quiet", "loud"]
     leases.see(shown_holder("quiet"))
     assert [late.holder.holder for late in leases.overdue()] == ["loud"]
+
+
+def test_robots_are_kept_for_a_moment_when_the_connection_of_the_node_was_lost(
+    leases: Leases, clock: Clock
+) -> None:
+    """As when a router is started again: whoever waits is back first."""
+    leases.take(want("one", "a"), 0.0)
+    clock.now += HOLD_DEADLINE + 1.0
+    for late in leases.overdue():
+        lapse(late, "no sign of life")
+    leases.lose_sight()
+    for wanted in (want("two", "a", waits=True), want("two")):
+        with pytest.raises(RequestRefused, match=r"'a' is kept for run one, whose connection was lost"):
+            leases.take(wanted, 0.0)
+    leases.take(want("two", "b"), 0.0)
+    leases.renew("one")
+    leases.check("one", "a", has_to_hold=True)
+    clock.now += HOLD_PATIENCE
+    leases.release("two")
+    for late in leases.overdue():
+        lapse(late, "no sign of life")
+    leases.lose_sight()  # it has given up since
+    leases.take(want("three", "a"), 0.0)
 
 
 def test_what_happens_to_no_robot_is_nobodys_share() -> None:
