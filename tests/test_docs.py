@@ -31,7 +31,7 @@ def write_example(page: Path) -> None:
 def test_the_library_in_a_folder_runs(example: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", "main.osc", "--clock", "virtual", "--seed", "1"]) == 0
     out = capsys.readouterr().out
-    assert re.search(r"0\.000 s +5\.0\n", out)
+    assert re.search(r"0\.000 s +5\.0m\n", out)
     assert re.search(r"2\.000 s +tom is cheerful and gives [\d.]+ l to the rose\n", out)
 
 

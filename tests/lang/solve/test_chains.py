@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -20,8 +21,8 @@ SHORT, LONG = 50, 400
 def chain(length: int, anchor: str, shuffled: bool) -> tuple[tuple[Cell, ...], list[Term]]:
     cells = tuple(cell(f"a{number}", Real()) for number in range(length))
     first, last, middle = cells[0], cells[-1], cells[length // 2]
-    terms = [compare(one, "==", calculate(other, "+", 1.0, FLOAT)) for one, other in pairwise(cells)]
-    anchors = {
+    terms: list[Term] = [compare(one, "==", calculate(other, "+", 1.0, FLOAT)) for one, other in pairwise(cells)]
+    anchors: dict[str, Term] = {
         "first": compare(first, "==", 5.0),
         "middle": compare(middle, "==", 5.0),
         "last": compare(last, "==", 5.0),
@@ -47,8 +48,8 @@ class Steps:
         ):
             patch.setattr(owner, name, self._counted(getattr(owner, name)))
 
-    def _counted(self, function):  # type: ignore[no-untyped-def]
-        def counted(*arguments):  # type: ignore[no-untyped-def]
+    def _counted(self, function: Callable[..., object]) -> Callable[..., object]:
+        def counted(*arguments: object) -> object:
             self.count += 1
             return function(*arguments)
 
