@@ -1,7 +1,14 @@
-"""How soon an editor shows diagnostics of a long scenario, and answers: what docs/editors.md quotes."""
+"""How soon an editor shows diagnostics of a long scenario, and answers: what docs/editors.md quotes.
+
+    python benchmarks/editor.py [--lines N] [--rounds N]
+
+Each time is measured from the message of the editor to the answer, less the pause after the last change; beside it
+stands the processor time of the server. "edit" changes a number in one scenario, "new text" changes all of them.
+"""
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import os
 import sys
@@ -15,8 +22,6 @@ from pygls.lsp.client import LanguageClient
 
 from seoro.lsp.scheduling import DELAY
 
-LINES = 1000
-ROUNDS = 20
 URI = "file:///tmp/long.osc"
 BLOCK = """
 scenario part_{number}:
@@ -41,9 +46,9 @@ scenario part_{number}:
 """
 
 
-def long_text(number: int) -> str:
-    """A scenario file of about a thousand lines, another one for each number."""
-    count = LINES // BLOCK.count("\n")
+def long_text(length: int, number: int) -> str:
+    """A scenario file of about as many lines, another one for each number."""
+    count = length // BLOCK.count("\n")
     blocks = (BLOCK.format(number=number + part) for part in range(count))
     return "import osc.ros\nimport osc.gazebo\n" + "".join(blocks)
 
@@ -57,20 +62,24 @@ def processor_time(client: LanguageClient) -> float:
 
 
 async def measure(
-    client: LanguageClient, what: str, act: Callable[[int], Awaitable[object]], less: float = 0.0
+    client: LanguageClient,
+    rounds: int,
+    what: str,
+    act: Callable[[int], Awaitable[object]],
+    less: float = 0.0,
 ) -> None:
     """Print how long something takes."""
     times = []
     used = processor_time(client)
-    for number in range(ROUNDS):
+    for number in range(rounds):
         start = perf_counter()
         await act(number)
         times.append((perf_counter() - start - less) * 1000)
-    used = (processor_time(client) - used) / ROUNDS * 1000
+    used = (processor_time(client) - used) / rounds * 1000
     print(f"{what:<30} median {median(times):4.0f} ms, worst {max(times):4.0f} ms, processor time {used:4.0f} ms")
 
 
-async def main() -> None:
+async def main(length: int, rounds: int) -> None:
     """Start a server, and be an editor."""
     client = LanguageClient("benchmark", "1")
     shown: asyncio.Queue[lsp.PublishDiagnosticsParams] = asyncio.Queue()
@@ -82,30 +91,52 @@ async def main() -> None:
     await client.start_io(sys.executable, "-m", "seoro.cli.main", "lsp")
     await client.initialize_async(lsp.InitializeParams(lsp.ClientCapabilities()))
     client.initialized(lsp.InitializedParams())
-    client.text_document_did_open(lsp.DidOpenTextDocumentParams(lsp.TextDocumentItem(URI, "osc", 0, long_text(0))))
+    client.text_document_did_open(
+        lsp.DidOpenTextDocumentParams(lsp.TextDocumentItem(URI, "osc", 0, long_text(length, 0)))
+    )
     await shown.get()
     document = lsp.TextDocumentIdentifier(URI)
-    lines = long_text(0).split("\n")
+    lines = long_text(length, 0).split("\n")
     line = next(number for number in reversed(range(len(lines))) if "nav_to_pose" in lines[number])
     place = lsp.Position(line, lines[line].index("nav_to_pose") + 3)
 
-    async def change(number: int) -> None:
-        changes = [lsp.TextDocumentContentChangeWholeDocument(long_text(number + 1))]
-        identifier = lsp.VersionedTextDocumentIdentifier(number + 1, URI)
+    async def show(text: str, version: int) -> None:
+        changes = [lsp.TextDocumentContentChangeWholeDocument(text)]
+        identifier = lsp.VersionedTextDocumentIdentifier(version, URI)
         client.text_document_did_change(lsp.DidChangeTextDocumentParams(identifier, changes))
         await shown.get()
 
+    async def edit(number: int) -> None:
+        edited = lines[line // 2 :]
+        at = next(index for index, text in enumerate(edited) if "elapsed(120s)" in text)
+        edited[at] = edited[at].replace("120s", f"{number + 1}s")
+        await show("\n".join(lines[: line // 2] + edited), number + 1)
+
+    async def change(number: int) -> None:
+        await show(long_text(length, number + 1), rounds + number + 1)
+
     print(f"a file of {len(lines)} lines")
-    await measure(client, "diagnostics, after the pause", change, less=DELAY)
+    await measure(client, rounds, "diagnostics after an edit", edit, less=DELAY)
+    await measure(client, rounds, "diagnostics after a new text", change, less=DELAY)
     await measure(
         client,
+        rounds,
         "completion",
         lambda _: client.text_document_completion_async(lsp.CompletionParams(document, place)),
     )
-    await measure(client, "hover", lambda _: client.text_document_hover_async(lsp.HoverParams(document, place)))
+    await measure(
+        client,
+        rounds,
+        "hover",
+        lambda _: client.text_document_hover_async(lsp.HoverParams(document, place)),
+    )
     await client.shutdown_async(None)
     client.exit(None)
     await client.stop()  # type: ignore[no-untyped-call]
 
 
-asyncio.run(main())
+parser = argparse.ArgumentParser(description="How soon an editor gets its answers.")
+parser.add_argument("--lines", type=int, default=3000)
+parser.add_argument("--rounds", type=int, default=20)
+options = parser.parse_args()
+asyncio.run(main(options.lines, options.rounds))

@@ -6,7 +6,6 @@ Most of a scenario is the body of its `do`, which is copied when it is looked at
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -32,8 +31,8 @@ class MovedDo(ast.DoDirective):
         _MEMBER.__set__(self, later)
         _SPAN.__set__(self, span)
 
-    @property
-    def member(self) -> ast.DoMember:  # type: ignore[override]
+    @property  # type: ignore[misc]
+    def member(self) -> ast.DoMember:
         """The behavior."""
         found = _MEMBER.__get__(self)
         if isinstance(found, _Later):
@@ -66,7 +65,7 @@ def is_deep(root: Node) -> bool:
             return True
         if isinstance(value, tuple):
             pending += [(item, depth + 1) for item in value]
-        elif (fields := _fields(type(value))) is not None:
+        elif (fields := _GETTERS.get(type(value))) is not None:
             pending += [(field, depth + 1) for field in fields(value)]
     return False
 
@@ -77,7 +76,7 @@ def _moved(value: Any, file: SourceFile, shift: int) -> Any:
         return Span(file, value.start + shift, value.end + shift)
     if cls is tuple:
         return tuple([_moved(item, file, shift) for item in value]) if value else value
-    fields = _fields(cls)
+    fields = _GETTERS.get(cls)
     if fields is None:
         return value
     if isinstance(value, ast.DoDirective):
@@ -95,12 +94,12 @@ def _moved_do(directive: ast.DoDirective, file: SourceFile, shift: int) -> Moved
     return MovedDo(later, Span(file, directive.span.start + shift, directive.span.end + shift))
 
 
-@cache
-def _fields(cls: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
-    """Read all fields of a node, the last of which is its place; None for what is not a node."""
-    if not issubclass(cls, Node):
-        return None
+def _getter(cls: type[Node]) -> Callable[[Any], tuple[Any, ...]]:
+    """Make a function that reads all fields of a node, the last of which is its place."""
     names: tuple[str, ...] = cls.__match_args__
-    if len(names) > 1:
-        return attrgetter(*names)
-    return lambda node: (node.span,)
+    return attrgetter(*names) if len(names) > 1 else lambda node: (node.span,)
+
+
+_GETTERS: Final = {
+    cls: _getter(cls) for cls in (*vars(ast).values(), MovedDo) if isinstance(cls, type) and issubclass(cls, Node)
+}
