@@ -8,6 +8,9 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 # Some tests at a time: one for each processor, up to four.
 PARALLEL := -n auto --maxprocesses 4 --dist worksteal
 
+# Tests start hundreds of processes: compiled modules are kept, where the environment says otherwise, too.
+unexport PYTHONDONTWRITEBYTECODE
+
 SIM ?= mujoco
 ROUNDS ?= 25
 
