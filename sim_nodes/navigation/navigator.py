@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
-from functools import cached_property
 from itertools import pairwise
 from types import MappingProxyType
 from typing import assert_never
@@ -21,7 +20,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.goals import Ended
 from sim_nodes.navigation.controller import LocalController
-from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.navigation.grid import Grid, NavigationMap
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.planner import ESCAPE_RADIUS, Plan, plan_to
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -141,24 +140,16 @@ class Navigator(Stateful):
         self.goal: Goal | None = None
         self.recoveries = 0
 
-    @cached_property
-    def _regions(self) -> Array:
-        """Number of the connected region of free floor for each cell of the map; 0 where the robot cannot be."""
-        from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
-
-        numbers: Array
-        numbers, _ = label(self._map.distance >= self._declaration.clearance, structure=np.ones((3, 3)))
-        return numbers
-
     def check(self, poses: tuple[Pose2, ...], start: Pose2) -> None:
         """Refuse poses where the robot cannot be, or that cannot be reached on the map.
 
         Raises:
             RequestRefused: The message says which pose and why.
         """
-        regions = self._regions_about(start)
+        numbers = self._number_regions()
+        regions = _regions_about(start, numbers, self._map.grid)
         for pose in poses:
-            regions = regions & {self._region_of_goal(pose)}
+            regions = regions & {int(numbers[self._cell_of_goal(pose)])}
             if not regions:
                 raise RequestRefused(
                     Result.OPERATION_FAILED,
@@ -166,7 +157,15 @@ class Navigator(Stateful):
                     f"from ({start.x:.2f}, {start.y:.2f})",
                 )
 
-    def _region_of_goal(self, pose: Pose2) -> int:
+    def _number_regions(self) -> Array:
+        """Number the connected regions of free floor, for each cell of the map; 0 where the robot cannot be."""
+        from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
+
+        numbers: Array
+        numbers, _ = label(self._map.distance >= self._declaration.clearance, structure=np.ones((3, 3)))
+        return numbers
+
+    def _cell_of_goal(self, pose: Pose2) -> tuple[int, int]:
         grid, clearance = self._map.grid, self._declaration.clearance
         where = f"goal ({pose.x:.2f}, {pose.y:.2f})"
         if not grid.contains(pose.x, pose.y):
@@ -183,17 +182,7 @@ class Navigator(Stateful):
                 Result.OPERATION_FAILED,
                 f"{where} is {place} an obstacle of the map: the robot needs {clearance:.2f} m of clearance",
             )
-        return int(self._regions[cell])
-
-    def _regions_about(self, start: Pose2) -> set[int]:
-        """The connected regions of free floor that the robot can get out to."""
-        grid = self._map.grid
-        column, row = grid.cell(start.x, start.y)
-        if self._regions[column, row]:
-            return {int(self._regions[column, row])}
-        reach = round(ESCAPE_RADIUS / grid.resolution)
-        near = self._regions[max(column - reach, 0) : column + reach + 1, max(row - reach, 0) : row + reach + 1]
-        return {int(region) for region in np.unique(near)} - {0}
+        return cell
 
     def start(self, goal: Goal, pose: Pose2) -> None:
         """Take up a goal, from a pose of the robot in the map."""
@@ -409,3 +398,13 @@ class Navigator(Stateful):
         self.goal = None
         self._controller.stop()
         return AT_REST, ended
+
+
+def _regions_about(start: Pose2, numbers: Array, grid: Grid) -> set[int]:
+    """The connected regions of free floor that a robot can get out to."""
+    column, row = grid.cell(start.x, start.y)
+    if numbers[column, row]:
+        return {int(numbers[column, row])}
+    reach = round(ESCAPE_RADIUS / grid.resolution)
+    near = numbers[max(column - reach, 0) : column + reach + 1, max(row - reach, 0) : row + reach + 1]
+    return {int(region) for region in np.unique(near)} - {0}
