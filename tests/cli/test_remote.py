@@ -349,6 +349,7 @@ def test_a_run_leaves_its_film_as_one_here(
     assert found[1] == found[0]
 
 
+@pytest.mark.slow
 @pytest.mark.engine("mujoco")
 def test_a_film_comes_home_to_where_it_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     needs_films("mujoco")

@@ -313,6 +313,7 @@ async def test_nobody_there_is_told(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- the executor dies
 
 
+@pytest.mark.slow
 async def test_an_executor_that_is_killed_comes_back_and_goes_on(tmp_path: Path) -> None:
     async with anyio.create_task_group() as tasks:
         with executor(tmp_path) as lab:
@@ -360,6 +361,7 @@ async def test_a_trace_that_cannot_be_kept_is_an_error_and_the_next_run_goes_on(
                 assert (await other.result()).passed
 
 
+@pytest.mark.slow
 async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
     async with AsyncExitStack() as stack:
         with executor(tmp_path) as lab:

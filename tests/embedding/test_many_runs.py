@@ -51,6 +51,7 @@ def test_fifty_runs_at_once_have_the_traces_that_they_have_alone(
     assert {records[-1]["status"] for records in at_once} == {"passed"}
 
 
+@pytest.mark.slow
 def test_uvloop_gives_the_same_traces(scenario: seoro.Scenario, alone: list[Records]) -> None:
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         assert runner.run(all_at_once(scenario)) == alone

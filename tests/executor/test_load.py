@@ -18,6 +18,7 @@ def run(*arguments: str, timeout: float) -> str:
     return ran.stdout
 
 
+@pytest.mark.slow
 def test_a_crowd_loses_nothing() -> None:
     run("--queued", "8", "--at-once", "4", "--watchers", "3", "--runs", "0", timeout=120.0)
 

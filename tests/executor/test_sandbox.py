@@ -127,6 +127,7 @@ async def test_a_run_sees_nothing_of_the_executor(tmp_path: Path) -> None:
     assert sleepers(mark) == []  # what it has left behind has ended with it
 
 
+@pytest.mark.slow
 @sandboxed
 async def test_a_run_reaches_a_robot_with_keys_that_it_does_not_have(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")

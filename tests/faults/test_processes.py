@@ -76,6 +76,7 @@ def worker_of(lab: RunningExecutor) -> int:
 # ---------------------------------------------------------------- routers
 
 
+@pytest.mark.slow
 async def test_a_router_that_is_killed_and_comes_back_costs_time_only(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with ExitStack() as stack:
@@ -186,6 +187,7 @@ async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Pa
                 assert (await client.run(run.id)).state is State.LOST
 
 
+@pytest.mark.slow
 async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:

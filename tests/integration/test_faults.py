@@ -164,6 +164,7 @@ def test_faults_are_measured_and_what_was_measured_stands_in_the_trace(tmp_path:
     )
 
 
+@pytest.mark.slow
 def test_faults_of_cameras_are_measured_and_a_picture_that_does_not_come_is_told(tmp_path: Path) -> None:
     needs_pictures("mujoco")
     records = run(CAMERAS, tmp_path)

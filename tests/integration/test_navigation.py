@@ -52,6 +52,7 @@ def test_its_simpler_sister(tmp_path: Path) -> None:
     assert run(GO_TO_POSE, tmp_path, 3)[-1]["duration"] < 60.0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_trace_and_another_seed_another(tmp_path: Path) -> None:
     first, second, other = (
         [{key: value for key, value in record.items() if key != "wall"} for record in records]

@@ -66,6 +66,7 @@ def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[
     return process.returncode, err
 
 
+@pytest.mark.slow
 def test_a_run_waits_for_a_simulator_that_is_stopped(start_seoro: StartSeoro, tmp_path: Path) -> None:
     assert stopped_for(start_seoro, tmp_path, 2.5) == (0, "")
     ended = [r for r in read_trace(tmp_path / "out" / "trace.jsonl") if r["kind"] == "run.end"]

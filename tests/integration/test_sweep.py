@@ -24,6 +24,7 @@ scenario main:
 COMMON = ["--sim", "mujoco", "--world", "maze", "--rate", "max", "--seed", "3"]
 
 
+@pytest.mark.slow
 def test_a_run_of_a_sweep_is_the_same_by_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both runs have the same simulator, one after the other, and it leaves nothing of the first to the second."""
     monkeypatch.chdir(tmp_path)

@@ -79,15 +79,15 @@ def test_an_emergency_stop_is_seen_and_released_with_a_reason(
     assert "EMERGENCY" not in seoro(capsys, "lab", "status", *at)[1]
 
 
-def test_an_emergency_stop_of_named_robots_stops_their_node_and_names_unknown_ones(
+def test_an_emergency_stop_of_named_robots_stops_them_and_names_unknown_ones(
     lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--lab", str(lab))
     status, out, _ = seoro(capsys, "estop", "second", "train", *at)
     assert status == 3
-    assert "ok     the node 'rails': stopped line, second" in out
-    assert "FAILED train: there is no robot 'train'" in out
-    assert seoro(capsys, "lab", "status", *at)[1].startswith("EMERGENCY STOP of rails by ")
+    assert "ok     the node 'rails': stopped second" in out
+    assert "FAILED train: no node that was reached has this robot (robots there: line, second)" in out
+    assert "EMERGENCY STOP of second by " in seoro(capsys, "lab", "status", *at)[1]
     assert seoro(capsys, "lab", "release", "--all", "--yes", "--reason", "toast", *at)[0] == 0
 
 
@@ -105,7 +105,7 @@ def test_what_is_not_there_is_said(lab: Path, tmp_path: Path, capsys: pytest.Cap
     ("arguments", "words"),
     [
         (("release",), "it is not said what to release"),
-        (("release", "cart1", "--all", "--reason", "x"), "is released for everything"),
+        (("release", "cart1", "--all", "--reason", "x"), "`--all` releases all emergency stops"),
     ],
 )
 def test_half_sentences_are_refused(

@@ -27,7 +27,7 @@ from tests.lang.programs import PROGRAMS
 MAX_WORK = 60.0
 SOON = 0.5  # [s] of a processor, which are not worth a comparison
 MAX_MEMORY = 300 * 2**10  # [KiB], that a process grows by
-QUICK = settings(max_examples=70, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+QUICK = settings(max_examples=40, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
 LONG = settings(
     QUICK,
     derandomize=False,

@@ -242,6 +242,7 @@ def test_tests_with_an_event_loop_and_scenarios_live_side_by_side(project: Proje
     pytester.runpytest_inprocess(".").assert_outcomes(passed=4)
 
 
+@pytest.mark.slow
 def test_xdist_spreads_scenarios_over_processes(project: Project) -> None:
     pytester = project(a=f"\n# seoro: seed 1, 2, 3\n{PASSING}", b=FAILING)
     result = pytester.runpytest_subprocess("-n", "2", ".")

@@ -124,6 +124,7 @@ def measure(path: Path, text: str, seconds: float, parts: Sequence[float]) -> Ga
     return gauge
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [PATROL, TICKS], ids=["patrol", "ticks"])
 def test_nothing_of_what_is_over_stays_in_memory(text: str, tmp_path: Path) -> None:
     gauge = measure(tmp_path / "test.osc", text, 3000, (0.6, 0.99))

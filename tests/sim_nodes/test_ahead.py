@@ -82,7 +82,7 @@ def kept(client: Client) -> bytes:
 
 
 @on_both
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_what_was_taken_back_leaves_no_trace(seed: int, engine: str) -> None:
     one, other = busy(engine), busy(engine)
     happened = plain(one, END)

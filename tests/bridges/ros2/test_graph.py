@@ -177,6 +177,7 @@ async def alone(router: str) -> AsyncIterator[asyncio.subprocess.Process]:
         await process.wait()
 
 
+@pytest.mark.slow
 async def test_all_comes_back_after_a_restart_of_the_router(types: TypeStore, tmp_path: Path) -> None:
     router = f"unixsock-stream/{tmp_path}/router.sock"
     async with AsyncExitStack() as stack:
