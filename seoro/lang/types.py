@@ -79,17 +79,19 @@ UINT: Final = Primitive("uint")
 FLOAT: Final = Primitive("float")
 STRING: Final = Primitive("string")
 UNKNOWN: Final = Unknown()
+_INTEGERS: Final = frozenset({"int", "uint"})
+_PLAIN_NUMBERS: Final = _INTEGERS | {"float"}
 PRIMITIVES: Final = {type_.name: type_ for type_ in (BOOL, INT, UINT, FLOAT, STRING)}
 
 
 def is_integer(type_: Type) -> bool:
     """Whether it is `int` or `uint`."""
-    return type_ in (INT, UINT)
+    return isinstance(type_, Primitive) and type_.name in _INTEGERS
 
 
 def is_plain_number(type_: Type) -> bool:
     """Whether it is a number without a dimension."""
-    return type_ in (INT, UINT, FLOAT)
+    return isinstance(type_, Primitive) and type_.name in _PLAIN_NUMBERS
 
 
 def is_number(type_: Type) -> bool:

@@ -218,8 +218,8 @@ def as_number(expression: plan.Expression, number: plan.Number) -> plan.Expressi
     What is written out is converted at once.
     """
     match expression:
-        case plan.Literal(int(value)):
-            return replace(expression, value=_LITERALS[number](value))
+        case plan.Literal(int(value), span):
+            return plan.Literal(_LITERALS[number](value), span)
         case plan.ListOf(items):
             return replace(expression, items=tuple(as_number(item, number) for item in items))
         case plan.RangeOf(low, high):

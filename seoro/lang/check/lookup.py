@@ -8,6 +8,7 @@ error. Only declarations of the kind that is asked for count.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from operator import itemgetter
 from typing import TypeVar, cast
 
 from seoro.lang import ast
@@ -30,6 +31,7 @@ class Lookup:
     def __init__(self, program: Program, bag: Bag) -> None:
         self._program = program
         self._bag = bag
+        self._exported: dict[tuple[str, str], frozenset[str]] = {}
 
     def type(self, space: Space, name: ast.Name) -> Declaration | None:
         """The type that a name means."""
@@ -79,6 +81,12 @@ class Lookup:
 
     def exported(self, namespace: str, text: str) -> frozenset[str]:
         """The namespaces of all identifiers that a namespace exports under a name."""
+        known = self._exported.get((namespace, text))
+        if known is None:
+            known = self._exported[namespace, text] = self._find_exported(namespace, text)
+        return known
+
+    def _find_exported(self, namespace: str, text: str) -> frozenset[str]:
         found: set[str] = set()
         passed, pending = {namespace}, [namespace]
         while pending:
@@ -104,15 +112,16 @@ class Lookup:
             return
         yield (space.name,)
         if space.uses:
-            yield frozenset[str]().union(*(self.exported(used, name.text) for used in space.uses))
+            yield {namespace for used in space.uses for namespace in self.exported(used, name.text)}
 
     def _pick(self, space: Space, name: ast.Name, find: Callable[[str], T | None]) -> T | None:
         for tier in self._tiers(space, name):
-            found = {namespace: thing for namespace in sorted(tier) if (thing := find(namespace)) is not None}
+            found = [(namespace, thing) for namespace in tier if (thing := find(namespace)) is not None]
             if len(found) > 1:
-                self._bag.add(names.AmbiguousName(name.span, name.text, tuple(found)))
+                found.sort(key=itemgetter(0))
+                self._bag.add(names.AmbiguousName(name.span, name.text, tuple(key for key, _ in found)))
             if found:
-                return self._note(name, next(iter(found.values())))
+                return self._note(name, found[0][1])
         return None
 
     def _note(self, name: ast.Name, found: T) -> T:

@@ -51,11 +51,12 @@ class WithBlocks:
 
     def constraints(self, node: ast.BehaviorInvocation | ast.Composition, it: Type) -> list[plan.ConstraintMember]:
         """The constraints in the block of a behavior, which `it` stands for."""
+        if node.modifications is None:
+            return []
         scope = replace(self._scope, it=it, is_it_bound=True)
-        members = node.modifications.members if node.modifications is not None else ()
         found = [
             self._expressions.constraints.member(member, scope)
-            for member in members
+            for member in node.modifications.members
             if isinstance(member, ast.KeepConstraint | ast.RemoveDefault)
         ]
         return [constraint for constraint in found if constraint is not None]

@@ -71,6 +71,8 @@ class Values:
         self._depths: dict[TypeSymbol, int] = {}  # how many structures are within each other
         self._scopes: dict[tuple[TypeSymbol | None, Home], Scope] = {}
         self._defaults: dict[FieldSymbol, plan.Expression | None] = {}
+        self._conditions: dict[TypeSymbol, tuple[tuple[str, bool | plan.EnumValue], ...]] = {}
+        self._subtypes_of: dict[TypeSymbol, list[TypeSymbol]] = {}
 
     def from_arguments(self, symbol: TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
         """`name(arguments)`: other fields take their defaults."""
@@ -90,8 +92,13 @@ class Values:
 
     def conditions(self, symbol: TypeSymbol) -> tuple[tuple[str, bool | plan.EnumValue], ...]:
         """What the values of a conditional subtype hold in the fields that decide about it."""
-        conditions = [type_.condition for type_ in reversed(list(lineage(symbol)))]
-        return tuple((found.field.name, _condition_value(found)) for found in conditions if found is not None)
+        known = self._conditions.get(symbol)
+        if known is None:
+            conditions = [type_.condition for type_ in reversed(list(lineage(symbol)))]
+            known = self._conditions[symbol] = tuple(
+                (found.field.name, _condition_value(found)) for found in conditions if found is not None
+            )
+        return known
 
     def check_conditions(
         self, symbol: TypeSymbol, given: Mapping[str, plan.Expression], is_told_later: bool = False
@@ -270,8 +277,10 @@ class Values:
 
     def _subtypes(self, symbol: TypeSymbol) -> list[TypeSymbol]:
         """The conditional subtypes, apart from its own, that a value of a type may be of."""
+        if symbol in self._subtypes_of:
+            return self._subtypes_of[symbol]
         decided, own = dict(self.conditions(symbol)), list(lineage(symbol))
-        found: list[TypeSymbol] = []
+        found = self._subtypes_of[symbol] = []
         pending = deque(reversed(own))
         while pending:
             for name, by_value in self._by_condition.get(pending.popleft(), {}).items():
