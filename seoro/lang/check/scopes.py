@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from seoro.lang import plan
@@ -41,14 +41,14 @@ class Scope(Value):
     labels: Labels | None = None
 
 
-def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
+def scope_of(owner: TypeSymbol | None, home: Home, labels: Labels | None = None) -> Scope:
     """The scope of the members of a type, in its declaration or an extension; of None, of global parameters."""
     if owner is None:
-        return Scope(None, home.space)
+        return Scope(None, home.space, labels=labels)
     bindings: dict[str, Type] = {"actor": Structured(owner.actor)} if owner.actor is not None else {}
     if owner.kind is Kind.MODIFIER:
-        return Scope(owner, home.space, bindings, all_fields(owner), _modified(owner), is_it_bound=True)
-    return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner))
+        return Scope(owner, home.space, bindings, all_fields(owner), _modified(owner), True, None, labels)
+    return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner), False, None, labels)
 
 
 def _modified(modifier: TypeSymbol) -> Type:
@@ -60,4 +60,4 @@ def _modified(modifier: TypeSymbol) -> Type:
 
 def running_scope(owner: TypeSymbol, home: Home, labels: Labels) -> Scope:
     """The scope of the members of a type that are evaluated while an instance of it runs."""
-    return replace(scope_of(owner, home), labels=labels)
+    return scope_of(owner, home, labels)

@@ -257,6 +257,8 @@ class Values:
         it: plan.Expression,
     ) -> Iterator[plan.ConstraintMember]:
         """The constraints on a field, in which `it` is the field (7.3.6.1.1)."""
+        if not constraints:
+            return
         inside = replace(scope, it=field.type, it_value=it)
         for constraint in constraints:
             if not isinstance(constraint, ast.InvalidStatement):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias, get_args
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.types import EnumValue, StructType, ValueType
@@ -345,14 +345,17 @@ Expression: TypeAlias = (
 )
 
 
+_EXPRESSIONS: Final = frozenset(get_args(Expression))
+
+
 def parts(expression: Expression) -> Iterable[Expression]:
     """The expressions of which an expression consists, those in bodies of methods apart."""
     for name in expression.__match_args__:
         value = getattr(expression, name)
-        if isinstance(value, Expression):
+        if type(value) in _EXPRESSIONS:
             yield value
         elif isinstance(value, tuple):
             for item in value:
                 inner = item[1] if isinstance(item, tuple) and len(item) == 2 else item
-                if isinstance(inner, Expression):
+                if type(inner) in _EXPRESSIONS:
                     yield inner
