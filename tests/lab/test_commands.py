@@ -87,7 +87,7 @@ def test_an_emergency_stop_of_named_robots_stops_them_and_names_unknown_ones(
     assert status == 3
     assert "ok     the node 'rails': stopped second" in out
     assert "FAILED train: no node that was reached has this robot (robots there: line, second)" in out
-    assert "EMERGENCY STOP of second by " in seoro(capsys, "lab", "status", *at)[1]
+    assert "EMERGENCY STOP of second of rails by " in seoro(capsys, "lab", "status", *at)[1]
     assert seoro(capsys, "lab", "release", "--all", "--yes", "--reason", "toast", *at)[0] == 0
 
 
