@@ -232,6 +232,7 @@ def without_times(text: str) -> str:
     return re.sub(r'[\d.]+ s (real|   )|"wall_duration": [\d.e-]+|[\d.]+ s of its clock', "?", text)
 
 
+@pytest.mark.slow
 @pytest.mark.engine("mujoco")
 def test_a_world_file_goes_with_all_that_it_names(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(WORKSHOP, "workshop")

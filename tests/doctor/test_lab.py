@@ -127,6 +127,7 @@ async def test_a_viewer_sees_the_lab_and_what_a_viewer_may_not(keyed: Keyed) -> 
     assert has(lines, f"warning {NAME}: does not say what it sees of the lab", "`look` is for one who is operator")
 
 
+@pytest.mark.slow
 async def test_a_node_that_stands_still_is_told_and_the_rest_as_well(keyed: Keyed) -> None:
     lines: list[str] = []
     with anyio.fail_after(DEADLINE):

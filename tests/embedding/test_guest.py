@@ -21,6 +21,7 @@ async def watch(scenario: seoro.Scenario) -> seoro.Verdict:
         return await run.result()
 
 
+@pytest.mark.slow
 async def test_a_run_changes_nothing_while_it_goes_on_nor_after_it(scenario: seoro.Scenario) -> None:
     async with as_it_was():
         before = state_of_the_program()

@@ -88,6 +88,7 @@ async def test_who_fills_the_disk_with_bundles_is_told(small: RunningExecutor, t
         await follow(await client.submit(NAME, hello))
 
 
+@pytest.mark.slow
 async def test_runs_leave_the_reserve_of_the_executor_free(keeping: RunningExecutor, tmp_path: Path) -> None:
     much, long, hello = tmp_path / "much.osc", tmp_path / "long.osc", tmp_path / "hello.osc"
     much.write_text(MUCH)

@@ -26,6 +26,7 @@ def length(film: Path) -> float:
         return float([frame.time for frame in container.decode(video=0)][-1])
 
 
+@pytest.mark.slow
 def test_a_film_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["exec", SNAPSHOTS, *SMALL, "--rate", "max", "-o", str(tmp_path), "--record-video"])
     assert status == 0

@@ -166,6 +166,7 @@ def test_time_does_not_double_with_each_bracket() -> None:
     assert fmt(f"struct s:\n    x: int = {nested}\n").count("+ (") == 39
 
 
+@pytest.mark.slow
 def test_long_lists_take_time_in_proportion() -> None:
     numbers, calls = ", ".join(["1"] * 10_000), " + ".join(["f(1)"] * 2_000)
     assert len(fmt(f"struct s:\n    x: list of int = [{numbers}]\n    y: int = {calls}\n").splitlines()) > 2_000
