@@ -192,19 +192,19 @@ async def start_template(environment: Mapping[str, str]) -> Template:
         environment: Its environment variables.
     """
     ours, theirs = socket.socketpair()
-    told, told_write = os.pipe()
-    command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(told_write)]
+    told, told_write = socket.socketpair()
+    command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(told_write.fileno())]
     try:
         process = await asyncio.create_subprocess_exec(
             *command,
             stdin=subprocess.DEVNULL,
-            pass_fds=(theirs.fileno(), told_write),
+            pass_fds=(theirs.fileno(), told_write.fileno()),
             start_new_session=True,
             env=environment,
         )
     finally:
         theirs.close()
-        os.close(told_write)
+        told_write.close()
     return Template(process, ours, await _reader(told))
 
 
@@ -237,16 +237,16 @@ class Pool:
 
     async def _make(self) -> Worker:
         control_read, control = os.pipe()
-        data, data_write = os.pipe()
+        data, data_write = socket.socketpair()
         try:
-            process, ended = await self._template.make(control_read, data_write)
+            process, ended = await self._template.make(control_read, data_write.fileno())
         except BaseException:
             os.close(control)
-            os.close(data)
+            data.close()
             raise
         finally:
             os.close(control_read)
-            os.close(data_write)
+            data_write.close()
         return Worker(process, ended, control, await _reader(data))
 
     async def close(self) -> None:
@@ -269,7 +269,7 @@ async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
 
 
 class _Told(asyncio.StreamReaderProtocol):
-    """What a pipe tells, which is closed at its end: the loop of uvloop would leave that to us."""
+    """What comes over a connection, which is closed at its end: the loop of uvloop would leave that to us."""
 
     def eof_received(self) -> bool:
         """There is nothing more."""
@@ -277,10 +277,14 @@ class _Told(asyncio.StreamReaderProtocol):
         return False
 
 
-async def _reader(pipe: int) -> asyncio.StreamReader:
-    """Reads a pipe, which it owns."""
+async def _reader(end: socket.socket) -> asyncio.StreamReader:
+    """Read a connection, which is owned by the reader.
+
+    Connections are sockets: the loop of uvloop closes the descriptor of a pipe twice, which by then may be another
+    one's, such as that of a file that another thread has opened.
+    """
     loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
-    await loop.connect_read_pipe(lambda: _Told(reader), os.fdopen(pipe, "rb", buffering=0))
+    await loop.create_unix_connection(lambda: _Told(reader), sock=end)
     return reader
 
 
