@@ -22,8 +22,9 @@ from seoro.bridges.executor.messages import RunInfo, State
 from seoro.changes import Changes
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.executor import frames
-from seoro.executor.frames import Frame, Job
+from seoro.executor.frames import Frame
 from seoro.executor.holding import KEPT_OF_CULPRIT, Reserve, TraceKeeper, hold_to_time, hold_to_usage
+from seoro.executor.jobs import make_job
 from seoro.executor.limits import MEBIBYTE, Limits, Policy
 from seoro.executor.live import STOP_TIMEOUT, LiveRun
 from seoro.executor.order import Waiting
@@ -249,10 +250,10 @@ class Queue:
 
     async def _carry_by(self, live: LiveRun, worker: Worker) -> None:
         """Have a process carry a run out; whoever waits for its end need not wait for that of the process."""
-        worker.begin(self._job(live))
+        folder, limits = self._store.folder(live.info.run), self._limits(live)
+        worker.begin(make_job(live.submission.manifest, folder, limits, can_sandbox=self._can_sandbox))
         live.have(worker)
         async with background() as duties:
-            folder, limits = self._store.folder(live.info.run), self._limits(live)
             duties.start_soon(hold_to_time, live, limits)
             duties.start_soon(hold_to_usage, live, worker, limits, folder)
             end = await self._follow(live, worker, duties)
@@ -267,26 +268,6 @@ class Queue:
             return
         state, reason = _outcome(end, code, live)
         await self._finish(live, state, reason if end else live.killed or reason, end)
-
-    def _job(self, live: LiveRun) -> Job:
-        folder, limits = self._store.folder(live.info.run), self._limits(live)
-        for each in (folder.output, folder.home):
-            each.mkdir(exist_ok=True)
-        return Job(
-            manifest=live.submission.manifest,
-            files=str(folder.files),
-            output=str(folder.output),
-            log=str(folder.log),
-            home=str(folder.home),
-            largest_file=limits.largest_file,
-            memory=limits.largest_memory,
-            processes=limits.processes,
-            allowed=limits.allowed,
-            reach=limits.reached,
-            environment=limits.variables,
-            is_sandboxed=self._can_sandbox and limits.sandbox != "off",
-            hidden=(str(self._store.root),),
-        )
 
     async def _follow(self, live: LiveRun, worker: Worker, duties: TaskGroup) -> bytes:
         """Keep what the process of a run tells; returns the end of the run, empty if it told none.

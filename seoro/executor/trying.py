@@ -17,6 +17,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.executor.frames import Frame, Job
+from seoro.executor.jobs import make_job
 from seoro.executor.limits import Limits
 from seoro.executor.quota import exceeds
 from seoro.executor.store import RunFolder
@@ -65,7 +66,8 @@ class DryRuns:
             RequestRefused: Whether it can be run could not be found out.
         """
         try:
-            return await self._try(_job(manifest, folder, limits, can_sandbox=self._can_sandbox), limits)
+            job = make_job(_without_waiting(manifest), folder, limits, can_sandbox=self._can_sandbox, is_dry=True)
+            return await self._try(job, limits)
         except (NoProcess, OSError) as error:
             raise _not_known(str(error)) from error
 
@@ -83,27 +85,11 @@ class DryRuns:
                 await worker.wait()
 
 
-def _job(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool) -> Job:
-    folder.output.mkdir()
-    folder.home.mkdir()
+def _without_waiting(manifest: wire.Manifest) -> wire.Manifest:
+    """The manifest of a run that does not wait for robots."""
     options = manifest.options
     at_once = options.model_copy(update={"leasing": options.leasing.model_copy(update={"wait": None})})
-    return Job(
-        manifest=manifest.model_copy(update={"options": at_once}),
-        files=str(folder.files),
-        output=str(folder.output),
-        log=str(folder.log),
-        home=str(folder.home),
-        largest_file=limits.largest_file,
-        memory=limits.largest_memory,
-        processes=limits.processes,
-        allowed=limits.allowed,
-        reach=limits.reached,
-        environment=limits.variables,
-        is_sandboxed=can_sandbox and limits.sandbox != "off",
-        hidden=(str(folder.path.parents[1]),),
-        is_dry=True,
-    )
+    return manifest.model_copy(update={"options": at_once})
 
 
 async def _told(worker: Worker, limits: Limits) -> wire.Tried:
