@@ -1,4 +1,4 @@
-"""How long native code of the engines keeps other threads from running: loading, steps and pictures.
+"""Times for which native code of the engines keeps other threads from running: loading, steps and pictures.
 
     PYTHONPATH=. python benchmarks/held_lock.py [--engines mujoco,pybullet] [--boxes 0,200,1000]
 

@@ -125,7 +125,7 @@ def _step(place: Path, lab: KeyedLab) -> str:
 
 
 async def _steps(endpoint: str) -> tuple[list[float], list[float]]:
-    """How long steps took [s], sorted: those whose answers are checked, and the others."""
+    """Durations of steps [s], sorted: those whose answers are checked, and the others."""
     took: tuple[list[float], list[float]] = ([], [])
     async with connect_simulator(endpoint, SimulatorOptions("empty", 3, ModelPath())) as node:
         checked = node._address

@@ -34,7 +34,7 @@ NICE = 15
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended.
+    """End of a run.
 
     Args:
         scenario: Its file, in the project.
@@ -43,7 +43,7 @@ class Result:
         seed: Its seed.
         status: How it ended.
         reason: Why.
-        good: Whether the scenario says that it ends so.
+        good: Whether this is the end that the scenario expects.
         duration: On the clock of the simulator [s].
     """
 
@@ -58,7 +58,7 @@ class Result:
 
     @property
     def key(self) -> tuple[str, str, str, int]:
-        """What makes it the same run."""
+        """Identity of the run: results with the same key are of the same run."""
         return self.scenario, self.digest, self.engine, self.seed
 
 

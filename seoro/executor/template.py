@@ -1,12 +1,12 @@
 """The process from which those of runs are made: `python -m seoro.executor.template REQUESTS TOLD`, the numbers of
-an open socket and an open pipe.
+two open sockets.
 
 It loads all that runs need, once, and then forks for each run. So a run begins a few milliseconds after it was
 asked for, in a process of its own in which no run was before it, and shares the memory of what was loaded with
 all others. Nothing runs here, and there is one thread only, so that what is forked is whole.
 
-A request is a byte with two descriptors: of the pipe for the job, and of the pipe for what is told of it. Over the
-other pipe it is told which process was started, and which has ended how.
+A request is a byte with two descriptors: of the pipe for the job, and of the socket for reports about it. The
+second socket reports which process was started, and how a process ended.
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ class Template:
         self._listening = asyncio.create_task(self._listen())
 
     async def make(self, control: int, data: int) -> tuple[int, asyncio.Future[int | None]]:
-        """Make a process with the ends of two pipes; returns its number, and what will be its exit status.
+        """Make a process with ends of a pipe and a socket; returns its number, and a future of its exit status.
 
         Raises:
             NoProcess: It has died.
@@ -269,7 +269,7 @@ async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
 
 
 class _Told(asyncio.StreamReaderProtocol):
-    """What comes over a connection, which is closed at its end: the loop of uvloop would leave that to us."""
+    """Reader of a connection that is closed at its end; the loop of uvloop would leave it half open."""
 
     def eof_received(self) -> bool:
         """There is nothing more."""

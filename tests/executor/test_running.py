@@ -16,9 +16,10 @@ from seoro.errors import BackendRefused
 from seoro.executor import live as live_runs
 from seoro.executor import queue
 from seoro.executor.frames import Job
-from seoro.executor.live import LiveRun
+from seoro.executor.jobs import make_job
+from seoro.executor.limits import Limits
 from seoro.executor.running import ExecutorOptions, executing
-from seoro.executor.store import Finished, Store, open_store
+from seoro.executor.store import Finished, RunFolder, Store, open_store
 from seoro.film import Film
 from seoro.runtime.verdict import RunStatus
 from tests.executors import HELLO
@@ -136,14 +137,13 @@ async def test_a_film_that_cannot_be_kept_makes_the_run_an_error(
     pytest.importorskip("av", reason="PyAV is not installed")
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
-    job = queue.Queue._job
 
-    def filled(self: queue.Queue, live: LiveRun) -> Job:
-        found = job(self, live)
+    def filled(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool) -> Job:
+        found = make_job(manifest, folder, limits, can_sandbox=can_sandbox)
         Path(found.output, "video.mp4").symlink_to("/dev/full")
         return found
 
-    monkeypatch.setattr(queue.Queue, "_job", filled)
+    monkeypatch.setattr(queue, "make_job", filled)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
     options = ExecutorOptions("lab-a", tmp_path / "state", listen=endpoint)
     async with executing(options), seoro.Client(endpoint) as client:
