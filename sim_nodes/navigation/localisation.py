@@ -35,6 +35,9 @@ FOUND_SHARE = 0.9  # of the particles that have to be
 MISFIT_DISTANCE = 0.2  # [m] from everything on the map at which the end of a beam does not fit
 MISFIT_SHARE = 0.02  # of the beams that may not fit where the robot has found itself
 STRICT_SEARCHES = 3  # before twice as many beams may not fit with each that starts over
+ASTRAY_SHARE = 0.4  # of the beams that do not fit where the robot believes to be, from which on it looks around
+BETTER = 0.5  # factor by which fewer beams must not fit at a place around, for the robot to believe in it
+AROUND = (0.3, 0.3, 0.5)  # standard deviations of the places around [m, m, rad]
 LONGEST_SEARCH = 60  # updates, two turns on the spot, in which a search starts over
 
 
@@ -156,6 +159,24 @@ class Localisation(Stateful):
         self._estimate = estimate(self._particles)
         if self._lost:
             self._search_on(self._estimate, scan, random)
+        else:
+            self._look_around(self._estimate, scan, random)
+
+    def _look_around(self, believed: Estimate, scan: Scan, random: np.random.Generator) -> None:
+        """Move to a place around the estimate where the scan fits much better, if most of it does not fit."""
+        misfit = self._misfit(believed.pose, scan)
+        if misfit < ASTRAY_SHARE:
+            return
+        before = self._particles
+        spread = random.standard_normal((self._parameters.max_particles, 3)) * np.array(AROUND)
+        self._particles = np.array(believed.pose) + spread
+        evidence, _ = self._evidence(scan)
+        self._resample(evidence, random)
+        found = estimate(self._particles)
+        if self._misfit(found.pose, scan) <= BETTER * misfit:
+            self._estimate = found
+        else:
+            self._particles = before
 
     def _search_on(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
         """See whether the robot has found itself, or has to start over."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from seoro.bridges.wire import GET_RELATIVE_POSE, SET_ENTITY_STATE, RelativePose, SetEntityState
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.grid import NavigationMap
-from sim_nodes.navigation.localisation import Localisation
+from sim_nodes.navigation.localisation import ASTRAY_SHARE, Localisation
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
@@ -188,6 +188,68 @@ def test_random_particles_find_a_robot_that_was_carried_elsewhere_if_they_are_as
 
     assert error() > 1.0
     assert error(recovery_alpha_slow=0.001, recovery_alpha_fast=0.1) < 0.3
+
+
+ROOM = (
+    Wall("a", 0.0, 2.9, 0.0, 5.8, 0.1, 0.5),
+    Wall("b", 2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5),
+    Wall("c", -1.0, -1.0, 0.4, 2.0, 0.1, 0.5),
+    Wall("d", 1.2, -2.0, 1.2, 1.0, 0.1, 0.5),
+    Wall("e", -2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5),
+)
+
+
+def drive_on(turned: float, wrong_beams: float = 0.0) -> tuple[Pose2, Localisation]:
+    """Drive and localise a robot that something turns by an angle [rad], which odometry does not see."""
+    known = build_map((-3.0, -3.0, 3.0, 3.0), ROOM)
+    localisation = Localisation(known, BASE, Noise(0, "test"))
+    truth, odometry, step = Pose2(-1.5, 1.0, 0.0), Pose2(0.0, 0.0, 0.0), Pose2(0.11, 0.0, 0.0)
+    localisation.set_initial_pose(truth, odometry, 0)
+    random = np.random.default_rng(0)
+    for tick in range(1, 13):
+        truth, odometry = truth.compose(step), odometry.compose(step)
+        if tick == 5:
+            truth = truth.compose(Pose2(0.0, 0.0, turned))
+        localisation.update(odometry, disturbed(seen(known, truth), wrong_beams, random), tick)
+    return truth, localisation
+
+
+def disturbed(scan: Scan, share: float, random: np.random.Generator) -> Scan:
+    """The scan, with a share of its beams ending anywhere before where they should."""
+    wrong = random.random(len(scan.ranges)) < share
+    ranges = np.where(wrong, scan.ranges * random.uniform(0.1, 0.8, len(scan.ranges)), scan.ranges)
+    ends = (
+        np.where(np.isfinite(ranges), ranges, 0.0) * turn for turn in (np.cos(scan.angles), np.sin(scan.angles))
+    )
+    x, y = (np.where(np.isfinite(ranges), end, np.inf) for end in ends)
+    return Scan(ranges, scan.angles, scan.mount, x, y)
+
+
+@pytest.mark.parametrize("turned", [0.7, -1.0])
+def test_a_robot_that_a_wall_has_turned_finds_its_heading_again(turned: float) -> None:
+    """Its wheels slipped meanwhile: all of its particles have about the old heading."""
+    truth, localisation = drive_on(turned)
+    found = localisation.estimate
+    assert found is not None
+    assert abs(found.pose.yaw - truth.yaw) < 0.1
+    assert found.pose.distance(truth.x, truth.y) < 0.15
+
+
+def test_beams_that_end_on_unknown_things_do_not_move_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most of the beams fit nowhere, so no place around is better than the right one."""
+    looked: list[float] = []
+    misfit = Localisation._misfit
+
+    def counted(self: Localisation, pose: Pose2, scan: Scan) -> float:
+        looked.append(misfit(self, pose, scan))
+        return looked[-1]
+
+    monkeypatch.setattr(Localisation, "_misfit", counted)
+    _, found = drive_on(turned=0.0, wrong_beams=0.7)
+    assert max(looked) > ASTRAY_SHARE, "it has never looked around"
+    monkeypatch.setattr(Localisation, "_look_around", lambda *_: None)
+    _, expected = drive_on(turned=0.0, wrong_beams=0.7)
+    assert found.particles.tolist() == expected.particles.tolist()
 
 
 def seen(known: NavigationMap, at: Pose2) -> Scan:
