@@ -2,9 +2,10 @@
 
     python benchmarks/seeds.py [--results FILE] [--seeds 30] [--first 1000] [--sim NAME] [FILE ...]
 
-It prints the table of `docs/catalogue.md`. Every run is appended to the results, a file of JSON lines, and is not
-made again as long as its scenario file is the same: to go on after an interruption, call it again. `--table`
-prints the table of what is there. It works with one run at a time, at low priority.
+It prints a table of scenarios and engines, which `docs/catalogue.md` sums up. Every run is appended to the
+results, a file of JSON lines, and is not repeated while its scenario file stays the same: to continue after an
+interruption, call it again; after a change of anything else, name a new file. `--table` prints the table of the
+results and runs nothing. Runs are sequential, at low priority.
 """
 
 from __future__ import annotations
