@@ -1,38 +1,57 @@
-"""Constraints of the entry scenario that cannot hold together, found without running anything."""
+"""Constraints that cannot hold together, found without running anything."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 from seoro.embed.scenarios import Scenario
 from seoro.errors import InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frontend import lower
 from seoro.lang.plan import Plan
+from seoro.runtime.invocations import may_conflict
 
 _CONFLICT = "E0442"
 
 
-def find_contradictions(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """The conflict of constraints that `seoro exec` would report, if there is one.
+def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield the conflicts of constraints that `seoro exec` would report.
 
-    A file without errors is instantiated if it has one entry scenario. Values that only an override can give are
-    no error here. External methods are called, as for a run.
+    A file without errors is instantiated if it has one entry scenario; then what that invokes, as far as arguments
+    are fixed by the text. Values that only an override can give are no error here. External methods are called, as
+    for a run.
     """
     if scenario.checked.errors:
-        return ()
+        return
     try:
         plan = lower(scenario.checked, None)
     except InvalidScenario:
-        return ()  # no entry, or a value that an override has to give
-    if not _has_constraints(plan):
-        return ()
+        return  # no entry, or a value that an override has to give
+    if _has_constraints(plan):
+        yield from _entry_conflict(plan)
+    yield from _invocation_conflicts(plan)
+
+
+def _entry_conflict(plan: Plan) -> Iterator[Diagnostic]:
     from seoro.runtime.entry import make_entry  # noqa: PLC0415 - loads most of the runtime
 
     try:
         make_entry(plan, 0)
     except InvalidUse as error:
         found = error.diagnostic
-        return (found,) if found is not None and found.code == _CONFLICT else ()
-    return ()
+        if found is not None and found.code == _CONFLICT:
+            yield found
+
+
+def _invocation_conflicts(plan: Plan) -> Iterator[Diagnostic]:
+    if not may_conflict(plan):
+        return
+    from seoro.runtime.invocation_conflicts import find_conflicts  # noqa: PLC0415 - loads most of the runtime
+
+    for conflict in find_conflicts(plan):
+        found = InvalidUse(str(conflict), conflict.span, conflict.help, conflict.places, conflict.code).diagnostic
+        assert found is not None, "it has a place"
+        yield found
 
 
 def _has_constraints(plan: Plan) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -105,7 +105,7 @@ def _answer_about_names(server: SeoroServer) -> None:
         if found is None:
             return []
         use, target = found
-        uses = navigation.uses(target, await _users(server, name_of(use.meaning)))
+        uses = navigation.uses([target], await _users(server, name_of(use.meaning)))
         return [
             _location(server, path, span)
             for path, spans in uses.items()
@@ -117,7 +117,7 @@ def _answer_about_names(server: SeoroServer) -> None:
     async def on_highlight(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
         analysis, offset = await _place(server, params)
         found = navigation.target_at(analysis, offset)
-        spans = navigation.uses(found[1], [analysis]).get(analysis.path, []) if found is not None else []
+        spans = navigation.uses([found[1]], [analysis]).get(analysis.path, []) if found is not None else []
         return [lsp.DocumentHighlight(server.positions.range(span)) for span in spans]
 
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
@@ -232,7 +232,7 @@ def _location(server: SeoroServer, path: Path, span: Span) -> lsp.Location:
     return lsp.Location(server.documents.uri_of(path), server.positions.range(span))
 
 
-async def _users(server: SeoroServer, *names: str) -> Iterable[Analysis]:
+async def _users(server: SeoroServer, *names: str) -> Sequence[Analysis]:
     """The analyses of all documents, and of the other files of the workspace in which one of the names occurs."""
     known = await server.analyst.all_current()
     texts, folders = server.documents.texts, server.folders

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import product
 from pathlib import Path
 
 from seoro.lang.diagnostic import Bag
 from seoro.lang.lexer import Lexer
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp.analysis import Analysis, library_at
+from seoro.lsp.families import family
 from seoro.lsp.index import Place, Use
 from seoro.lsp.meaning import ImportedFile, definition, name_of
 
@@ -34,10 +36,10 @@ def target_at(analysis: Analysis, offset: int) -> tuple[Use, Place] | None:
     return (use, target) if use is not None and target is not None else None
 
 
-def uses(target: Place, analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
-    """All uses of what is declared at a place, by file."""
+def uses(declared: Iterable[Place], analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
+    """All uses of what is declared at some places, by file."""
     found: dict[tuple[Path, int, int], Span] = {}
-    for analysis in analyses:
+    for analysis, target in product(analyses, declared):
         for span in analysis.index.uses_of(target):
             path = analysis.files.path_of(span.file)
             if path is not None:
@@ -74,8 +76,8 @@ def bare(span: Span, name: str) -> Span:
     return Span(span.file, span.end - len(name), span.end) if text.endswith(name) else span
 
 
-def edits(target: Place, name: str, new: str, analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
-    """The texts that a new name replaces, by file.
+def edits(target: Place, name: str, new: str, analyses: Sequence[Analysis]) -> dict[Path, list[Span]]:
+    """The texts that a new name replaces, by file: also those of members that override each other.
 
     Raises:
         CannotRename: The new name is none, or a use is in a library.
@@ -84,7 +86,12 @@ def edits(target: Place, name: str, new: str, analyses: Iterable[Analysis]) -> d
         raise CannotRename(
             f"`{new}` is no identifier: letters, digits and underscores, not beginning with a digit"
         )
-    found = uses(target, analyses)
+    declared = family(target, analyses)
+    for path, _, _ in sorted(declared):
+        library = library_at(path)
+        if library is not None:
+            raise CannotRename(f"`{name}` overrides a member of the library `{library}`")
+    found = uses(declared, analyses)
     for path, spans in found.items():
         library = library_at(path)
         if library is not None:

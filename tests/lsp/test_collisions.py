@@ -69,7 +69,7 @@ def at(text: str, place: str) -> str:
         (TIME + FAMILY, "se|cond:", "first"),  # a label
         (TIME + FAMILY, "def m|ass", "count"),
         (TIME + FAMILY, "def m|ass", "e"),  # a member of a base
-        (TIME + FAMILY, "def w|eight", "load"),  # what a subtype overrides
+        (TIME + FAMILY, "def w|eight", "load2"),  # with what overrides it
         (TIME + FAMILY, "x: derived\n    n|: int", "x"),
     ],
 )
@@ -102,3 +102,55 @@ def test_a_use_that_would_mean_another_declaration_is_found(tmp_path: Path) -> N
 def test_faults_that_were_there_before_do_not_hinder(tmp_path: Path) -> None:
     text = "struct b|ox\nstruct other:\n    a: nothing\n    b: box\n"
     assert rename(tmp_path, text, "crate") == 2
+
+
+ROUTES = """import osc.types
+struct base:
+    event moved(by: length)
+    def gain(factor: int) -> int is expression factor
+struct middle inherits base:
+    event moved(by: length = 1m)
+struct derived inherits middle:
+    def gain(factor: int) -> int is only expression factor + 1
+    def bonus() -> int is expression 5
+struct unrelated:
+    event moved
+    def gain(factor: int) -> int is expression 1
+scenario main:
+    a: base
+    b: derived
+    n: int = a.gain(factor: 1) + b.gain(factor: 2)
+    do serial:
+        wait @a.moved
+        wait @b.moved
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "count"),
+    [
+        ("    event mo|ved(by: length)", 4),
+        ("    event mo|ved(by: length = 1m)", 4),
+        ("wait @b.mo|ved", 4),
+        ("event moved(b|y: length)", 2),
+        ("def ga|in(factor: int) -> int is expression factor", 4),
+        ("def ga|in(factor: int) -> int is only", 4),
+        ("b.ga|in(", 4),
+        ("def gain(fac|tor: int) -> int is only", 6),
+        ("event mo|ved\n", 1),
+    ],
+)
+def test_members_that_override_each_other_are_renamed_together(tmp_path: Path, place: str, count: int) -> None:
+    assert rename(tmp_path, at(ROUTES, place), "other") == count
+
+
+def test_a_new_name_for_a_family_that_one_of_its_types_has_is_refused(tmp_path: Path) -> None:
+    text = at(ROUTES, "def ga|in(factor: int) -> int is expression factor")
+    with pytest.raises(navigation.CannotRename, match="`bonus` is in use"):
+        rename(tmp_path, text, "bonus")
+
+
+def test_overriding_members_of_other_files_are_renamed(tmp_path: Path) -> None:
+    other = 'import "test.osc"\nstruct derived inherits base:\n    def gain() -> int is only expression 2\n'
+    text = "struct base:\n    def ga|in() -> int is expression 1\n"
+    assert rename(tmp_path, text, "load", {"other.osc": other}) == 2

@@ -74,7 +74,7 @@ def test_references_are_found_in_files_of_the_workspace(tmp_path: Path) -> None:
     first, folder = two_files(tmp_path)
     found = navigation.target_at(first, first.file.text.index("box"))
     assert found is not None
-    uses = navigation.uses(found[1], analyse_users(["box"], [folder], {}, [first]))
+    uses = navigation.uses([found[1]], analyse_users(["box"], [folder], {}, [first]))
     assert {path.name: [span.text for span in spans] for path, spans in uses.items()} == {
         "a.osc": ["box"],
         "b.osc": ["box", "box"],
