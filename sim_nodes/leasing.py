@@ -19,6 +19,7 @@ from seoro.bridges.leasing.leases import GONE, Hold, Leases, called, lapse, sile
 from seoro.bridges.leasing.share import own_id, share_of
 from seoro.bridges.wire import Result, SimulationState
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.keys.window import HolderKey
 from sim_nodes.robots.robot import Robot
 from sim_nodes.simulator import Simulator
 
@@ -79,9 +80,9 @@ class Leasing:
 
     # ------------------------------------------------------------ what is asked of the simulator
 
-    def holds(self, sender: str) -> bool:
-        """Whether a client of this name holds robots, or did and has not been replaced."""
-        return self._leases.hold_of(sender) is not None
+    def key_of(self, sender: str) -> HolderKey | None:
+        """Key of a client that holds robots, or did and has not been replaced, or waits for some."""
+        return self._leases.key_of(sender)
 
     def permit(self, sender: str, verb: str, request: wire.Message) -> wire.Message:
         """Refuse what a client may not ask for; gives the request, with its robot if it does not say which.
@@ -134,12 +135,13 @@ class Leasing:
         """How long there is nothing to do here [s]; None if nobody has to give signs of life."""
         return self._leases.within()
 
-    def note_life(self, request: bytes) -> None:
-        """Note a sign of life when it arrives, which may be a while before it is answered."""
-        try:
-            self._leases.renew(wire.HOLD_ROBOTS.read(request).holder)
-        except (wire.WireError, RequestRefused):
-            return  # which the answer says
+    def note_life(self, holder: str) -> None:
+        """Note a sign of life when it arrives, which may be a while before it is answered.
+
+        Raises:
+            RequestRefused: The client does not hold anything.
+        """
+        self._leases.renew(holder)
 
     def stop_overdue(self) -> None:
         """Stop robots whose holders should have given a sign of life."""

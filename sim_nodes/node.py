@@ -55,12 +55,14 @@ from seoro.bridges.wire import (
     node_stream,
     node_token,
 )
+from seoro.bridges.wire.holding import sender_of
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.leasing import Leasing
 from sim_nodes.simulator import Simulator
 from sim_nodes.stopping import Stops
 from sim_nodes.verbs import handle
+from sim_nodes.waiting import VERBS as LASTING
 from sim_nodes.waiting import WaitingRequests
 
 # Zenoh's threads and the main one take turns; with the default of 5 ms a wake-up can cost as much.
@@ -245,14 +247,40 @@ class Serving:
             case Opened():
                 self.leasing.lose_sight()
             case Request():
-                if arrived.key.endswith(f"/{HOLD_ROBOTS.name}"):
-                    self.leasing.note_life(arrived.payload)
-                if not self._waiting.put_aside(arrived, time.monotonic()):
-                    self.answer(arrived)
+                self._receive(arrived)
             case Urgent() | Signalled():  # which the next turn begins with
                 pass
             case _:
                 assert_never(arrived)
+
+    def _receive(self, request: Request) -> None:
+        """Answer a request, or let it wait for something to happen."""
+        try:
+            waits = self._put_aside(request)
+        except RequestRefused as refused:
+            _refuse(request, refused.code, refused.message)
+            return
+        if not waits:
+            self.answer(request)
+
+    def _put_aside(self, request: Request) -> bool:
+        """Let a request wait if its verb does; it is authenticated when it arrives, and gives a sign of life.
+
+        Raises:
+            RequestRefused: It is not authentic, or the client holds nothing.
+        """
+        verb = request.key.rpartition("/")[2]
+        if verb not in LASTING:
+            return False
+        sender = self._gate.authenticate(request, self.leasing.key_of) or sender_of(request.attachment)
+        if verb == HOLD_ROBOTS.name:
+            try:
+                asked = HOLD_ROBOTS.read(request.payload)
+            except WireError:
+                return False  # which the answer says
+            self._gate.check_holder(verb, sender, asked)
+            self.leasing.note_life(asked.holder)
+        return self._waiting.put_aside(request, time.monotonic())
 
     def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
@@ -261,7 +289,7 @@ class Serving:
             if verb == CHALLENGE.name:
                 request.reply(encode(self._gate.prove(request.payload)))
                 return
-            with self._gate.admitted(request, self.leasing.holds) as sender:
+            with self._gate.admitted(request, self.leasing.key_of) as sender:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
         except RequestRefused as refused:
@@ -280,6 +308,7 @@ class Serving:
             asked = known.read(payload)
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+        self._gate.check_holder(verb, sender, asked)
         self._simulator.stay()
         return encode(carry(asked))
 

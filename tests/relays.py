@@ -1,4 +1,4 @@
-"""A router in wrong hands, for tests: it passes requests on, and does to the answers what a test says."""
+"""A router in wrong hands, for tests: it does to requests and answers what a test says."""
 
 from __future__ import annotations
 
@@ -21,6 +21,35 @@ Change = Callable[[str, list[Answer]], list[Answer]]
 """Changes the answers to a request for a verb."""
 
 
+@dataclass(frozen=True)
+class Sent:
+    """A request on its way.
+
+    Attributes:
+        key: Key that it asks.
+        payload: The request.
+        beside: What travels beside it.
+    """
+
+    key: str
+    payload: bytes
+    beside: bytes
+
+    @property
+    def verb(self) -> str:
+        """Name of its verb."""
+        return self.key.rpartition("/")[2]
+
+
+Forge = Callable[[Sent], Sent]
+"""Changes a request."""
+
+
+def honest(sent: Sent) -> Sent:
+    """Pass a request on as it is."""
+    return sent
+
+
 def unchanged(_verb: str, answers: list[Answer]) -> list[Answer]:
     """Pass answers on as they are."""
     return answers
@@ -31,6 +60,7 @@ class Relay:
     """What is between clients and the endpoint of an executor or a node. Made by `relaying`."""
 
     change: Change = unchanged
+    forge: Forge = honest
 
     def replace(self, old: bytes, new: bytes, *verbs: str) -> None:
         """Change what answers say, to some verbs or to all."""
@@ -52,7 +82,7 @@ class Relay:
             tasks.start_soon(self._pass_on, request, back)
 
     async def _pass_on(self, request: Request, back: AsyncSession) -> None:
-        answers = await _asked(back, request)
+        answers = await say(back, self.forge(Sent(request.key, request.payload, request.attachment)))
         with request._query:
             for answer in self.change(request.key.rpartition("/")[2], answers):
                 if answer.is_ok:
@@ -61,7 +91,7 @@ class Relay:
                     request._query.reply_err(answer.payload)
 
 
-async def _asked(back: AsyncSession, request: Request) -> list[Answer]:
+async def say(back: AsyncSession, sent: Sent) -> list[Answer]:
     """All that is answered to a request, in parts and as a whole."""
     answers: Mailbox[Answer | None] = Mailbox(Bound(1 << 14))
 
@@ -76,7 +106,7 @@ async def _asked(back: AsyncSession, request: Request) -> list[Answer]:
     over = Answer(False, b"over")
     callback = Callback(take, drop=lambda: answers.put(over, 1) and None, indirect=False)
     consolidation = zenoh.ConsolidationMode.NONE
-    back.blocking.get(request.key, request.payload, TIMEOUT, callback, request.attachment or None, consolidation)
+    back.blocking.get(sent.key, sent.payload, TIMEOUT, callback, sent.beside or None, consolidation)
     found: list[Answer] = []
     while (answer := await answers.take()) is not None and answer is not over:
         found.append(answer)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.session import Answer, AsyncSession, Check, Form, NoAnswer, NotAuthentic, Refused, form_of
+from seoro.bridges.wire.holding import Holder
 from seoro.bridges.wire.keys import NAMESPACE, executor_command, node_command
 from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.message import WireError, encode
@@ -110,7 +111,7 @@ class Seals:
             verb: What is asked for.
             key: Its key.
             payload: The request.
-            sender: Name of who asks, instead of a seal; empty for nobody, None for a seal.
+            sender: Name of who asks, with a code instead of a seal; empty for nobody, None for a seal.
 
         Raises:
             As `seal`.
@@ -120,8 +121,13 @@ class Seals:
             await self.prove()
         if not self._has_keys:
             return Prepared(inner or None)
-        beside, check = self._checker.prepare(key, payload, inner or b"")
+        beside, check = self._checker.prepare(key, payload, inner or b"", has_code=bool(sender))
         return Prepared(beside, _Answers(self, verb, check))
+
+    def identify(self, holder: Holder) -> Holder:
+        """Add to a request for robots what authenticates the later requests of who holds them."""
+        public, number = self._checker.holder_key()
+        return holder.model_copy(update={"exchange": public, "number": number})
 
     @cached_property
     def _checker(self) -> answers.Checker:

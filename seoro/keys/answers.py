@@ -1,9 +1,12 @@
-"""Authentic answers: each is bound to its request, and to the executor or node that was asked.
+"""Authentic answers and requests: an answer is bound to its request, and to the executor or node that was asked.
 
 Who asks draws a key pair, and an executor or a node draws one at each start; its public key is in the signed proof
 of who it is. Both sides derive a secret from these (X25519), which nobody between them knows. Answers carry a code
 that is made with it: BLAKE2b with a key. (HMAC takes 20 µs if nothing of it is in the processor's cache, as is so
 between two steps of a simulation.) An answer to one who has no such secret is signed.
+
+Requests of a client that holds robots carry a code, too, made with the same secret. The public key of the client
+is in the sealed request by which it took the robots.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import hashlib
 import hmac
 import os
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import count
 from typing import Final, NamedTuple, TypeAlias
@@ -23,15 +27,14 @@ from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.roles import Role
 from seoro.keys.signing import Signatures, digest, sign
+from seoro.keys.window import HolderKey
 
 ENVELOPE: Final = b"\x94"  # how what is beside a request begins whose answer has to be authentic: a list of four
 _ANSWER: Final = "seoro answer 1"
+_REQUEST: Final = "seoro request 1"
 _SHARED: Final = "seoro answers 1"
 _CODE: Final = 32  # [bytes] of a code
 _MOST_SECRETS: Final = 1000  # that are remembered; others are derived again
-
-Attest: TypeAlias = Callable[[bytes, int, int, bytes], bytes]
-"""Returns what makes an answer authentic, from the request, the form of the answer, its number, and the answer."""
 
 
 class _KeyPair:
@@ -79,6 +82,13 @@ def _code(secret: bytes, key: str, request: bytes, beside: bytes, form: int, num
     return code.digest()
 
 
+def _request_code(secret: bytes, key: str, number: int, inner: bytes, request: bytes) -> bytes:
+    """The code of a request of a client that holds robots."""
+    code = hashlib.blake2b(digest(_REQUEST, key, number, inner), key=secret, digest_size=_CODE)
+    code.update(request)
+    return code.digest()
+
+
 class Answers:
     """Makes the answers of an executor or a node authentic; for any thread.
 
@@ -97,8 +107,8 @@ class Answers:
         """The public key of this start."""
         return self._pair.public
 
-    def open(self, key: str, beside: bytes) -> tuple[bytes, Attest | None]:
-        """Split what is beside a request: returns the seal or name of who asks, and what attests answers.
+    def open(self, key: str, beside: bytes) -> tuple[bytes, Envelope | None]:
+        """Split what is beside a request: returns the seal or name of who asks, and the envelope around it.
 
         Args:
             key: Key of the request.
@@ -107,27 +117,80 @@ class Answers:
         if not beside.startswith(ENVELOPE):
             return beside, None
         try:
-            public, boot, _, inner = msgpack.unpackb(beside)
-            if type(public) is not bytes or type(inner) is not bytes:
+            public, boot, (number, code), inner = msgpack.unpackb(beside)
+            if not (type(public) is type(code) is type(inner) is bytes and type(number) is int):
                 raise TypeError
         except (ValueError, TypeError, msgpack.UnpackException):
             return beside, None
+        return inner, Envelope(self, key, beside, public, boot, number, code, inner)
 
-        def attest(request: bytes, form: int, number: int, answer: bytes) -> bytes:
-            secret = self._secret(public) if boot == self._boot else b""  # derived after the request was admitted
-            code = _code(secret, key, request, beside, form, number, answer)
-            parts = (form, number, code, b"") if secret else (form, number, b"", sign(self._keys, _ANSWER, code))
-            packed: bytes = msgpack.packb(parts)
-            return packed
+    def sign(self, code: bytes) -> bytes:
+        """The signature of an answer, by its hash."""
+        return sign(self._keys, _ANSWER, code)
 
-        return inner, attest
+    def secret(self, public: bytes, boot: str) -> bytes:
+        """The secret that is shared with a client; empty if there can be none.
 
-    def _secret(self, public: bytes) -> bytes:
-        """The secret that is shared with who asks; empty if there can be none."""
+        Args:
+            public: Public key of the client.
+            boot: The start that the client has asked.
+        """
+        if boot != self._boot:
+            return b""
         try:
             return self._pair.secret(public, self._boot, public)
         except ValueError:
             return b""
+
+
+@dataclass(slots=True)
+class Envelope:
+    """Numbered envelope of a request, which has the public key of the client."""
+
+    _answers: Answers
+    _key: str
+    _beside: bytes
+    _public: bytes
+    _boot: str
+    _number: int
+    _code: bytes
+    _inner: bytes
+    _accepted: HolderKey | None = field(default=None, init=False)
+
+    def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
+        """Return what makes an answer authentic.
+
+        Args:
+            request: The request.
+            form: Form of the answer.
+            number: Of the answer among those to the same request, from 0 on.
+            answer: The answer.
+        """
+        secret = self._answers.secret(self._public, self._boot)  # derived after the request was admitted
+        code = _code(secret, self._key, request, self._beside, form, number, answer)
+        parts = (form, number, code, b"") if secret else (form, number, b"", self._answers.sign(code))
+        packed: bytes = msgpack.packb(parts)
+        return packed
+
+    def check(self, holder: HolderKey, request: bytes) -> None:
+        """Check that a client that holds robots has sent a request; accepts the number of the request once.
+
+        Args:
+            holder: Key of the client.
+            request: The request.
+
+        Raises:
+            InvalidKeys: Another has sent the request, it was changed, or it was sent before.
+        """
+        if self._accepted is holder:
+            return
+        secret = self._answers.secret(self._public, self._boot) if self._public == holder.exchange else b""
+        expected = _request_code(secret, self._key, self._number, self._inner, request) if secret else b""
+        if not (expected and hmac.compare_digest(self._code, expected)):
+            raise InvalidKeys("its code is wrong or missing")
+        if not holder.window.accept(self._number):
+            raise InvalidKeys("it was sent before, or too late")
+        self._accepted = holder
 
 
 class Checked(NamedTuple):
@@ -181,16 +244,22 @@ class Checker:
             raise InvalidKeys("the key for its answers is invalid") from error
         self._boot = boot
 
-    def prepare(self, key: str, request: bytes, inner: bytes) -> tuple[bytes, Check]:
+    def holder_key(self) -> tuple[bytes, int]:
+        """Return the public key of this client, and a number that is lower than those of all later requests."""
+        return self._pair.public, next(self._pair.numbers)
+
+    def prepare(self, key: str, request: bytes, inner: bytes, *, has_code: bool = False) -> tuple[bytes, Check]:
         """Return what goes beside a request, and what checks its answers.
 
         Args:
             key: Key of the request.
             request: The request.
             inner: Its seal, or the name of who asks.
+            has_code: Whether a code proves who asks, since there is no seal.
         """
-        secret = self._secret
-        beside: bytes = msgpack.packb([self._pair.public, self._boot, next(self._pair.numbers), inner])
+        secret, asked = self._secret, next(self._pair.numbers)
+        code = _request_code(secret, key, asked, inner, request) if has_code and secret else b""
+        beside: bytes = msgpack.packb([self._pair.public, self._boot, (asked, code), inner])
 
         def check(answer: bytes, attested: bytes) -> Checked:
             form, number, code, signature = _parts(attested)

@@ -50,10 +50,10 @@ def shared(client: Checker, there: Answers) -> Checker:
 
 def answered(there: Answers, beside: bytes, answer: bytes, request: bytes = REQUEST, key: str = KEY) -> bytes:
     """What the executor sends beside an answer."""
-    inner, attest = there.open(key, beside)
-    assert (inner, attest is not None) == (b"seal", True)
-    assert attest is not None
-    return attest(request, 0, 0, answer)
+    inner, envelope = there.open(key, beside)
+    assert inner == b"seal"
+    assert envelope is not None
+    return envelope.attest(request, 0, 0, answer)
 
 
 def asked(client: Checker) -> tuple[bytes, Check]:
@@ -143,9 +143,9 @@ def test_keys_of_no_point_share_nothing(client: Checker, there: Answers) -> None
     """Of small order: whoever puts them in the place of others would know the secret."""
     with pytest.raises(InvalidKeys, match="the key for its answers is invalid"):
         client.share(BOOT, bytes(32))
-    _, attest = there.open(KEY, msgpack.packb([bytes(32), BOOT, 1, b"seal"]))
-    assert attest is not None
-    assert msgpack.unpackb(attest(REQUEST, 0, 0, PASSED))[2] == b""  # it signs
+    _, envelope = there.open(KEY, msgpack.packb([bytes(32), BOOT, (1, b""), b"seal"]))
+    assert envelope is not None
+    assert msgpack.unpackb(envelope.attest(REQUEST, 0, 0, PASSED))[2] == b""  # it signs
 
 
 @pytest.mark.parametrize("beside", [b"", b"\x94", b"\x94abcd", msgpack.packb([1, BOOT, 1, b"x"]), b"\x95seal"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import AsyncIterator, Iterator
 from contextlib import ExitStack, asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import anyio
@@ -41,7 +41,7 @@ from seoro.lab.seeing import look
 from seoro.runtime.contracts import Report
 from tests.bridges.robot.conftest import rails_at
 from tests.labs import KeyedLab, command, free_port, make_lab
-from tests.relays import Relay, relaying, unchanged
+from tests.relays import Relay, Sent, honest, relaying, say, unchanged
 
 pytestmark = pytest.mark.anyio
 
@@ -68,8 +68,8 @@ class Place:
     robot: str
     log: Path
 
-    def entries(self) -> list[tuple[str, str, str]]:
-        """What the node has written down, which holds: what, by whom, and whether it was done."""
+    def entries(self) -> list[tuple[str, str | None, str]]:
+        """What the node has written down, which holds: what, by whom if that is known, and whether it was done."""
         checked = check_log(self.log, read_keys(self.log.parents[3] / "keys" / "vera").authority)
         assert checked.writers == (self.node,)
         lines = [json.loads(line) for line in self.log.read_bytes().splitlines()]
@@ -384,3 +384,68 @@ async def test_the_time_of_a_simulator_is_not_changed_on_the_way(places: dict[st
         relay.change = lambda verb, answers: kept if verb == wire.ADVANCE.name else answers
         with pytest.raises(BackendLost, match="to `advance` is not authentic: the signature is wrong"):
             await node.advance(0.3)
+
+
+async def test_a_router_does_not_move_the_robots_of_a_run(places: dict[str, Place], lab: KeyedLab) -> None:
+    """By requests in the name of the run, by those of the run that are changed, or said again."""
+    place = places["open"]
+    drive = wire.Drive(id="run.x", robot="second", linear=0.2, angular=0.0, duration=600.0)
+    async with between(lab, place) as (relay, endpoint), somebody(lab, place.endpoint, "ada") as router:
+        seen: list[Sent] = []
+
+        def keep(sent: Sent) -> Sent:
+            seen.append(sent)
+            return sent
+
+        relay.forge = keep
+        async with connect_robots(endpoint, "a run", robots=("second",)) as node:
+            goal = await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
+            await node.cancel_goal(goal)
+            name = wire.sender(node._holder.holder)
+            driven = next(sent for sent in seen if sent.verb == wire.DRIVE.name)
+            held = next(sent for sent in reversed(seen) if sent.verb == wire.HOLD_ROBOTS.name)
+            ending = wire.encode(wire.Holder(holder=node._holder.holder))
+            forged = (
+                driven,
+                held,
+                replace(driven, payload=wire.encode(drive)),
+                replace(driven, payload=wire.encode(drive), beside=name),
+                replace(driven, key=driven.key.replace("drive", "release_robots"), payload=ending, beside=name),
+            )
+            for sent in forged:
+                (answer,) = await say(router, sent)
+                assert said_in(answer.payload).code == wire.DENIED
+            relay.forge = lambda sent: replace(sent, payload=wire.encode(drive)) if sent.verb == "drive" else sent
+            with pytest.raises(BackendLost, match="to `drive` is not authentic"):
+                await node.drive("second", 0.1, 0.0, 600.0, lambda report: None)
+            relay.forge = honest
+            goal = await node.drive("second", 0.0, 0.0, 600.0, lambda report: None)  # it still holds the robot
+            await node.cancel_goal(goal)
+    assert any((what, by, outcome) == ("drive", None, "refused") for what, by, outcome in place.entries())
+
+
+async def test_a_router_does_not_pass_the_time_of_a_simulator(places: dict[str, Place], lab: KeyedLab) -> None:
+    place = places["listens"]
+    async with (
+        between(lab, place) as (relay, endpoint),
+        somebody(lab, place.endpoint, "ada") as router,
+        connect_simulator(endpoint, SimulatorOptions(None, 1, ModelPath())) as node,
+    ):
+        seen: list[Sent] = []
+
+        def keep(sent: Sent) -> Sent:
+            seen.append(sent)
+            return sent
+
+        relay.forge = keep
+        assert await node.advance(0.1) == pytest.approx(0.1)
+        (sent,) = [sent for sent in seen if sent.verb == wire.ADVANCE.name]
+        later = wire.encode(wire.Advance(until=9.0))
+        for forged in (
+            sent,
+            replace(sent, payload=later),
+            replace(sent, beside=wire.sender(node._address.sender)),
+        ):
+            (answer,) = await say(router, forged)
+            assert said_in(answer.payload).code == wire.DENIED
+        assert await node.advance(0.2) == pytest.approx(0.2)

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import cached_property
 from itertools import count
 
 from seoro.bridges.wire.holding import HOLD_DEADLINE, HOLD_PATIENCE, QUEUE_PATIENCE, Holder
@@ -20,6 +21,7 @@ from seoro.bridges.wire.keys import shown_holder
 from seoro.bridges.wire.lab import LONGEST_LEASE, MAX_TEXT, Lease, LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused, check_id, listed
 from seoro.bridges.wire.results import LabResult, Result
+from seoro.keys.window import HolderKey, ReplayWindow
 
 MOST_WAITING = 1000  # clients in line
 MOST_LEASES = 1000  # by hand
@@ -51,6 +53,11 @@ class Hold:
     began: float = 0.0
     kept_until: float = 0.0
 
+    @cached_property
+    def key(self) -> HolderKey:
+        """Authenticates the requests of the client."""
+        return _key_of(self.holder)
+
     def has(self, robot: str) -> bool:
         """Whether a robot is one of those."""
         return not self.holder.robots or robot in self.holder.robots
@@ -63,6 +70,11 @@ class _Place:
     holder: Holder
     number: int
     asked: float
+
+    @cached_property
+    def key(self) -> HolderKey:
+        """Authenticates the request of the client to give the place up."""
+        return _key_of(self.holder)
 
 
 @dataclass(frozen=True)
@@ -107,6 +119,7 @@ class Leases:
             RequestRefused: It cannot have all that it wants; the message says why, and who has them.
         """
         check_id(asked.holder)
+        self._check_key(asked)
         self._check_known(asked.robots)
         self._tidy()
         hindrance = next(self._hindrances(asked), None)
@@ -122,6 +135,16 @@ class Leases:
         is_seen = shown_holder(asked.holder) in self._present
         self._holds[asked.holder] = Hold(asked, self._clock(), is_seen=is_seen, began=now)
         return tuple(hold for hold in gone if hold.holder.holder != asked.holder)
+
+    def _check_key(self, asked: Holder) -> None:
+        hold = self._holds.get(asked.holder)
+        if hold is not None and hold.is_alive and hold.holder.exchange != asked.exchange:
+            raise RequestRefused(LabResult.HELD, f"another client holds robots as '{shown_holder(asked.holder)}'")
+
+    def key_of(self, holder: str) -> HolderKey | None:
+        """Key of a client that holds robots, or waits for some; None for all others."""
+        owner = self._holds.get(holder) or self._line.get(holder)
+        return None if owner is None else owner.key
 
     def renew(self, holder: str) -> Hold:
         """Note a sign of life.
@@ -395,6 +418,10 @@ def silence(hold: Hold) -> str:
 def called(holder: Holder) -> str:
     """What messages call a client."""
     return holder.purpose[:MAX_TEXT] or f"the client '{shown_holder(holder.holder)}'"
+
+
+def _key_of(holder: Holder) -> HolderKey:
+    return HolderKey(holder.exchange, ReplayWindow(holder.number))
 
 
 def _rank(place: _Place) -> tuple[int, int]:

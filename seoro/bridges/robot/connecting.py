@@ -166,8 +166,9 @@ async def _release(address: NodeAddress, holder: wire.Holder) -> None:
 
 
 async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures:
+    asked = holder if address.seals is None else address.seals.identify(holder)
     try:
-        return await ask(address, wire.TAKE_ROBOTS, holder)
+        return await ask(address, wire.TAKE_ROBOTS, asked)
     except BackendRefused as refused:
         if refused.code == wire.Result.FEATURE_UNSUPPORTED:
             raise InvalidUse(f"'{address.node}' is a simulator, not a bridge to robots", help=START) from refused

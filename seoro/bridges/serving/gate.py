@@ -1,4 +1,4 @@
-"""Whom a node answers: with keys, those who seal what they ask for, and those who hold robots there."""
+"""Authorizer of a node: with keys, it accepts sealed requests, and authentic ones of clients that hold robots."""
 
 from __future__ import annotations
 
@@ -7,24 +7,36 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from seoro.bridges.door import Door
 from seoro.bridges.ledger import Asked, take
 from seoro.bridges.session import Attestor, Request
-from seoro.bridges.wire.holding import sender_of
-from seoro.bridges.wire.message import WireError
+from seoro.bridges.wire.holding import (
+    HOLD_ROBOTS,
+    RELEASE_ROBOTS,
+    TAKE_ROBOTS,
+    Holder,
+    HoldRobots,
+    sender_of,
+)
+from seoro.bridges.wire.keys import shown_holder
+from seoro.bridges.wire.message import Message, WireError
 from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE, Proof, has_seal, is_open, is_sealed
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bridges.wire.results import Result
 from seoro.errors import InvalidUse
+from seoro.keys.errors import InvalidKeys
 from seoro.keys.roles import MOVING
 
 if TYPE_CHECKING:
     from seoro.bridges.lock import Lock
     from seoro.keys.certificates import Identity
+    from seoro.keys.window import HolderKey
 
 CALLED: Final = "node"
+KeyOf: TypeAlias = "Callable[[str], HolderKey | None]"
+_OWN: Final = frozenset({HOLD_ROBOTS.name, RELEASE_ROBOTS.name})
 
 
 class NodeGate:
@@ -47,25 +59,74 @@ class NodeGate:
         """Makes the answers of a node with keys authentic."""
         return None if self._lock is None else self._lock.answers
 
+    def authenticate(self, request: Request, key_of: KeyOf) -> str:
+        """Return the name of the client that has sent a request, if it holds robots; else nothing.
+
+        Args:
+            request: The request.
+            key_of: Returns the key of a client that holds robots, by its name.
+
+        Raises:
+            RequestRefused: Another client has sent the request, or it was sent before.
+        """
+        verb, sender = _verb(request), _sender(request)
+        if self._lock is None:
+            return sender
+        holder = key_of(sender) if sender and not is_sealed(verb) else None
+        if holder is None:
+            return ""
+        try:
+            if request.envelope is None:
+                raise InvalidKeys("its code is wrong or missing")
+            request.envelope.check(holder, request.payload)
+        except InvalidKeys as error:
+            refused = RequestRefused(
+                DENIED,
+                f"the request `{verb}` of '{shown_holder(sender)}' is not authentic: {error}; expected a request "
+                "by the client that holds the robots: find out what else sends on the routers in between",
+            )
+            self._lock.ledger.refuse(Asked(None, verb, request.payload), refused.message)
+            raise refused from None
+        return sender
+
+    def check_holder(self, verb: str, sender: str, asked: Message) -> None:
+        """Check that a client takes robots with a key, and holds or releases its own robots only.
+
+        Args:
+            verb: Name of the verb.
+            sender: Client that has sent the request, as `authenticate` returns it.
+            asked: The request.
+
+        Raises:
+            RequestRefused: It does not.
+        """
+        if self._lock is None:
+            return
+        if isinstance(asked, Holder) and verb == TAKE_ROBOTS.name and not asked.exchange:
+            raise RequestRefused(DENIED, f"the request `{verb}` has no public key: update the seoro of the client")
+        if verb in _OWN and isinstance(asked, Holder | HoldRobots) and asked.holder != sender:
+            why = f"the request `{verb}` is about '{shown_holder(asked.holder)}', which has not sent it"
+            self._lock.ledger.refuse(Asked(None, verb, b""), why)
+            raise RequestRefused(DENIED, why)
+
     @contextmanager
-    def admitted(self, request: Request, holds: Callable[[str], bool]) -> Iterator[str]:
+    def admitted(self, request: Request, key_of: KeyOf) -> Iterator[str]:
         """Let a request in, and write down what came of it; gives the client that has sent it.
 
         Args:
             request: The request.
-            holds: Whether there is a client of a name that holds robots.
+            key_of: Returns the key of a client that holds robots, by its name.
 
         Raises:
             RequestRefused: Whoever has sent it may not ask for that.
         """
-        verb = request.key.rsplit("/", 1)[-1]
-        sender = "" if has_seal(request.attachment) else sender_of(request.attachment)
-        if self._lock is None or is_open(verb) or (not is_sealed(verb) and sender and holds(sender)):
-            yield sender
+        verb, sender = _verb(request), self.authenticate(request, key_of)
+        if self._lock is None or sender or is_open(verb):
+            yield sender or _sender(request)  # who is unknown here may ask for what anybody may
             return
         asked = Asked(None, verb, request.payload)
         try:
-            if sender and not is_sealed(verb):
+            if _sender(request) and not is_sealed(verb):
                 raise RequestRefused(DENIED, "whoever asks for that holds no robots here any more")
             asked = replace(asked, who=(who := self._lock.admit(request)))
             _check(who, verb)
@@ -97,6 +158,15 @@ class NodeGate:
             return self._lock.prove(CHALLENGE.read(payload))
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+
+
+def _verb(request: Request) -> str:
+    return request.key.rpartition("/")[2]
+
+
+def _sender(request: Request) -> str:
+    """The name of a client beside a request, which anybody may have put there; empty for a seal."""
+    return "" if has_seal(request.attachment) else sender_of(request.attachment)
 
 
 def _check(who: Identity, verb: str) -> None:

@@ -216,7 +216,7 @@ class RobotServer:
     async def _admit(self, request: Request, name: str, payload: bytes) -> wire.Message:
         if name == wire.CHALLENGE.name:
             return self.gate.prove(payload)
-        with self.gate.admitted(request, lambda holder: self._leases.hold_of(holder) is not None) as sender:
+        with self.gate.admitted(request, self._leases.key_of) as sender:
             return await self._carry_out(sender, name, payload)
 
     async def _carry_out(self, sender: str, name: str, payload: bytes) -> wire.Message:
@@ -224,7 +224,8 @@ class RobotServer:
             raise RequestRefused(wire.LabResult.UNAVAILABLE, self._ended)
         if name in self._own:
             verb, carry = self._own[name]
-            return await carry(decoded(verb, payload))
+            self.gate.check_holder(name, sender, asked := decoded(verb, payload))
+            return await carry(asked)
         serving = {robot: verbs[name] for robot, verbs in self._theirs.items() if name in verbs}
         if not serving:
             raise RequestRefused(
@@ -273,9 +274,8 @@ class RobotServer:
 
     def _check(self, robot: str) -> None:
         if robot not in self._robots:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no robot '{robot}': there are {listed(self._robots)}"
-            )
+            known = listed(self._robots)
+            raise RequestRefused(Result.NOT_FOUND, f"there is no robot '{robot}': there are {known}")
 
     # -------------------------------------------------------- verbs of all robots
 

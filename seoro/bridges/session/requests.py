@@ -14,9 +14,12 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from itertools import count
-from typing import Any, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import zenoh
+
+if TYPE_CHECKING:
+    from seoro.keys.window import HolderKey
 
 PART: Final = b"part"  # goes beside a part of an answer that need not be authentic
 MOST_REFUSALS: Final = 1024  # that wait to be sent; more are sent by the thread on which they arise
@@ -32,15 +35,27 @@ class Form(IntEnum):
     REFUSAL = 2
 
 
-Attest: TypeAlias = Callable[[bytes, int, int, bytes], bytes]
-"""Returns what makes an answer authentic, from the request, the form of the answer, its number, and the answer."""
+class Envelope(Protocol):
+    """What a request travels in whose answer has to be authentic; from any thread."""
+
+    def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
+        """Return what makes an answer authentic, from the request, and the form and number of the answer."""
+        ...
+
+    def check(self, holder: HolderKey, request: bytes) -> None:
+        """Check that a client that holds robots has sent the request, for the first time.
+
+        Raises:
+            InvalidKeys: It has not.
+        """
+        ...
 
 
 class Attestor(Protocol):
     """Makes answers authentic; from any thread."""
 
-    def open(self, key: str, beside: bytes) -> tuple[bytes, Attest | None]:
-        """Split what is beside a request: return the rest of it, and what attests answers, if that is wanted."""
+    def open(self, key: str, beside: bytes) -> tuple[bytes, Envelope | None]:
+        """Split what is beside a request: return the rest of it, and its envelope, if it has one."""
         ...
 
 
@@ -88,7 +103,8 @@ class Request:
     Attributes:
         key: Key that it asks.
         size: Of its payload [bytes].
-        attachment: What came beside it.
+        attachment: What came beside it, without its envelope.
+        envelope: In which it came, if its answer has to be authentic.
     """
 
     key: str
@@ -96,7 +112,7 @@ class Request:
     attachment: bytes
     _query: Any = field(repr=False)
     _end: Callable[[str, int, bytes], None] = field(repr=False)
-    _attest: Attest | None = field(default=None, repr=False)
+    envelope: Envelope | None = field(default=None, repr=False)
     _numbers: count[int] = field(default_factory=count, repr=False)
 
     @cached_property
@@ -133,7 +149,7 @@ class Request:
         """Answer with an error."""
         try:
             with self._query:
-                if self._attest is None:
+                if self.envelope is None:
                     self._query.reply_err(payload)
                 else:  # nothing travels beside errors
                     self._reply(Form.REFUSAL, payload, None)
@@ -141,8 +157,8 @@ class Request:
             self._end(self.key, self.size, self.attachment)
 
     def _reply(self, form: Form, payload: bytes, beside: bytes | None) -> None:
-        if self._attest is not None:
-            beside = self._attest(self.payload, form, next(self._numbers), payload)
+        if self.envelope is not None:
+            beside = self.envelope.attest(self.payload, form, next(self._numbers), payload)
         self._query.reply(self.key, payload, attachment=beside)
 
 
@@ -201,13 +217,13 @@ def receiver(
         key, size = str(query.key_expr), 0 if query.payload is None else len(query.payload)
         attachment = query.attachment
         beside = b"" if attachment is None or len(attachment) > MOST_BESIDE else attachment.to_bytes()
-        attest = None
+        envelope = None
         if attestor is not None:
-            beside, attest = attestor.open(key, beside)
+            beside, envelope = attestor.open(key, beside)
         if refusal := intake.admit(key, size, beside):
             refuser.refuse(query, size, refusal)
             return
-        request = Request(key, size, beside, query, intake.end, attest)
+        request = Request(key, size, beside, query, intake.end, envelope)
         if not intake.divert(request) and take(request) is False:
             intake.end(key, size, beside)
             refuser.refuse(query, size, busy)

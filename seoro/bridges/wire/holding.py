@@ -6,12 +6,14 @@ liveliness token (`holder_token`) is gone, the node stops its robots at once, an
 client that gave no sign of life still holds them, and may go on when it is back, until another takes them.
 
 Who sends a request says so beside its payload (`sender`), since clients with different robots of one node share
-its verbs.
+its verbs. Where there are keys, a code proves it (`seoro.keys.answers`).
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from seoro.bridges.wire.happened import AwaitHappenings, Happenings
 from seoro.bridges.wire.message import Empty, Message, Verb
@@ -36,6 +38,8 @@ class Holder(Message):
             release, whether it gives back what it has to come back for it.
         priority: Of its place in line; higher ones come first.
         gives_signs: Whether it gives signs of life; else its token alone is what it holds them by.
+        exchange: Public key of the client, which authenticates its later requests; empty without keys.
+        number: Lower than the numbers of these requests.
     """
 
     holder: str
@@ -45,6 +49,8 @@ class Holder(Message):
     waits: bool = False
     priority: int = 0
     gives_signs: bool = True
+    exchange: Annotated[bytes, Field(max_length=32)] = b""
+    number: Annotated[int, Field(ge=0)] = 0
 
 
 class HoldRobots(AwaitHappenings):

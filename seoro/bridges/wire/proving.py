@@ -1,7 +1,7 @@
 """Proving who one is: what executors and nodes with keys answer to a challenge, and which requests need a seal.
 
 To a node with keys, a request is one of three: it changes nothing; it has the name of a client that holds robots
-there beside it, which is drawn so that nobody guesses it and is told to nobody else; or it is sealed
+there beside it, with a code that only this client can make (`seoro.keys.answers`); or it is sealed
 (`seoro.keys.sealing`) by somebody whose role may ask for it.
 """
 
@@ -56,7 +56,7 @@ CLAIM = Verb("claim", Challenge, Claim, Limits(KIBIBYTE, 16), SMALL)
 
 _ALWAYS: Final = frozenset({"take_robots", "lease_robots", "release_lease", "emergency_stop", "release_stop"})
 _READING: Final = "get_"  # begins what changes nothing
-# Those of clients that hold robots have the name of the client in them.
+# Those of clients that hold robots have the name of the client in them, and the code of this client beside them.
 _NEVER: Final = frozenset({"challenge", "hold_robots", "release_robots"})
 
 

@@ -1,0 +1,131 @@
+"""Requests of clients that hold robots: authentic by a code, and each accepted once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from seoro.keys.answers import Answers, Checker
+from seoro.keys.errors import InvalidKeys
+from seoro.keys.folder import read_keys
+from seoro.keys.roles import Role
+from seoro.keys.window import SIZE, HolderKey, ReplayWindow
+from tests.labs import make_lab
+
+BOOT = "b00t"
+KEY = "seoro/1/default/node/maze/cmd/cmd_vel"
+NAME = b"run-7"
+FORWARD = b"forward"
+WRONG = "its code is wrong or missing"
+REPEATED = "it was sent before, or too late"
+
+
+class Pair:
+    """A client that has taken robots of a node, and the node."""
+
+    def __init__(self, folder: Path) -> None:
+        lab = make_lab(folder)
+        self.node = Answers(read_keys(lab.keys("maze")), BOOT)
+        self.client = Checker(read_keys(lab.keys("anna")), "maze", Role.NODE)
+        self.client.share(BOOT, self.node.exchange)
+        self.take()
+
+    def take(self) -> None:
+        public, number = self.client.holder_key()
+        self.holder = HolderKey(public, ReplayWindow(number))
+
+    def asked(self, request: bytes = FORWARD, name: bytes = NAME) -> bytes:
+        return self.client.prepare(KEY, request, name, has_code=True)[0]
+
+    def check(self, beside: bytes, request: bytes = FORWARD, key: str = KEY) -> None:
+        _, envelope = self.node.open(key, beside)
+        assert envelope is not None
+        envelope.check(self.holder, request)
+        envelope.check(self.holder, request)  # one that waits is checked again when it is answered
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    return Pair(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture
+def pair(made: Pair) -> Pair:
+    made.take()
+    return made
+
+
+def test_a_request_is_accepted_once_and_in_any_order(pair: Pair) -> None:
+    first, second = pair.asked(), pair.asked()
+    pair.check(second)
+    pair.check(first)
+    for beside in (first, second):
+        with pytest.raises(InvalidKeys, match=REPEATED):
+            pair.check(beside)
+
+
+def test_a_changed_request_is_refused(pair: Pair) -> None:
+    beside = pair.asked()
+    public, boot, (number, code), inner = msgpack.unpackb(beside)
+    with pytest.raises(InvalidKeys, match=WRONG):
+        pair.check(beside, b"backward")
+    with pytest.raises(InvalidKeys, match=WRONG):
+        pair.check(beside, key=KEY.replace("cmd_vel", "drive"))
+    for changed in (
+        (public, boot, (number + 1, code), inner),
+        (public, boot, (number, b""), inner),
+        (public, boot, (number, code[:-1]), inner),
+        (public, "later", (number, code), inner),
+        (public, boot, (number, code), b"run-8"),
+        (bytes(32), boot, (number, code), inner),
+        (b"", boot, (number, code), inner),
+    ):
+        with pytest.raises(InvalidKeys, match=WRONG):
+            pair.check(msgpack.packb(changed))
+    pair.check(beside)
+
+
+def test_another_client_has_another_key(pair: Pair, tmp_path: Path) -> None:
+    """Also with keys of the lab, and with the name."""
+    other = Checker(read_keys(make_lab(tmp_path).keys("anna")), "maze", Role.NODE)
+    other._pair = type(other._pair)()
+    other.share(BOOT, pair.node.exchange)
+    beside, _ = other.prepare(KEY, FORWARD, NAME, has_code=True)
+    with pytest.raises(InvalidKeys, match=WRONG):
+        pair.check(beside)
+
+
+@pytest.mark.parametrize("exchange", [b"", bytes(32)])
+def test_a_holder_without_a_usable_key_is_not_obeyed(pair: Pair, exchange: bytes) -> None:
+    public, boot, numbered, inner = msgpack.unpackb(pair.asked())
+    pair.holder = HolderKey(exchange, ReplayWindow())
+    for each in (public, exchange):
+        with pytest.raises(InvalidKeys, match=WRONG):
+            pair.check(msgpack.packb((each, boot, numbered, inner)))
+
+
+def test_requests_of_an_earlier_hold_are_refused(pair: Pair) -> None:
+    before = pair.asked()
+    pair.take()
+    with pytest.raises(InvalidKeys, match=REPEATED):
+        pair.check(before)
+    pair.check(pair.asked())
+
+
+@given(
+    floor=st.integers(0, 5),
+    steps=st.lists(st.integers(0, 12) | st.integers(0, 3 * SIZE) | st.just(2**63), max_size=60),
+)
+def test_a_window_accepts_each_number_once(floor: int, steps: list[int]) -> None:
+    window, used, highest = ReplayWindow(floor), set[int](), floor
+    for number in steps:
+        expected = number > floor and number not in used and number > highest - SIZE
+        assert window.accept(number) is expected
+        if expected:
+            used.add(number)
+        highest = max(highest, number)
+    assert window._used.bit_length() <= SIZE
