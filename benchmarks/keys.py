@@ -1,8 +1,8 @@
 """What keys cost: `python benchmarks/keys.py`.
 
 Processor time of loading them, a sealed question to an executor over TLS and one without keys over TCP, how long
-one who watches a run is without news when somebody else is revoked, and how much longer a step of a simulator over
-TLS takes because its answer is checked.
+one who watches a run is without news when somebody else is revoked, and how much longer a question to a simulator
+over TLS takes because the request and its answer have codes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.requests import ask
-from seoro.bridges.wire import ADVANCE, Advance
+from seoro.bridges.wire import GET_SIMULATION_STATE, Empty
 from seoro.keys.folder import VARIABLE
 from seoro.keys.roles import Role
 from tests.executors import LONG
@@ -33,8 +33,8 @@ from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_
 QUESTIONS = 300
 STARTS = 7
 REVOCATIONS = 3
-STEPS = 4000
-IN_TURN = 100  # steps with checked answers, and then as many with others
+ASKED = 4000  # times, of a simulator
+IN_TURN = 100  # questions of one kind, and then as many of the next
 TICKING = LONG.replace("    do serial:", "    event tick\n    on every(10ms):\n        emit tick\n    do serial:")
 
 
@@ -51,7 +51,7 @@ def main() -> None:
             print(f"a sealed question over TLS: {anyio.run(_ask, there.endpoint, lab.keys('anna')):.2f} ms")
             for _ in range(REVOCATIONS):
                 print(f"without news when somebody is revoked: {anyio.run(_watch, there.endpoint, lab):.2f} s")
-        print(f"a step of a simulator: {_step(place, lab)}")
+        print(f"a question to a simulator: {_codes(place, lab)}")
         plain = f"tcp/127.0.0.1:{free_port()}"
         state = ("--folder", str(place / "plain"))
         with command(place / "log", plain, "serve", "--name", NAME, "--listen", plain, *state):
@@ -105,40 +105,37 @@ async def _watch(endpoint: str, lab: KeyedLab) -> float:
     return longest
 
 
-def _step(place: Path, lab: KeyedLab) -> str:
-    """Quantiles of a step of an empty world whose answer is checked, and of one whose answer is not."""
+def _codes(place: Path, lab: KeyedLab) -> str:
+    """Quantiles of a question to a simulator: without codes, with one in the answer, with one in both."""
     lab.authority.add("sim", Role.NODE, lab.keys("sim"))
     os.environ[VARIABLE] = str(lab.keys("anna"))
     endpoint = f"tls/127.0.0.1:{free_port()}"
     sim = ("sim", "mujoco", "--world", "empty", "--listen", endpoint, "--keys", str(lab.keys("sim")))
     with command(place / "sim.log", endpoint, *sim):
-        checked, plain = anyio.run(_steps, endpoint)
+        took = anyio.run(_questions, endpoint)
     del os.environ[VARIABLE]
     shown = []
     for share in (0.1, 0.5):
-        at = int(share * STEPS)
-        more = checked[at] / plain[at] - 1.0
+        plain, answer, both = (1e3 * times[int(share * ASKED)] for times in took)
         shown.append(
-            f"p{100 * share:.0f} {1e3 * checked[at]:.2f} ms, unchecked {1e3 * plain[at]:.2f} ms ({more:+.1%})"
+            f"p{100 * share:.0f} {plain:.3f} ms, code in the answer {answer:.3f} ms, in both {both:.3f} ms"
         )
     return "; ".join(shown)
 
 
-async def _steps(endpoint: str) -> tuple[list[float], list[float]]:
-    """Durations of steps [s], sorted: those whose answers are checked, and the others."""
-    took: tuple[list[float], list[float]] = ([], [])
+async def _questions(endpoint: str) -> tuple[list[float], ...]:
+    """Durations of questions [s], sorted: of a client that holds nothing, without keys and with, and of a run."""
+    took: tuple[list[float], ...] = ([], [], [])
     async with connect_simulator(endpoint, SimulatorOptions("empty", 3, ModelPath())) as node:
-        checked = node._address
-        ways = tuple(zip((checked, replace(checked, seals=None)), took, strict=True))
-        until = 0.0
-        for turn in range(STEPS // IN_TURN):
+        run = node._address
+        ways = tuple(zip((replace(run, seals=None, sender=""), replace(run, sender=""), run), took, strict=True))
+        for turn in range(ASKED // IN_TURN):
             for address, times in ways if turn % 2 else reversed(ways):
                 for _ in range(IN_TURN):
-                    until += 0.01
                     began = time.perf_counter()
-                    await ask(address, ADVANCE, Advance(until=until))
+                    await ask(address, GET_SIMULATION_STATE, Empty())
                     times.append(time.perf_counter() - began)
-    return sorted(took[0]), sorted(took[1])
+    return tuple(sorted(times) for times in took)
 
 
 if __name__ == "__main__":

@@ -45,8 +45,7 @@ class CountedIntake:
         stop: Callable[[Request], None] | None = None,
     ) -> None:
         self._sizes = {verb.name: verb.limits.size for verb in verbs}
-        self._called = called
-        self._busy = busy
+        self._busy = _refusal(busy, f"the {called} is busy: ask again later")
         self._waiting = dict(waiting or {})
         self._stop = stop
         self._lock = threading.Lock()
@@ -65,7 +64,7 @@ class CountedIntake:
             busy = verb != _STOP and self._is_busy(verb, size, sender)
             if not busy:
                 self._add(verb, size, sender, 1)
-        return self._busy_now if busy else b""
+        return self._busy if busy else b""
 
     def _is_busy(self, verb: str, size: int, sender: bytes) -> bool:
         return (
@@ -84,10 +83,6 @@ class CountedIntake:
             self._of_sender[sender] += by
             if not self._of_sender[sender]:  # names of clients do not come again
                 del self._of_sender[sender]
-
-    @property
-    def _busy_now(self) -> bytes:
-        return _refusal(self._busy, f"the {self._called} is busy: ask again later")
 
     def end(self, key: str, size: int, beside: bytes) -> None:
         """Note that an accepted request has its answer."""
