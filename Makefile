@@ -5,8 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-# Some tests at a time: one for each processor, up to four.
-PARALLEL := -n auto --maxprocesses 4 --dist worksteal
+# Three tests at a time: many wait for processes that they started, so that two processors are not busy with two.
+PARALLEL := -n 3 --dist worksteal
 
 # Tests start hundreds of processes: compiled modules are kept, where the environment says otherwise, too.
 unexport PYTHONDONTWRITEBYTECODE
