@@ -56,7 +56,7 @@ from seoro.bridges.wire import (
     node_token,
 )
 from seoro.bridges.wire.holding import sender_of
-from seoro.bridges.wire.keys import NAMESPACE
+from seoro.bridges.wire.keys import NAMESPACE, verb_of
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.leasing import Leasing
 from sim_nodes.simulator import Simulator
@@ -269,7 +269,7 @@ class Serving:
         Raises:
             RequestRefused: It is not authentic, or the client holds nothing.
         """
-        verb = request.key.rpartition("/")[2]
+        verb = verb_of(request.key)
         if verb not in LASTING:
             return False
         sender = self._gate.authenticate(request, self.leasing.key_of) or sender_of(request.attachment)
@@ -284,7 +284,7 @@ class Serving:
 
     def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
-        verb = request.key.rsplit("/", 1)[-1]
+        verb = verb_of(request.key)
         try:
             if verb == CHALLENGE.name:
                 request.reply(encode(self._gate.prove(request.payload)))

@@ -14,6 +14,7 @@ from seoro.bridges.wire import (
     LONGEST_WAIT,
     WireError,
 )
+from seoro.bridges.wire.keys import verb_of
 from sim_nodes.happenings import Log
 
 MAX_WAITING = 64  # requests; more are answered at once
@@ -45,7 +46,7 @@ class WaitingRequests:
             request: The request.
             clock: The machine's monotonic clock [s].
         """
-        if request.key.rpartition("/")[2] not in VERBS or len(self._waiting) >= MAX_WAITING:
+        if verb_of(request.key) not in VERBS or len(self._waiting) >= MAX_WAITING:
             return False
         try:
             asked = AWAIT_HAPPENINGS.read(request.payload)

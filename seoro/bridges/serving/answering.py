@@ -11,6 +11,7 @@ import anyio.to_thread
 from seoro.bridges import wire
 from seoro.bridges.session import Request
 from seoro.bridges.wire import LabResult, Result
+from seoro.bridges.wire.keys import verb_of
 from seoro.bridges.wire.refusal import RequestRefused
 
 AT_ONCE: Final = 1 << 16  # [bytes] that are sent without waiting for one who takes nothing
@@ -32,7 +33,7 @@ async def answer(
         called: What messages call whoever serves it, such as `bridge`.
         ended: The code of the refusal when that ends before there is an answer.
     """
-    verb = request.key.rsplit("/", 1)[-1]
+    verb = verb_of(request.key)
     try:
         payload = wire.encode(await carry_out(verb, request.payload))
         if len(payload) <= AT_ONCE:

@@ -20,7 +20,7 @@ from seoro.bridges.wire.holding import (
     HoldRobots,
     sender_of,
 )
-from seoro.bridges.wire.keys import shown_holder
+from seoro.bridges.wire.keys import shown_holder, verb_of
 from seoro.bridges.wire.message import Message, WireError
 from seoro.bridges.wire.proving import CHALLENGE, DENIED, STALE, Proof, has_seal, is_open, is_sealed
 from seoro.bridges.wire.refusal import RequestRefused
@@ -69,7 +69,7 @@ class NodeGate:
         Raises:
             RequestRefused: Another client has sent the request, or it was sent before.
         """
-        verb, sender = _verb(request), _sender(request)
+        verb, sender = verb_of(request.key), _sender(request)
         if self._lock is None:
             return sender
         holder = key_of(sender) if sender and not is_sealed(verb) else None
@@ -120,7 +120,7 @@ class NodeGate:
         Raises:
             RequestRefused: Whoever has sent it may not ask for that.
         """
-        verb, sender = _verb(request), self.authenticate(request, key_of)
+        verb, sender = verb_of(request.key), self.authenticate(request, key_of)
         if self._lock is None or sender or is_open(verb):
             yield sender or _sender(request)  # who is unknown here may ask for what anybody may
             return
@@ -158,10 +158,6 @@ class NodeGate:
             return self._lock.prove(CHALLENGE.read(payload))
         except WireError as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-
-
-def _verb(request: Request) -> str:
-    return request.key.rpartition("/")[2]
 
 
 def _sender(request: Request) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from seoro.bridges.session import Request
+from seoro.bridges.wire.keys import verb_of
 from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.limits import SMALL
 from seoro.bridges.wire.message import Verb, encode
@@ -55,7 +56,7 @@ class CountedIntake:
 
     def admit(self, key: str, size: int, beside: bytes) -> bytes:
         """Count a request, and return nothing; or return the refusal of one that exceeds a limit."""
-        verb, sender = _verb(key), _sender(beside)
+        verb, sender = verb_of(key), _sender(beside)
         largest = self._sizes.get(verb, SMALL.size)
         if size > largest:
             why = f"a request for {verb[:50]!r} has {size} bytes: at most {largest} are accepted"
@@ -87,18 +88,14 @@ class CountedIntake:
     def end(self, key: str, size: int, beside: bytes) -> None:
         """Note that an accepted request has its answer."""
         with self._lock:
-            self._add(_verb(key), size, _sender(beside), -1)
+            self._add(verb_of(key), size, _sender(beside), -1)
 
     def divert(self, request: Request) -> bool:
         """Pass an emergency stop on to where it is obeyed at once; False for all other requests."""
-        if self._stop is None or _verb(request.key) != _STOP:
+        if self._stop is None or verb_of(request.key) != _STOP:
             return False
         self._stop(request)
         return True
-
-
-def _verb(key: str) -> str:
-    return key.rpartition("/")[2]
 
 
 def _sender(beside: bytes) -> bytes:

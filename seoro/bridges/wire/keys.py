@@ -30,6 +30,11 @@ def _tokens(namespace: str, kind: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/*/*"
 
 
+def verb_of(key: str) -> str:
+    """Return the name of the verb that a key of commands ends with."""
+    return key.rpartition("/")[2]
+
+
 def node_command(namespace: str, node: str, verb: str) -> str:
     """Key on which a node is asked to carry out a verb; `verb` may be `*` for all."""
     return _command(namespace, "node", node, verb)

@@ -19,6 +19,7 @@ from seoro.bridges.ros2.simulators.interfaces import FOUND_WITHIN, NEEDED, Simul
 from seoro.bridges.ros2.simulators.world import RosWorld, opening_world, relative
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, Request
 from seoro.bridges.wire import Empty, Result, SimulationState
+from seoro.bridges.wire.keys import verb_of
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, listed
 from seoro.errors import InvalidUse
 
@@ -61,7 +62,7 @@ class RosSimulator:
 
     async def answer(self, request: Request) -> None:
         """Carry out a request and answer it, whatever happens."""
-        name = request.key.rsplit("/", 1)[-1]
+        name = verb_of(request.key)
         try:
             request.reply(wire.encode(await self._carry_out(name, request.payload)))
         except RequestRefused as refused:
