@@ -18,8 +18,8 @@ def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield the conflicts of constraints that `seoro exec` would report.
 
     A file without errors is instantiated if it has one entry scenario; then what that invokes, as far as arguments
-    are fixed by the text. Values that only an override can give are no error here. External methods are called, as
-    for a run.
+    are fixed by the text. Missing values that an override can set are not reported. External methods are
+    called, as for a run.
     """
     if scenario.checked.errors:
         return

@@ -255,7 +255,7 @@ class Checker:
             key: Key of the request.
             request: The request.
             inner: Its seal, or the name of who asks.
-            has_code: Whether a code proves who asks, since there is no seal.
+            has_code: Whether to add a code that authenticates the sender, in place of a seal.
         """
         secret, asked = self._secret, next(self._pair.numbers)
         code = _request_code(secret, key, asked, inner, request) if has_code and secret else b""

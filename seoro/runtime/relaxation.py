@@ -1,4 +1,4 @@
-"""What holds for an invocation whatever else is chosen: only values that are fixed by the text take part.
+"""Relaxation of an invocation: its parameters and constraints, reduced to those that are fixed by the text.
 
 Constraints that read anything else, and defaults that it may override, are left out. If what remains cannot hold
 together, no run can carry out the invocation.

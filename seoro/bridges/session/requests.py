@@ -36,7 +36,7 @@ class Form(IntEnum):
 
 
 class Envelope(Protocol):
-    """What a request travels in whose answer has to be authentic; from any thread."""
+    """Envelope of a request: authenticates the request and its answers; from any thread."""
 
     def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
         """Return what makes an answer authentic, from the request, and the form and number of the answer."""
