@@ -13,6 +13,7 @@ _ESCAPED: Final = {
     "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
     "a": "\a", "b": "\b", "f": "\f", "v": "\v",
 }  # fmt: skip
+_SIMPLE: Final = re.compile(r"\\(?:[ntr\\'\"\nabfv]|\r\n?)")  # those of `_ESCAPED`
 ESCAPES: Final = r"\n, \t, \r, \a, \b, \f, \v, \\, \', \", \xhh, \uhhhh and \Uhhhhhhhh"
 
 
@@ -41,7 +42,7 @@ def unknown_escapes(literal: str) -> Iterator[tuple[int, int]]:
     Returns:
         Where each starts and ends.
     """
-    if "\\" not in literal:
+    if "\\" not in _SIMPLE.sub("", literal):  # most have simple ones only: C looks at them
         return
     for found in _ESCAPE.finditer(literal):
         if _escaped(found) == found[0]:
