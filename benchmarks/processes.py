@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -23,7 +22,7 @@ def command(*arguments: str) -> Iterator[int]:
         try:
             yield process.pid
         finally:
-            process.send_signal(signal.SIGINT)
+            process.terminate()
 
 
 @dataclass(frozen=True)
