@@ -22,6 +22,7 @@ import anyio.to_thread
 from seoro.bridges.door import Door
 from seoro.bridges.ledger import Asked
 from seoro.bridges.serving.answering import refuse
+from seoro.bridges.serving.heaps import limit_heaps
 from seoro.bridges.session import AsyncSession, Request, declare_subscriber
 from seoro.bridges.wire.keys import emergency_key
 from seoro.bridges.wire.lab import EMERGENCY_STOP, EmergencyStop, EmergencyStopped
@@ -154,7 +155,9 @@ def stop_line(lock: Lock | None, stop: Stop, keep: Callable[[], object], namespa
     """Have a way for emergency stops for as long as the block lasts; see `StopLine` for the arguments.
 
     Threads take turns often meanwhile: in a flood of requests, the thread of stops waits for some dozen others.
+    They share heaps: repeated floods do not add up.
     """
+    limit_heaps()
     before = sys.getswitchinterval()
     sys.setswitchinterval(min(before, TURN))
     line = StopLine(lock, stop, keep, namespace)
