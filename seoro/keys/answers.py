@@ -68,9 +68,12 @@ class _KeyPair:
 
 
 @cache
-def _pair_of(_process: int) -> _KeyPair:
-    """The key pair by which a process asks; one that is forked has its own."""
+def _own_pair() -> _KeyPair:
+    """Return the key pair by which this process asks."""
     return _KeyPair()
+
+
+os.register_at_fork(after_in_child=_own_pair.cache_clear)  # ids of processes may repeat: sandboxes count their own
 
 
 def _code(secret: bytes, key: str, request: bytes, beside: bytes, form: int, number: int, answer: bytes) -> bytes:
@@ -223,7 +226,7 @@ class Checker:
     def __init__(self, keys: Keys, name: str, role: Role) -> None:
         self._name = name
         self._role = role
-        self._pair = _pair_of(os.getpid())
+        self._pair = _own_pair()
         self._signatures = Signatures(keys.authority)
         self._boot = ""
         self._secret = b""
