@@ -32,7 +32,7 @@ class Pair:
         lab = make_lab(folder)
         self.node = Answers(read_keys(lab.keys("maze")), BOOT)
         self.client = Checker(read_keys(lab.keys("anna")), "maze", Role.NODE)
-        self.client.share(BOOT, self.node.exchange)
+        self.client.share(read_keys(lab.keys("maze")).identity, BOOT, self.node.exchange)
         self.take()
 
     def take(self) -> None:
@@ -92,9 +92,10 @@ def test_a_changed_request_is_refused(pair: Pair) -> None:
 
 def test_another_client_has_another_key(pair: Pair, tmp_path: Path) -> None:
     """Also with keys of the lab, and with the name."""
-    other = Checker(read_keys(make_lab(tmp_path).keys("anna")), "maze", Role.NODE)
+    lab = make_lab(tmp_path)
+    other = Checker(read_keys(lab.keys("anna")), "maze", Role.NODE)
     other._pair = type(other._pair)()
-    other.share(BOOT, pair.node.exchange)
+    other.share(read_keys(lab.keys("maze")).identity, BOOT, pair.node.exchange)
     beside, _ = other.prepare(KEY, FORWARD, NAME, has_code=True)
     with pytest.raises(InvalidKeys, match=WRONG):
         pair.check(beside)
