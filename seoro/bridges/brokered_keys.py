@@ -1,4 +1,4 @@
-"""Keys of a process in a sandbox: its certificates, and a key that the broker uses for it."""
+"""Keys of a process in a sandbox: its certificates, who is revoked, and a key that the broker uses for it."""
 
 from __future__ import annotations
 
@@ -39,6 +39,7 @@ def brokered_keys(broker: Broker, endpoint: str) -> Keys | None:
     from cryptography import x509  # noqa: PLC0415 - only where there are keys
 
     from seoro.keys.certificates import identity_of  # noqa: PLC0415 - the same
+    from seoro.keys.revocation import parse_list  # noqa: PLC0415 - the same
 
     try:
         found = broker.ask(CREDENTIALS, endpoint)
@@ -46,6 +47,7 @@ def brokered_keys(broker: Broker, endpoint: str) -> Keys | None:
         raise InvalidUse(str(error)) from error
     if found is None:
         return None
-    authority, certificate = map(x509.load_pem_x509_certificate, found)
+    authority, certificate = map(x509.load_pem_x509_certificate, found[:2])
     key = cast("PrivateKey", _RemoteKey(broker))
-    return Keys(KeyFolder(Path()), authority, certificate, key, identity_of(certificate))
+    revoked = parse_list(found[2], authority)
+    return Keys(KeyFolder(Path()), authority, certificate, key, identity_of(certificate), revoked)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from seoro.changes import Changes
@@ -31,13 +30,9 @@ class Revoked:
 
     def __init__(self, keys: Keys) -> None:
         self._keys = keys
-        self._stamp = _stamp(self._path)
+        self._stamp = keys.folder.revoked_stamp()
         self._list = self._read()
         self._changes = Changes()
-
-    @property
-    def _path(self) -> Path:
-        return self._keys.folder.revoked
 
     def current(self) -> Revocations:
         """The list."""
@@ -51,7 +46,7 @@ class Revoked:
         """Read the list when it changes; does not end. One that does not hold, or is older, changes nothing."""
         while True:
             await asyncio.sleep(PERIOD)
-            stamp = _stamp(self._path)
+            stamp = self._keys.folder.revoked_stamp()
             if stamp == self._stamp:
                 continue
             self._stamp = stamp
@@ -70,24 +65,15 @@ class Revoked:
         from seoro.keys.revocation import parse_list  # noqa: PLC0415 - the same
 
         self._use(parse_list(data, self._keys.authority))
-        write_public(self._path, data)
+        write_public(self._keys.folder.revoked, data)
 
     def _read(self) -> Revocations:
         from seoro.keys.revocation import read_list  # noqa: PLC0415 - only where there are keys
 
-        return read_list(self._path, self._keys.authority)
+        return read_list(self._keys.folder.revoked, self._keys.authority)
 
     def _use(self, found: Revocations) -> None:
         if found.number < self._list.number:
             raise InvalidKeys(f"the list of revoked keys has the number {found.number}, after {self._list.number}")
         self._list = found
         self._changes.tell()
-
-
-def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """What changes with a file; None while there is none."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size, found.st_ino

@@ -180,8 +180,8 @@ class Seals:
             )
             proof = CHALLENGE.read_answer(said)
             given = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
-            sealer.accept(*given, (asked, time.time_ns()), proof.exchange)
-            self._checker.share(proof.boot, proof.exchange)
+            peer = sealer.accept(*given, (asked, time.time_ns()), proof.exchange)
+            self._checker.share(peer, proof.boot, proof.exchange)
         except Refused as refused:
             reason = said_in(refused.payload)
             if reason.code == Result.FEATURE_UNSUPPORTED:

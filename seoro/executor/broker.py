@@ -111,17 +111,20 @@ class Broker:
             return [False, str(error), ""]
         except (ValueError, msgpack.UnpackException):
             return [False, "unreadable request of a sandbox", ""]
+        except OSError as error:
+            return [False, f"cannot read the keys of the executor: {error}", ""]
 
     # -------------------------------------------------------- keys
 
     def _credentials(self, endpoint: str) -> list[bytes] | None:
-        """The certificates for an endpoint; None if there are none to be used."""
+        """The certificates for an endpoint, and who is revoked; None if there are none to be used."""
         vet_endpoint(endpoint, self._job.allowed, self._job.reach)
         keys = node_keys(endpoint, MOVING)
         if keys is None:
             return None
         self._keys = keys
-        return [file.read_bytes() for file in (keys.folder.authority, keys.folder.certificate)]
+        folder = keys.folder
+        return [file.read_bytes() for file in (folder.authority, folder.certificate, folder.revoked)]
 
     def _sign(self, said: bytes) -> bytes:
         from seoro.keys.sealing import is_command, sign_bytes  # noqa: PLC0415 - only where there are keys

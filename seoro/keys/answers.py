@@ -23,8 +23,10 @@ from typing import Final, NamedTuple, TypeAlias
 import msgpack
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X25519PublicKey
 
+from seoro.keys.certificates import Identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
+from seoro.keys.revoked_file import RevokedFile
 from seoro.keys.roles import Role
 from seoro.keys.signing import Signatures, digest, sign
 from seoro.keys.window import HolderKey
@@ -68,9 +70,12 @@ class _KeyPair:
 
 
 @cache
-def _pair_of(_process: int) -> _KeyPair:
-    """The key pair by which a process asks; one that is forked has its own."""
+def _own_pair() -> _KeyPair:
+    """Return the key pair by which this process asks."""
     return _KeyPair()
+
+
+os.register_at_fork(after_in_child=_own_pair.cache_clear)  # ids of processes may repeat: sandboxes count their own
 
 
 def _code(secret: bytes, key: str, request: bytes, beside: bytes, form: int, number: int, answer: bytes) -> bytes:
@@ -223,15 +228,18 @@ class Checker:
     def __init__(self, keys: Keys, name: str, role: Role) -> None:
         self._name = name
         self._role = role
-        self._pair = _pair_of(os.getpid())
-        self._signatures = Signatures(keys.authority)
+        self._pair = _own_pair()
+        self._revoked = RevokedFile(keys)
+        self._signatures = Signatures(keys.authority, self._revoked.current)
         self._boot = ""
         self._secret = b""
+        self._peer: Identity | None = None  # that has the secret, too
 
-    def share(self, boot: str, exchange: bytes) -> None:
+    def share(self, peer: Identity, boot: str, exchange: bytes) -> None:
         """Share a secret with a start of the executor or node.
 
         Args:
+            peer: By which identity it has proved who it is.
             boot: The start.
             exchange: Its public key, as it has signed it.
 
@@ -242,7 +250,7 @@ class Checker:
             self._secret = self._pair.secret(exchange, boot, self._pair.public)
         except ValueError as error:
             raise InvalidKeys("the key for its answers is invalid") from error
-        self._boot = boot
+        self._boot, self._peer = boot, peer
 
     def holder_key(self) -> tuple[bytes, int]:
         """Return the public key of this client, and a number that is lower than those of all later requests."""
@@ -257,7 +265,7 @@ class Checker:
             inner: Its seal, or the name of who asks.
             has_code: Whether to add a code that authenticates the sender, in place of a seal.
         """
-        secret, asked = self._secret, next(self._pair.numbers)
+        secret, peer, asked = self._secret, self._peer, next(self._pair.numbers)
         code = _request_code(secret, key, asked, inner, request) if has_code and secret else b""
         beside: bytes = msgpack.packb([self._pair.public, self._boot, (asked, code), inner])
 
@@ -266,8 +274,10 @@ class Checker:
             expected = _code(secret if code else b"", key, request, beside, form, number, answer)
             if not code:
                 self._signatures.check(signature, self._role, self._name, _ANSWER, expected)
-            elif not (secret and hmac.compare_digest(code, expected)):
+            elif peer is None or not hmac.compare_digest(code, expected):
                 raise InvalidKeys("the signature is wrong: it was changed on its way, or is not by whom it names")
+            else:
+                self._revoked.check(peer)
             return Checked(form, number, not code)
 
         return beside, check

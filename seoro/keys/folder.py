@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cryptography import x509
 
     from seoro.keys.certificates import Identity, PrivateKey
+    from seoro.keys.revocation import Revocations
 
 VARIABLE: Final = "SEORO_KEYS"
 
@@ -58,16 +59,29 @@ class KeyFolder:
         """List of those who are revoked."""
         return self.path / "revoked.crl"
 
+    def revoked_stamp(self) -> tuple[int, int, int] | None:
+        """Return what changes with the list of those who are revoked; None if the folder has none."""
+        try:
+            found = self.revoked.stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size, found.st_ino
+
 
 @dataclass(frozen=True)
 class Keys:
-    """Keys with which to take part. Made by `read_keys`."""
+    """Keys with which to take part. Made by `read_keys`.
+
+    Attributes:
+        revoked: Who is revoked, where the folder cannot be read, as in a sandbox; None to read the list in it.
+    """
 
     folder: KeyFolder
     authority: x509.Certificate
     certificate: x509.Certificate
     key: PrivateKey
     identity: Identity
+    revoked: Revocations | None = None
 
 
 def default_folder(environment: Mapping[str, str] = os.environ) -> Path:

@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -43,7 +44,7 @@ class Revocations:
         """Whether a certificate is revoked, or another that has had its seat."""
         return seat_of(serial) in self.seats
 
-    @property
+    @cached_property
     def seats(self) -> frozenset[Seat]:
         """The seats of those who are revoked."""
         return frozenset(map(seat_of, self.revoked))

@@ -32,6 +32,7 @@ from seoro.keys.certificates import Identity, check_issued, check_time, identity
 from seoro.keys.errors import InvalidKeys
 from seoro.keys.folder import Keys
 from seoro.keys.revocation import Revocations
+from seoro.keys.revoked_file import RevokedFile
 from seoro.keys.roles import Role
 from seoro.keys.signing import ALGORITHM, certificate_der, check_signature, digest
 from seoro.steady import steady_ns
@@ -126,8 +127,8 @@ class Sealer:
         now: int,
         asked: tuple[int, int],
         exchange: bytes,
-    ) -> None:
-        """Take the answer to a challenge.
+    ) -> Identity:
+        """Accept the answer to a challenge; return who has proved to be the one of that name.
 
         Args:
             certificate: Of the executor or node.
@@ -139,7 +140,7 @@ class Sealer:
             exchange: Public key for its answers.
 
         Raises:
-            InvalidKeys: It is not the one of that name.
+            InvalidKeys: It is not the one of that name, or is revoked.
         """
         found, identity = _load(certificate, self._keys.authority)
         if identity.role is not self._role or identity.name != self._name:
@@ -148,10 +149,12 @@ class Sealer:
                 help="robots are not given to one who may be another: find out who that is",
             )
         check_time(identity, datetime.now(UTC))
+        RevokedFile(self._keys).check(identity)
         if not exchange:
             raise InvalidKeys(f"{self._role.value} '{self._name}' runs a seoro that signs no answers: update it")
         check_signature(found, signature, digest(_PROOFS[self._role], self._name, nonce, boot, now, exchange))
         self._boot, self._offset = boot, now - sum(asked) // 2
+        return identity
 
     def seal(self, key: str, payload: bytes) -> bytes:
         """The seal of a command that is said on a key."""

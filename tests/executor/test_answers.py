@@ -21,7 +21,9 @@ from seoro.bridges.wire.proving import DENIED, STALE, UNAVAILABLE
 from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
 from seoro.errors import BackendLost, BackendRefused
+from seoro.keys import revoked_file
 from seoro.keys.folder import VARIABLE, read_keys
+from seoro.keys.roles import Role
 from tests.labs import NAME, KeyedLab, RunningCommand, free_port, keyed_executor, make_lab
 from tests.relays import Relay, relaying
 
@@ -142,6 +144,25 @@ async def test_answers_have_to_be_signed(see: See) -> None:
         relay.change = lambda _verb, answers: [busy.pop()] if busy else answers
         assert (await run.executor.ask(GET_RUN, OneRun(run=run.id))).info.state is State.FAILED
         assert not busy  # which is said before anything is read, and costs nothing but time
+
+
+async def test_a_revoked_executor_is_not_trusted(
+    there: RunningCommand, lab: KeyedLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither by who is connected, nor by who comes, if they have the list."""
+    monkeypatch.setattr(revoked_file, "PERIOD", 0.0)
+    lab.authority.add("nora", Role.OPERATOR, lab.keys("nora"))
+    file = tmp_path / "failing.osc"
+    file.write_text(FAILING)
+    async with seoro.Client(there.endpoint, lab.keys("nora")) as client:
+        run = await client.submit(NAME, file)
+        await run.result()
+        lab.revoke(NAME, "nora")
+        with pytest.raises(ExecutorLost, match="is revoked"):
+            await run.executor.ask(GET_RUN, OneRun(run=run.id))
+    async with seoro.Client(there.endpoint, lab.keys("nora")) as client:
+        with pytest.raises(ExecutorLost, match=f"{NAME}' is not to be trusted: {NAME} .executor. is revoked"):
+            await client.submit(NAME, file)
 
 
 async def test_an_earlier_answer_is_refused(see: See) -> None:

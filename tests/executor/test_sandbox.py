@@ -209,7 +209,7 @@ def test_it_signs_commands_to_nodes_only(inside: Broker) -> None:
     endpoint = "tls/127.0.0.1:7447"
     with pytest.raises(SessionError, match="no keys to sign with"):
         inside.ask("sign", msgpack.packb(["seoro command 1", node_command(NAMESPACE, "hall", "drive")]))
-    assert len(inside.ask("credentials", endpoint)) == 2
+    assert len(inside.ask("credentials", endpoint)) == 3
     assert inside.ask("sign", msgpack.packb(["seoro command 1", node_command(NAMESPACE, "hall", "drive")]))
     for said in (
         msgpack.packb(["seoro command 1", executor_command(NAMESPACE, "lab-b", "submit")]),

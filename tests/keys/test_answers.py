@@ -44,7 +44,7 @@ def client(lab: KeyedLab) -> Checker:
 
 
 def shared(client: Checker, there: Answers) -> Checker:
-    client.share(BOOT, there.exchange)
+    client.share(there._keys.identity, BOOT, there.exchange)
     return client
 
 
@@ -142,7 +142,7 @@ def test_another_lab_cannot_answer(client: Checker, tmp_path: Path) -> None:
 def test_keys_of_no_point_share_nothing(client: Checker, there: Answers) -> None:
     """Of small order: whoever puts them in the place of others would know the secret."""
     with pytest.raises(InvalidKeys, match="the key for its answers is invalid"):
-        client.share(BOOT, bytes(32))
+        client.share(there._keys.identity, BOOT, bytes(32))
     _, envelope = there.open(KEY, msgpack.packb([bytes(32), BOOT, (1, b""), b"seal"]))
     assert envelope is not None
     assert msgpack.unpackb(envelope.attest(REQUEST, 0, 0, PASSED))[2] == b""  # it signs

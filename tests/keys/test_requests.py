@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import msgpack
@@ -31,7 +32,7 @@ class Pair:
         lab = make_lab(folder)
         self.node = Answers(read_keys(lab.keys("maze")), BOOT)
         self.client = Checker(read_keys(lab.keys("anna")), "maze", Role.NODE)
-        self.client.share(BOOT, self.node.exchange)
+        self.client.share(read_keys(lab.keys("maze")).identity, BOOT, self.node.exchange)
         self.take()
 
     def take(self) -> None:
@@ -91,9 +92,10 @@ def test_a_changed_request_is_refused(pair: Pair) -> None:
 
 def test_another_client_has_another_key(pair: Pair, tmp_path: Path) -> None:
     """Also with keys of the lab, and with the name."""
-    other = Checker(read_keys(make_lab(tmp_path).keys("anna")), "maze", Role.NODE)
+    lab = make_lab(tmp_path)
+    other = Checker(read_keys(lab.keys("anna")), "maze", Role.NODE)
     other._pair = type(other._pair)()
-    other.share(BOOT, pair.node.exchange)
+    other.share(read_keys(lab.keys("maze")).identity, BOOT, pair.node.exchange)
     beside, _ = other.prepare(KEY, FORWARD, NAME, has_code=True)
     with pytest.raises(InvalidKeys, match=WRONG):
         pair.check(beside)
@@ -129,3 +131,26 @@ def test_a_window_accepts_each_number_once(floor: int, steps: list[int]) -> None
             used.add(number)
         highest = max(highest, number)
     assert window._used.bit_length() <= SIZE
+
+
+def test_a_forked_process_asks_by_a_key_pair_of_its_own_even_under_the_same_process_id(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a sandbox, process ids begin anew."""
+    monkeypatch.setattr(os, "getpid", lambda: 7)
+    keys = read_keys(make_lab(tmp_path).keys("anna"))
+    own, _ = Checker(keys, "maze", Role.NODE).holder_key()
+    assert own == Checker(keys, "maze", Role.NODE).holder_key()[0]
+    reading, writing = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            os.write(writing, Checker(keys, "maze", Role.NODE).holder_key()[0])
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        forked = pipe.read()
+    assert len(forked) == len(own)
+    assert forked != own

@@ -19,7 +19,7 @@ from seoro.bridges.session.errors import SessionError
 LENGTH: Final = struct.Struct("!I")
 REACH: Final = "reach"  # an endpoint: a socket file that leads there
 SIGN: Final = "sign"  # bytes: their signature
-CREDENTIALS: Final = "credentials"  # PEM of the authority's certificate, and of the own one
+CREDENTIALS: Final = "credentials"  # PEM: certificates of the authority and the own one, revoked.crl
 _SOCKET: Final = "unixsock-stream/"
 
 

@@ -207,7 +207,9 @@ async def test_whoever_knows_the_name_moves_nothing(sim: Held, anna: Keys) -> No
     checker = seals._checker
     checker._pair = type(checker._pair)()
     assert seals.identify(wire.Holder(holder=RUN)).exchange == checker._pair.public
-    checker.share(sim.router.gate.lock.boot, sim.router.gate.lock.answers.exchange)  # type: ignore[union-attr]
+    lock = sim.router.gate.lock
+    assert lock is not None
+    checker.share(lock.answers._keys.identity, lock.boot, lock.answers.exchange)
     for verb in (wire.ADVANCE, wire.SET_ENTITY_STATE, wire.STEP_SIMULATION, wire.CMD_VEL, wire.RELEASE_ROBOTS):
         key = wire.node_command(wire.NAMESPACE, NODE, verb.name)
         own, _ = checker.prepare(key, payload, wire.sender(RUN), has_code=True)
