@@ -21,6 +21,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
 from seoro.lang.symbols import Kind, TypeSymbol, all_fields, do_directive
+from seoro.lang.traits import ParameterTrait
 from seoro.runtime.actions import ACTION_MARK, BoundAction, Mark, bind
 from seoro.runtime.fitting import Fitting
 from seoro.runtime.modifiers import MODIFIER_MARK, BoundModifier, ModifierMark, bind_modifier
@@ -114,7 +115,17 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
 
 def traits_of(found: Implementations) -> Traits:
     """How arguments for the parameters of actions and modifiers are checked and passed."""
-    return {key: traits(made.function) for key, made in found.items()}
+    return {key: {**traits(made.function), **_file_traits(made.mark)} for key, made in found.items()}
+
+
+def _file_traits(mark: Mark | ModifierMark) -> dict[str, ParameterTrait]:
+    """The traits of parameters that name files."""
+    if isinstance(mark, ModifierMark):
+        return {}
+    return {
+        **dict.fromkeys(mark.files, ParameterTrait.FILE),
+        **dict.fromkeys(mark.uris, ParameterTrait.URI),
+    }
 
 
 # ---------------------------------------------------------------- matching them

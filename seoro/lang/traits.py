@@ -12,3 +12,5 @@ class ParameterTrait(Enum):
     ANY = "any"  # a value of any type
     VARIABLE = "variable"  # the path of a variable
     NUMBER = "number"  # the path of a variable that holds a number
+    FILE = "file"  # a value of the declared type that names a file or folder beside the scenario
+    URI = "uri"  # a value of the declared type that names a model or world for a simulator

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from seoro.lang import ast, plan
+from seoro.lang.check.named_files import is_missing
 from seoro.lang.check.paths import fields_on, leads_to_variable
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostics import behaviors as messages
@@ -116,6 +117,9 @@ class _Binding:
                 self.given[parameter.name] = self._variable(value, trait is ParameterTrait.NUMBER)
             case ParameterTrait.VALUE:
                 self._give_value(parameter, value)
+            case ParameterTrait.FILE | ParameterTrait.URI:
+                self._give_value(parameter, value)
+                self._check_file(parameter, value.span, trait)
 
     def _give_value(self, parameter: FieldSymbol, value: ast.Expression) -> None:
         """A value of the parameter's type; or a range, for a parameter that holds one number."""
@@ -126,6 +130,16 @@ class _Binding:
             self.ranges[parameter.name] = expressions.converter.convert(found, RangeOf(type_), context)
         else:
             self.given[parameter.name] = expressions.converter.convert(found, type_, context)
+
+    def _check_file(self, parameter: FieldSymbol, span: Span, trait: ParameterTrait) -> None:
+        """Warn of a literal that names a file which does not exist on this machine."""
+        given = self.given.get(parameter.name)
+        if not isinstance(given, plan.Literal) or not isinstance(given.value, str):
+            return
+        entry = self.expressions.program.nowhere.file
+        if is_missing(given.value, trait, (entry.path, span.file.path)):
+            is_uri = trait is ParameterTrait.URI
+            self.expressions.bag.add(messages.MissingFile(span, given.value, is_uri))
 
     def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
         """The path of a variable, which is passed itself instead of its value."""

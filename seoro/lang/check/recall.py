@@ -13,6 +13,7 @@ from seoro.lang import ast, plan
 from seoro.lang.check.behaviors import Behaviors
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.diagnostic import Diagnostic, Label
+from seoro.lang.diagnostics.behaviors import FILE_NOT_FOUND
 from seoro.lang.loader import Module, Sources
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import DoFound, Program, TypeSymbol, do_directive
@@ -96,7 +97,8 @@ class BodyMessages:
                 behaviors.add(found)
             is_whole &= all(_is_within(message.primary.span, found) for message in messages)
             is_own = all(_is_within(label.span, found) for message in messages for label in message.secondary)
-            if is_own and noted == expressions.applications.count:
+            is_stable = all(message.code != FILE_NOT_FOUND for message in messages)  # the file may appear
+            if is_own and is_stable and noted == expressions.applications.count:
                 start = -found.directive.span.start
                 file = found.directive.span.file
                 kept[key] = _Body(text, tuple(_moved(message, file, start) for message in messages))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
+from seoro.lang.diagnostic import Diagnostic, Label, error, warning
 from seoro.lang.diagnostics import listing, near
 from seoro.lang.frozen import Frozen
 from seoro.lang.habits import BEHAVIORS as HABITS
 from seoro.lang.provided import BEHAVIORS, import_hint
 from seoro.lang.source import Span
+
+FILE_NOT_FOUND = "E0414"
 
 
 class UnknownBehavior(Frozen):
@@ -216,3 +218,22 @@ class ContainsItself(Frozen):
         """The message."""
         text = f"a value would contain itself without end: {' -> '.join(self.path)}"
         return error("E0426", self.span, text)
+
+
+class MissingFile(Frozen):
+    """A literal that names a file which does not exist on this machine."""
+
+    span: Span
+    name: str
+    is_uri: bool
+
+    def diagnostic(self) -> Diagnostic:
+        """The message."""
+        text = f"file not found: `{self.name}`"
+        hint = "paths are relative to the folder of the scenario file"
+        if self.is_uri:
+            hint = (
+                "write `name://path` for a model on the model path, or `file:///path` for a file; ignore this "
+                "warning if the file is on the machine of the simulator"
+            )
+        return warning(FILE_NOT_FOUND, self.span, text, help=hint)
