@@ -130,14 +130,15 @@ def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> N
 
 
 def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
-    """The lines of the table."""
+    """The lines of the table: engines with results, and no count where a scenario has none."""
+    engines = [engine for engine in engines if any(each.engine == engine for each in results)]
     yield f"| scenario | {' | '.join(engines)} |"
     yield f"|---|{'---|' * len(engines)}"
     for name in sorted({each.scenario for each in results}):
         cells = []
         for engine in engines:
             good = [each.good for each in results if (each.scenario, each.engine) == (name, engine)]
-            cells.append(f"{sum(good)} of {len(good)}")
+            cells.append(f"{sum(good)} of {len(good)}" if good else "")
         yield f"| `{name.removeprefix('scenarios/').removesuffix('.osc')}` | {' | '.join(cells)} |"
 
 
@@ -163,6 +164,9 @@ def main() -> int:
             for engine in engines:
                 carry_out(files, engine, seed, options.results)
     found = read(options.results)
+    if not found:
+        print(f"no results in {options.results}")
+        return 0
     print("\n".join(table(found, engines)))
     return 0 if all(each.good for each in found) else 1
 

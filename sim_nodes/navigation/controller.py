@@ -74,12 +74,15 @@ class LocalController(Stateful):
         score = self._score(plan, pose, x, y, heading, safe, turns)
         score[np.logical_not(admissible)] = np.inf
         best = int(score.argmin())
+        idle = (speeds < IDLE[0]) & (np.abs(turns) < IDLE[1])
+        if idle[best]:
+            # Standing still may look best from the floor ahead, which only a curve leads to.
+            to_go = self._to_go(plan, pose, x[:, -1], y[:, -1])
+            score[idle | (safe < SAMPLES - 1) | (to_go >= to_go[best])] = np.inf
+            best = int(score.argmin())
         if score[best] >= NO_WAY:
             return None
-        chosen = Velocity(float(speeds[best]), float(turns[best]))
-        if chosen.linear < IDLE[0] and abs(chosen.angular) < IDLE[1]:
-            return None
-        return self.steer(chosen)
+        return self.steer(Velocity(float(speeds[best]), float(turns[best])))
 
     def steer(self, wanted: Velocity) -> Velocity:
         """The velocity nearest to a wanted one that the robot's turn rate and the accelerations allow."""

@@ -166,6 +166,17 @@ def test_a_robot_that_is_walled_in_is_blocked() -> None:
     assert LocalController(known.grid, BASE, 0.04).follow(plan, HERE, known.distance, NOTHING, np.inf) is None
 
 
+def test_a_robot_beside_the_frame_of_a_door_finds_the_curve_that_leads_away_from_it() -> None:
+    """Straight ahead the frame is too close, and standing still the robot looks through the door already."""
+    walls = [Wall("w", 0.0, sign * 1.225, math.pi / 2, 1.55, 0.1, 0.5) for sign in (-1.0, 1.0)]
+    known = build_map((-4.9, -2.1, 4.1, 2.1), walls)
+    beside = Pose2(-0.1148, 0.2758, -0.6586)
+    plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0), (beside.x, beside.y))
+    velocity = LocalController(known.grid, BASE, 0.04).follow(plan, beside, known.distance, NOTHING, np.inf)
+    assert velocity is not None
+    assert velocity.linear > 0.0 and velocity.angular < 0.0
+
+
 def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
     slow = BASE.model_copy(update={"drive": BASE.drive.model_copy(update={"max_turn_rate": 0.4})})
     controller = LocalController(open_floor().grid, slow, 0.04)
