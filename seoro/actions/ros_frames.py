@@ -16,7 +16,7 @@ import anyio
 from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
 from seoro.actions.ros_support import failing, next_message, system_of, telling
-from seoro.errors import ActionFailed
+from seoro.errors import ActionFailed, BackendLost
 from seoro.runtime.actions import action
 from seoro.runtime.capabilities import MobileRobots
 from seoro.runtime.context import ActionContext
@@ -115,6 +115,7 @@ async def assert_tf_moving(
     if timeout <= 0.0:
         raise ActionFailed(f"`timeout` is above 0, not {timeout:g} s")
     movement, system = _Movement(threshold_translation, threshold_rotation), system_of(ctx)
+    waited = time.monotonic()  # the start of the current wait, by the clock of outages
 
     def note(text: str) -> None:
         ctx.relay([text])
@@ -126,13 +127,15 @@ async def assert_tf_moving(
             rested = await meanwhile(ctx, clock.started())  # since when, as far as is known
             if wait_for_first_transform:
                 movement.take(await meanwhile(ctx, poses()))
-                rested = clock.now()
+                rested, waited = clock.now(), time.monotonic()
             while True:
                 pose = await meanwhile(ctx, _until(poses, clock, rested + timeout))
                 is_moving = pose is not None and movement.take(pose)
                 if clock.has_jumped() or is_moving:
-                    rested = clock.now()
+                    rested, waited = clock.now(), time.monotonic()
                 elif clock.now() >= rested + timeout:
+                    if loss := system.loss_since(waited):
+                        raise BackendLost(loss)
                     absence = frames.absence(frame_id, parent_frame_id)
                     raise ActionFailed(absence or movement.rest(frame_id, parent_frame_id, timeout))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -86,13 +87,13 @@ async def next_message(
 
     Raises:
         TimeoutError: None has come by then.
-        BackendLost: The system is not reached then.
+        BackendLost: None has come by then, and the connection to the system was lost meanwhile.
     """
     loop = asyncio.get_running_loop()
-    end = None if limit is None else loop.time() + limit
+    end, began = None if limit is None else loop.time() + limit, time.monotonic()
     while (message := subscription.take_now()) is None:
         if end is not None and loop.time() >= end:
-            if loss := system_of(ctx).loss:
+            if loss := system_of(ctx).loss_since(began):
                 raise BackendLost(loss)
             raise TimeoutError
         arrival = Pending()

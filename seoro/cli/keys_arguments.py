@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from seoro.cli.arguments import Container
@@ -21,8 +23,22 @@ def add_keys_argument(parser: Container) -> None:
     )
 
 
-def use_keys(options: argparse.Namespace) -> None:
-    """Have this process, and those that it starts, use the keys that the options name."""
+@contextmanager
+def using_keys(options: argparse.Namespace) -> Iterator[None]:
+    """Use the keys that the options name, in this process and in those that it starts.
+
+    The environment is restored at the end of the block, for programs that call `main`.
+    """
     folder: Path | None = getattr(options, "keys", None)
-    if folder is not None:
-        os.environ[VARIABLE] = str(folder.absolute())
+    if folder is None:
+        yield
+        return
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = str(folder.absolute())
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = before

@@ -12,7 +12,7 @@ from typing import Final
 from seoro import __version__
 from seoro.cli.arguments import Parser
 from seoro.cli.exits import Exit
-from seoro.cli.keys_arguments import use_keys
+from seoro.cli.keys_arguments import using_keys
 from seoro.cli.output import print_error
 from seoro.errors import InvalidScenario, InvalidUse, SeoroError, cause_of
 from seoro.lang.diagnostics import near
@@ -59,9 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options, unknown = _parser(arguments).parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
-    use_keys(options)
     try:
-        return int(options.run(options))
+        with using_keys(options):
+            return int(options.run(options))
     except KeyboardInterrupt:
         return Exit.INTERRUPTED
     except Exception as error:

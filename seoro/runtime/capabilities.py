@@ -88,11 +88,14 @@ class DrivenRobots(Protocol):
 
 @runtime_checkable
 class Connected(Protocol):
-    """A backend whose connection may be lost for a while, in which nothing that is waited for can come."""
+    """A backend whose connection may be lost for a while, so that what is waited for does not come."""
 
-    @property
-    def loss(self) -> str:
-        """Why it is not reached now, in words; empty if it is."""
+    def loss_since(self, moment: float) -> str:
+        """Return why something may have been missed since a moment; empty if nothing can have been.
+
+        Args:
+            moment: The moment, by `time.monotonic` [s].
+        """
         ...
 
 

@@ -112,10 +112,14 @@ class Homes:
                 raise ActionFailed(f"unknown robot '{name}' (robots of this run: {', '.join(known) or 'none'})")
         return tuple(home for home in homes if not names or home.name in names)
 
-    @property
-    def loss(self) -> str:
-        """Why a backend is not reached now, in words; empty if all are."""
-        return next((each.loss for each in self.backends if isinstance(each, Connected) and each.loss), "")
+    def loss_since(self, moment: float) -> str:
+        """Return why a backend may have missed something since a moment; empty if none can have.
+
+        Args:
+            moment: The moment, by `time.monotonic` [s].
+        """
+        connected = (each for each in self.backends if isinstance(each, Connected))
+        return next(filter(None, (each.loss_since(moment) for each in connected)), "")
 
     def anywhere(self, contract: type[P]) -> P | None:
         """The first backend that serves a contract (a runtime-checkable protocol of `contracts`)."""

@@ -155,9 +155,8 @@ class RosRecording(Protocol):
 class Ros2System(Protocol):
     """A ROS 2 system. What is entered here is there for as long as the block lasts."""
 
-    @property
-    def loss(self) -> str:
-        """Why it is not reached now, in words; empty if it is."""
+    def loss_since(self, moment: float) -> str:
+        """See `capabilities.Connected`."""
         ...
 
     def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:

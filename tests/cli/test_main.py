@@ -1,5 +1,6 @@
 """The command itself."""
 
+import os
 import subprocess
 import sys
 from io import StringIO
@@ -10,6 +11,7 @@ import pytest
 import seoro
 from seoro.cli.main import main
 from seoro.errors import BackendError, InvalidUse
+from seoro.keys.folder import VARIABLE
 
 
 def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
@@ -26,6 +28,17 @@ def test_each_command_has_examples(command: str, capsys: pytest.CaptureFixture[s
     with pytest.raises(SystemExit):
         main([command, "--help"])
     assert f"  seoro {command} " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("before", [None, "other.keys"])
+def test_a_command_leaves_the_environment_of_its_caller_as_it_was(
+    before: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    if before is not None:
+        monkeypatch.setenv(VARIABLE, before)
+    assert main(["keys", "list", "--keys", str(tmp_path / "none")]) == 2
+    assert os.environ.get(VARIABLE) == before
 
 
 def test_the_public_names_exist() -> None:

@@ -13,7 +13,7 @@ from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.sim.messages import contact_arguments, departure_arguments
 from seoro.bridges.sim.requests import NodeAddress, Requests, refusal_of, report_of
-from seoro.bridges.wire.holding import HOLD_PATIENCE
+from seoro.bridges.wire.holding import HOLD_DEADLINE, HOLD_PATIENCE
 from seoro.errors import BackendError, BackendLost, BackendStopped
 from seoro.runtime.contracts import DEPARTURE, WARNING, Happened
 
@@ -37,14 +37,19 @@ class HoldingRequests(Requests):
         self._number = number
         self._happened: Happened = _ignore
         self._broken_since = math.inf
+        self._stood_until = -math.inf  # end of the latest outage in which the node stopped its robots
 
-    @property
-    def loss(self) -> str:
-        """Why the robots are not reached now; empty if they are."""
-        return f"{self.name} does not answer" if self._broken_since < math.inf else ""
+    def loss_since(self, moment: float) -> str:
+        """See `Connected`. The node repeats what happened during an outage, but a long one stops its robots."""
+        if self._broken_since < math.inf:
+            return f"{self.name} does not answer"
+        if self._stood_until > moment:
+            return f"{self.name} was not reached meanwhile, and its robots stood still"
+        return ""
 
     async def hold(self) -> None:
         """Give signs of life, and tell what has happened; until it is cancelled, or the bridge is lost."""
+        answered = time.monotonic()
         while True:
             request = wire.HoldRobots(holder=self._holder.holder, since=self._number, wait=wire.HOLD_WAIT)
             try:
@@ -66,6 +71,9 @@ class HoldingRequests(Requests):
                 self.report_loss(BackendLost(f"{self.name} cannot be held: {error}"))
                 return
             self._broken_since = math.inf
+            before, answered = answered, time.monotonic()
+            if answered - before > HOLD_DEADLINE + wire.HOLD_WAIT:
+                self._stood_until = answered
             self._tell(told)
 
     async def catch_up(self) -> None:

@@ -30,6 +30,7 @@ from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
 from seoro.bridges.ros2.tf.listener import TransformListener, listen
 from seoro.bridges.ros2.topics import Publication, Received, Subscription
 from seoro.bridges.ros2.wire import PRESETS, named_dialect
+from seoro.bridges.session import Outages
 from seoro.runtime import ros_system as contract
 from seoro.runtime.contracts import Happened, Lost
 
@@ -201,11 +202,13 @@ class RosBackend:
         node: The node.
         name: How messages call the system.
         tasks: Where goals are canceled that were lost sight of, and what actions share is followed.
+        outages: The outages of the connection to the system.
     """
 
-    def __init__(self, node: RosNode, name: str, tasks: TaskGroup) -> None:
+    def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages) -> None:
         self._node = node
         self._name = name
+        self._outages = outages
         self._presence = Presence(node)
         self._clock = SharedClock(node, tasks)
         self._tasks = tasks
@@ -215,10 +218,13 @@ class RosBackend:
         """How messages call it."""
         return self._name
 
-    @property
-    def loss(self) -> str:
-        """Why the system is not reached now; empty if it is."""
-        return "the connection to the ROS 2 system is lost" if self._node.system.session.is_cut_off else ""
+    def loss_since(self, moment: float) -> str:
+        """See `Connected`. What the system sent during an outage is missed, so each outage counts."""
+        if self._node.system.session.is_cut_off:
+            return "the connection to the ROS 2 system is lost"
+        if self._outages.since(moment):
+            return "the connection to the ROS 2 system was lost meanwhile, and messages may be missed"
+        return ""
 
     def home_of(self, actor: str, types: Sequence[str]) -> str | None:
         """Robots that have found no other home live here."""
@@ -401,4 +407,5 @@ async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
         system.node(f"seoro_{system.session.identity[:6]}") as node,
         background() as tasks,
     ):
-        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks)
+        outages = await anyio.to_thread.run_sync(system.session.blocking.outages)
+        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks, outages)

@@ -3,8 +3,8 @@
 `core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness, and
 `asynchronous.py` does so for asyncio; `errors.py` says what can go wrong. `parts.py` asks for answers in parts;
 `publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the
-event loop; `declaring.py` sees to it that what was declared is undeclared. `security.py` is what keys mean to
-Zenoh. No other package imports zenoh.
+event loop; `declaring.py` sees to it that what was declared is undeclared. `outages.py` records when a connection
+was lost. `security.py` is what keys mean to Zenoh. No other package imports zenoh.
 """
 
 from seoro.bridges.session.asynchronous import Answer, AsyncSession, Check, Reply, form_of, open_session
@@ -12,6 +12,7 @@ from seoro.bridges.session.core import Session
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.outages import Outages
 from seoro.bridges.session.parts import asking_for_parts
 from seoro.bridges.session.publications import (
     Publisher,
@@ -37,6 +38,7 @@ __all__ = [
     "NoAnswer",
     "NoServer",
     "NotAuthentic",
+    "Outages",
     "Publisher",
     "Refused",
     "Reply",

@@ -23,6 +23,7 @@ from zenoh.handlers import Callback
 from seoro.bridges.session.brokered import reached
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
+from seoro.bridges.session.outages import Outages
 from seoro.bridges.session.requests import Attestor, Everything, Intake, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
 
@@ -117,6 +118,18 @@ class Session:
         """Whether a session that connects has lost its connection, and has not connected again yet."""
         info = self._zenoh.info
         return not self._is_hub and not (list(info.routers_zid()) or list(info.peers_zid()))
+
+    def outages(self) -> Outages:
+        """Record the outages of the connection from now on."""
+        outages = Outages(is_connected=False)
+
+        def changed(event: zenoh.TransportEvent) -> None:
+            outages.change(event.kind == zenoh.SampleKind.PUT)
+
+        listener = Callback(changed, indirect=False)
+        # Present connections are reported before this returns.
+        self.keep(self._zenoh.info.declare_transport_events_listener(listener, history=True))
+        return outages
 
     def keep(self, declared: Any) -> None:
         """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""

@@ -94,7 +94,7 @@ class Overrides:
                 return None
             type_, left = field.type, plan.Member(left, field.name, span)
         if type_ is STRING and self._is_bare_word(word := file.text[len(path) + 1 :].strip()):
-            self._refuse(path, file, f"unknown name `{word}`", f'a string has quotes: `{path}="{word}"`')
+            self._refuse(path, file, f"unknown name `{word}`", _quoted(path, word))
             return None
         node = parse_expression(file, self._bag, len(path) + 1)
         if node is None:
@@ -140,3 +140,8 @@ class Overrides:
 
 def _any(names: Collection[str]) -> str:
     return next(iter(names), "...")
+
+
+def _quoted(path: str, word: str) -> str:
+    """Show how to write a string, whose own quotes a shell and Python would remove."""
+    return f"""a string has its own quotes: `--set '{path}="{word}"'`, in Python {{'{path}': '"{word}"'}}"""

@@ -7,6 +7,7 @@ upper bound is ended: it has succeeded if everything that still runs is open-end
 
 from __future__ import annotations
 
+import time
 from functools import partial
 from math import inf
 
@@ -58,12 +59,12 @@ async def run_duration(place: Place, inner: Carry) -> Outcome:
     agenda, window = place.agenda, place.invoked.instance.windows[DURATION]
     bounds = window.bounds
     _check(bounds, window.span)
-    start = agenda.now
+    start, began = agenda.now, time.monotonic()
 
     def judge(scope: Scope) -> Outcome:
         if is_all_open_ended(agenda, scope):
             return SUCCEEDED
-        if loss := place.services.homes.loss:  # what was waited for could not come
+        if loss := place.services.homes.loss_since(began):
             place.services.decide(RunStatus.ERROR, loss, window.span)
         return failure(_late(window), window.span)
 

@@ -10,6 +10,7 @@ A function waits for its context and its child only: all else would hold up the 
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
@@ -253,6 +254,7 @@ class _Child:
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
             if interrupt is not None:
                 behave = partial(_interruptible, place, interrupt, behave)
+            began = time.monotonic()
             if limit is None:
                 outcome, is_cut_off = await behave(), False
             else:
@@ -262,7 +264,7 @@ class _Child:
                 return None
             if not is_cut_off:
                 return outcome
-            if limit and (loss := place.services.homes.loss):  # what was waited for could not come
+            if limit and (loss := place.services.homes.loss_since(began)):
                 raise BackendLost(loss)
             self.explanation = outcome.explanation
             return None

@@ -112,6 +112,61 @@ scenario main:
     assert "the connection to the ROS 2 system is lost" in verdict.reason
 
 
+@pytest.mark.parametrize(
+    "wait",
+    [
+        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(2s)\n            inverter()',
+        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 2s)',
+        'check_data("/count", "std_msgs/msg/Int64", "4", fail_if_no_data: true, wait_for_first_message: false)',
+        'assert_tf_moving("base_link", timeout: 2s, wait_for_first_transform: false)',
+    ],
+    ids=["timeout", "duration", "data", "frame"],
+)
+async def test_a_wait_in_which_the_router_was_away_for_a_while_is_no_failure(tmp_path: Path, wait: str) -> None:
+    endpoint = free_endpoint()
+    text = f"""
+scenario main:
+    do parallel:
+        log("there")
+        {wait}
+"""
+    hub = Session(listen=endpoint)
+    async with running(tmp_path, endpoint, text) as run:
+        async for record in run.trace():
+            if record["kind"] == "log":
+                break
+        await anyio.to_thread.run_sync(hub.close)
+        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
+        with anyio.fail_after(30.0):
+            verdict = await run.result()
+    hub.close()
+    assert verdict.status is RunStatus.ERROR, verdict.reason
+    assert "the connection to the ROS 2 system was lost meanwhile" in verdict.reason
+
+
+async def test_an_outage_before_a_wait_does_not_excuse_it(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    text = """
+scenario main:
+    do serial:
+        log("there")
+        wait elapsed(2s)
+        wait_for_data("/count", "std_msgs/msg/Int64") with:
+            timeout(0.2s)
+"""
+    hub = Session(listen=endpoint)
+    async with running(tmp_path, endpoint, text) as run:
+        async for record in run.trace():
+            if record["kind"] == "log":
+                break
+        await anyio.to_thread.run_sync(hub.close)
+        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
+        with anyio.fail_after(30.0):
+            verdict = await run.result()
+    hub.close()
+    assert verdict.status is RunStatus.FAILED, verdict.reason
+
+
 @pytest.mark.slow
 async def test_a_goal_that_is_taken_too_late_is_canceled(tmp_path: Path, router: str) -> None:
     text = """
