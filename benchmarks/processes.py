@@ -14,8 +14,8 @@ from pathlib import Path
 def command(*arguments: str) -> Iterator[int]:
     """A command of seoro, once it has said that it is ready; yields the number of its process."""
     line = [sys.executable, "-m", "seoro.cli.main", *arguments]
-    # In the session of the benchmark: if Linux groups processes by session (`sched_autogroup_enabled`) and both sides of
-    # a measurement are busy, ready threads of one session wait for up to half a second.
+    # In the session of the benchmark: where Linux groups processes by session (`sched_autogroup_enabled`) and both
+    # sides of a measurement are busy, ready threads of one session wait for up to half a second.
     with subprocess.Popen(line, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()
