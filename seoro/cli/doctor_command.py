@@ -16,6 +16,7 @@ from seoro.doctor.findings import Finding, Health
 from seoro.doctor.installed import look_here
 from seoro.errors import InvalidUse
 from seoro.runtime.jsonl import to_json
+from seoro.terminal_text import one_line
 
 EXAMPLES = """examples:
   seoro doctor
@@ -44,9 +45,10 @@ def run(options: argparse.Namespace) -> int:
     def tell(finding: Finding) -> None:
         found.append(finding)
         if not options.json:
-            print(f"{finding.health.value:8} {finding.what}: {finding.text}", flush=True)
+            text = one_line(f"{finding.what}: {finding.text}")
+            print(f"{finding.health.value:8} {text}", flush=True)
             if finding.help:
-                print(f"{'':8} = help: {finding.help}", flush=True)
+                print(f"{'':8} = help: {one_line(finding.help)}", flush=True)
 
     for finding in look_here():
         tell(finding)

@@ -74,7 +74,7 @@ class Follower:
                 except BackendError:
                     if run.state is not State.CANCELLED:
                         raise
-                    print(f"cancelled: {run.info.reason}", file=sys.stderr)  # before it had begun
+                    print(f"cancelled: {one_line(run.info.reason)}", file=sys.stderr)  # before it had begun
                     return self._interrupted or Exit.CANCELLED
                 return await self._conclude(run, end)
             finally:

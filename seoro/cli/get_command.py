@@ -12,6 +12,7 @@ from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
 from seoro.errors import InvalidUse
 from seoro.runtime.jsonl import to_line
+from seoro.terminal_text import one_line
 
 EXAMPLES = """examples:
   seoro get 3f9a
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     for path in anyio.run(_get, options):
-        print(path)
+        print(one_line(str(path)))
     return Exit.PASSED
 
 

@@ -158,7 +158,7 @@ async def _status(options: argparse.Namespace) -> int:
 async def _lease(options: argparse.Namespace) -> int:
     found = await _control(options).lease(*options.robots, duration=options.duration, purpose=options.purpose)
     until = time.strftime("%d %b %H:%M:%S", time.localtime(found.until))
-    print(f"leased until {until}: {', '.join(found.robots)}")
+    print(one_line(f"leased until {until}: {', '.join(found.robots)}"))
     print(f"runs get them with `seoro exec --lease {found.name}`; `seoro lab release {found.name}` ends it")
     return Exit.PASSED
 
@@ -237,7 +237,8 @@ def _told(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:
     shown = [each for each in outcomes if each.called not in quiet]
     for each in shown:
         took = f" ({each.took * 1000:.0f} ms)" if math.isfinite(each.took) else ""
-        print(f"{'FAILED ' if each.error else 'ok     '}{each.called}: {one_line(each.error or each.done)}{took}")
+        line = one_line(f"{each.called}: {each.error or each.done}{took}")
+        print(f"{'FAILED ' if each.error else 'ok     '}{line}")
     if not any(each.is_somebody for each in outcomes):
         print("FAILED nobody was reached: `--lab` or `--connect` says where the lab is")
         return Exit.ERROR

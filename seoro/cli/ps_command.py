@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     executors, found, silent = anyio.run(_look, options)
     for reason in silent:
-        print(f"note: {reason}: its runs are not listed", file=sys.stderr)
+        print(f"note: {one_line(reason)}: its runs are not listed", file=sys.stderr)
     status = Exit.ERROR if silent else Exit.PASSED
     ahead = {each.name: each.clock.offset if each.clock is not None else 0.0 for each in executors}
     if options.json:

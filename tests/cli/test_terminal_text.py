@@ -2,12 +2,18 @@
 
 import io
 import logging
+from argparse import Namespace
+from pathlib import Path
 
 import pytest
 
 from seoro.bridges.executor.messages import RunInfo, State
+from seoro.cli import doctor_command, get_command
+from seoro.cli.lab_command import _told
 from seoro.cli.ps_command import _print_table, _row
 from seoro.client.runs import RemoteRun
+from seoro.doctor.findings import Finding, Health
+from seoro.lab.commanding import Outcome
 from seoro.terminal_text import PrintableFormatter, one_line, printable
 
 
@@ -59,3 +65,37 @@ def test_a_client_forges_no_line_of_the_list_of_runs(capsys: pytest.CaptureFixtu
 
     _print_table([_row(RemoteRun(_Named(), info), 1.0)])  # type: ignore[arg-type]
     assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+FORGED = "hall\n\x1b[2Jok      the node x: stopped"
+LINE = "hall \ufffd[2Jok the node x: stopped"
+
+
+def test_a_node_forges_no_line_of_what_commands_report(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Names of nodes come from the network, too."""
+    assert _told([Outcome("tcp/x", FORGED, error=FORGED), Outcome("tcp/x", FORGED, done=FORGED)]) == 3
+    assert capsys.readouterr().out == f"FAILED {LINE}: {LINE}\nok     {LINE}: {LINE}\n"
+
+    async def nothing(*_: object) -> None:
+        return None
+
+    finding = Finding(FORGED, Health.FAILED, FORGED, FORGED)
+    monkeypatch.setattr(doctor_command, "look_here", lambda: [finding])
+    monkeypatch.setattr(doctor_command, "_look_along", nothing)
+    assert doctor_command.run(Namespace(json=False)) == 1
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[:2] == [f"{'failed':8} {LINE}: {LINE}", f"{'':8} = help: {LINE}"]
+    assert len(shown) == 3
+
+
+def test_a_run_forges_no_path_of_what_it_leaves(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def left(_: Namespace) -> list[Path]:
+        return [Path("out", FORGED)]
+
+    monkeypatch.setattr(get_command, "_get", left)
+    assert get_command.run(Namespace()) == 0
+    assert capsys.readouterr().out == f"out/{LINE}\n"

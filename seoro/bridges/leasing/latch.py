@@ -16,6 +16,7 @@ from seoro.bridges.wire.lab import MAX_TEXT, EmergencyStop, ReleaseStop, Stopped
 from seoro.bridges.wire.refusal import RequestRefused, listed
 from seoro.bridges.wire.results import LabResult, Result
 from seoro.durable import sync_folder
+from seoro.terminal_text import one_line
 
 ROOM: Final = 16_384  # [bytes] of the file; one stop of the longest texts has less
 SHORTER: Final = (MAX_TEXT, 100, 20)  # [characters] of texts in the file, until all stops fit into it
@@ -170,7 +171,7 @@ def _release_by(option: str) -> str:
 def in_words(stopped: Stopped) -> str:
     """By whom, when and why something was stopped."""
     when = datetime.fromtimestamp(stopped.since).astimezone().strftime("%d %b %H:%M:%S")
-    return f"{stopped.by} at {when}" + (f" ({stopped.reason})" if stopped.reason else "")
+    return one_line(f"{stopped.by} at {when}" + (f" ({stopped.reason})" if stopped.reason else ""))
 
 
 def _reason(stopped: Stopped) -> str:

@@ -26,6 +26,14 @@ def test_nothing_moves_until_it_is_released_with_a_reason(tmp_path: Path) -> Non
     latch.check()
 
 
+def test_who_stops_forges_no_line_of_a_message() -> None:
+    latch = Latch()
+    latch.stop(EmergencyStop(by="ana\nok", reason="smoke\x1b[2J\nok  the node x: stopped"))
+    with pytest.raises(RequestRefused, match=r"by ana ok at .* \(smoke\ufffd\[2J ok the node x: stopped\)"):
+        latch.check()
+    assert "\n" not in latch.reason
+
+
 def test_it_outlasts_the_process(tmp_path: Path) -> None:
     file = tmp_path / "stop.json"
     latch = Latch(file)
