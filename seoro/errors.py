@@ -13,13 +13,15 @@ SeoroError
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from seoro.lang.diagnostic import Diagnostic
     from seoro.lang.source import Span
+
+CONFLICT: Final = "E0442"  # code of constraints that cannot hold together
 
 
 class SeoroError(Exception):

@@ -31,7 +31,7 @@ from seoro.cli.run_arguments import (
 )
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
-from seoro.errors import InvalidUse
+from seoro.errors import CONFLICT, InvalidUse
 from seoro.lab.wishes import split_wishes
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
@@ -54,7 +54,6 @@ exit status: 0 all passed, 1 some failed, 3 some had no verdict, 2 the command l
 130 by Ctrl-C"""
 
 _RUNS = "runs"  # the folder of the results of runs, in that of the sweep
-_CLASHES = "E0442"  # constraints that cannot hold together
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -166,7 +165,7 @@ class _Sweep:
                     possible.append(each)
             except InvalidUse as error:
                 # What else is wrong, such as that there is no simulator here, the run itself tells.
-                (ruled_out if error.code == _CLASHES else possible).append(each)
+                (ruled_out if error.code == CONFLICT else possible).append(each)
         if not possible:
             raise InvalidUse(f"the constraints of `{self._entry}` rule out all {len(values)} combinations")
         return possible, ruled_out

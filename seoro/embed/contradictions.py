@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from seoro.embed.scenarios import Scenario
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import CONFLICT, InvalidScenario, InvalidUse
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frontend import lower
 from seoro.lang.plan import Plan
 from seoro.runtime.invocations import may_conflict
-
-_CONFLICT = "E0442"
 
 
 def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -39,7 +37,7 @@ def _entry_conflict(plan: Plan) -> Iterator[Diagnostic]:
         make_entry(plan, 0)
     except InvalidUse as error:
         found = error.diagnostic
-        if found is not None and found.code == _CONFLICT:
+        if found is not None and found.code == CONFLICT:
             yield found
 
 

@@ -10,8 +10,9 @@ from typing import Final
 
 from seoro.lang.diagnostics import listing, syntax
 from seoro.lang.frozen import Frozen
+from seoro.lang.habit import BLOCK, END, Habit
 from seoro.lang.lexer import Token
-from seoro.lang.line_habits import BLOCK, END, HABITS, Habit
+from seoro.lang.line_habits import HABITS
 from seoro.lang.source import SourceFile, Span
 
 MAX_WORDS: Final = 200  # of a statement that are looked at

@@ -81,9 +81,8 @@ CHARACTERS: Final[Mapping[str, str]] = {
     "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
     "°": "angles are written `90deg`, temperatures `20celsius`",
     "π": "write `3.141592653589793`",
-    "^": "powers are written as products: `a * a`",
+    "^": "powers are written as products, `a * a`, and units as one name, `mpss`",
     "~": "the negation is written `not`",
-    "`": "strings are quoted by `\"` or `'`",
     "\\": "a line goes on within brackets, or after `\\` at its very end",
 }
 """Help for characters that begin no token."""
@@ -144,6 +143,7 @@ UNITS: Final[Mapping[str, str]] = {
     "miles/h": "mph",
     "rad/s": "radps",
     "deg/s": "degps",
+    **dict.fromkeys(("m/s2", "m/s²", "m/s/s", "mps2"), "mpss"),
     "kmh": "kph",
     "kmph": "kph",
     "meters": "m",
@@ -166,8 +166,8 @@ UNITS: Final[Mapping[str, str]] = {
 }
 """Units that exist by another name."""
 
-OPENING_QUOTES: Final = "“‘„‚«”’"  # noqa: RUF001
-CLOSING_QUOTES: Final = "”’“‘»"  # noqa: RUF001
+OPENING_QUOTES: Final = "`“‘„‚«”’"  # noqa: RUF001
+CLOSING_QUOTES: Final = "`”’“‘»"  # noqa: RUF001
 BLANKS: Final = "\u00a0\u2007\u202f\u2002\u2003\u2009\u200b\u3000\ufeff"
 """Blanks that separate no tokens, as text copied from documents has them."""
 

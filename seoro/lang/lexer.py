@@ -308,7 +308,10 @@ class Lexer:
         """A comment of another language; gives the offset behind it."""
         sign = self._text[offset : offset + 2]
         span = Span(self._file, offset, offset + 2)
-        self._report(syntax.OtherLanguage(span, f"unexpected `{sign}`", "comments begin with `#`"))
+        before = self._text[self._text.rfind("\n", 0, offset) + 1 : offset]
+        is_behind = bool(before.strip()) and sign == "//"
+        hint = "comments begin with `#`" + (", and a division is written `/`" if is_behind else "")
+        self._report(syntax.OtherLanguage(span, f"unexpected `{sign}`", hint))
         found = re.compile(COMMENTS[sign]).match(self._text, offset)
         return found.end() if found else offset + 2
 

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from seoro.lang.frozen import Frozen
+from seoro.lang.expression_habits import EXPRESSION_HABITS
+from seoro.lang.habit import BEHAVIORS, FILE, MEMBERS, REACTIONS, Habit
 
-END: Final = "\n"  # of a line, in the layout of a statement
-BLOCK: Final = "\t"  # the beginning of a block
-FILE, MEMBERS, BEHAVIORS, REACTIONS = "file", "members", "behaviors", "reactions"  # where statements stand
 _TOP: Final = (
     *("import", "namespace", "export", "unit", "enum", "struct", "actor", "action", "scenario", "modifier"),
     *("extend", "global"),
@@ -28,28 +26,6 @@ _CHANGES: Final = (
     "variables change by `increment({name})` and `decrement({name})` of `import osc.helpers`, or with events: "
     "`var {name}: <type> = sample(<value>, @<event>, <first value>)`"
 )
-
-
-class Habit(Frozen):
-    """A statement as another language has it.
-
-    Args:
-        pattern: A regular expression for the words of a statement. Its group `at` is what is at fault.
-        message: The message; names of groups in braces stand for what they matched.
-        help: How to repair it.
-        repair: The words that replace `at`; None if the statement is skipped.
-        place: Where statements of this kind stand; empty for everywhere.
-        meant: What `at` may be a misspelling of, for `{meant}`; the habit is passed over if nothing comes near.
-        tails: Words with which further parts of the same statement begin, which are skipped with it.
-    """
-
-    pattern: str
-    message: str
-    help: str
-    repair: str | None = None
-    place: str = ""
-    meant: tuple[str, ...] = ()
-    tails: tuple[str, ...] = ()
 
 
 HABITS: Final = (
@@ -77,7 +53,7 @@ HABITS: Final = (
     ),
     # ------------------------------------------------------------ control flow
     Habit(
-        r"(?P<at>if|elif|else|switch|case|match|unless|select)\b(?! [.=]| : [^\n])",
+        r"(?P<at>if|elif|else|switch|case|match|unless|select|when)\b(?! [.=]| : [^\n])",
         "the language has no `{at}`",
         _INSTEAD_OF_IF,
         tails=("else", "elif", "case", "default"),
@@ -198,6 +174,13 @@ HABITS: Final = (
         place=FILE,
     ),
     Habit(
+        r"import (?P<library>\w+(?: \. \w+)+) (?P<at>\. \*)",
+        "an import has no `*`",
+        "write `import {library}`, which imports all that the library exports",
+        "",
+        FILE,
+    ),
+    Habit(
         r"(?P<at>include|using|require|use|load)(?= [\w\"])",
         "the language has no `{at}`",
         'write `import osc.<library>`, or `import "<file>.osc"`',
@@ -274,6 +257,30 @@ HABITS: Final = (
         "put it below a `serial:` around the `{word}` that has the `with:`",
     ),
     Habit(
+        r".*\) (?P<at>with) \w+ \(.*\) \n",
+        "missing block behind `with`",
+        "write `with:`, and the modifier or constraint on a line of its own below it",
+        place=BEHAVIORS,
+    ),
+    Habit(
+        r"(?P<at>with) : \n",
+        "`with:` among the members of a composition",
+        "write it at the end of the line of what it modifies, or below a block, as far left as its first line",
+        place=BEHAVIORS,
+    ),
+    Habit(
+        r"(?P<at>assert|check|expect|require|ensure) (?=\w)",
+        "the language has no `{at}`",
+        "write `wait <condition>`, with a `timeout` below `with:`",
+        place=BEHAVIORS,
+    ),
+    Habit(
+        r"(?P<at>(?P<name>\w+) : \w+(?: \w+)*) = ",
+        "declaration of `{name}` within `do`",
+        "declare it among the members of the scenario, outside of `do`",
+        place=BEHAVIORS,
+    ),
+    Habit(
         r"(?:do )?(?P<at>set|let|assign) (?P<name>\w+(?: \. \w+)*) (?::|to|=)",
         "the language has no `{at}`",
         _CHANGES,
@@ -308,34 +315,7 @@ HABITS: Final = (
         "the block of `on` has `emit` and `call` only; other behavior waits for the event below `do`",
         place=REACTIONS,
     ),
-    # ------------------------------------------------------------ expressions
-    Habit(
-        r".*?(?P<at>!) (?!=)",
-        "unexpected `!`",
-        "the negation is written `not`; behind the name of an enumeration, `!` takes a member",
-        "not",
-    ),
-    Habit(
-        r".*?(?P<number>\d[\d.]*) (?P<at>%) (?:[,)\]\n]|with)",
-        "`%` is the remainder and needs a right side",
-        "{number} percent is `{percent}`",
-        "",
-    ),
-    Habit(
-        r".+?(?P<at>if) .+ else .+",
-        "unexpected `if` in an expression",
-        "the conditional expression is `<condition> ? <value> : <value>`",
-    ),
-    Habit(r".+?(?P<at>[fFrRbBuU]) \"", "unexpected `{at}` before a string", "strings have no prefix", ""),
-    Habit(r".+?(?P<at>\* \*)", "unknown operator `**`", "powers are written as products: `a * a`"),
-    Habit(r".+?(?P<at>is not)\b", "unknown operator `is not`", "write `!=`", "! ="),
-    Habit(r".+?(?P<at>not in)\b", "unknown operator `not in`", "write `not (<value> in <list>)`"),
-    Habit(r".+?(?P<at>->) (?=\w)", "unexpected `->`", "members are taken by `.`", "."),
-    Habit(
-        r".+?(?P<at>= = =|= = )",
-        "unknown operator `{at}`",
-        "values are compared by `==`",
-    ),
+    *EXPRESSION_HABITS,
     # ------------------------------------------------------------ misspelled keywords
     Habit(
         r"(?P<at>\w+) (?=[\w\"])",

@@ -16,6 +16,7 @@ from seoro.lsp import navigation
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.collisions import check_collisions
 from seoro.lsp.completion import complete
+from seoro.lsp.families import family
 from seoro.lsp.hover import hover
 from seoro.lsp.items import Item
 from seoro.lsp.meaning import name_of
@@ -105,19 +106,22 @@ def _answer_about_names(server: SeoroServer) -> None:
         if found is None:
             return []
         use, target = found
-        uses = navigation.uses([target], await _users(server, name_of(use.meaning)))
+        users = await _users(server, name_of(use.meaning))
+        declared = family(target, users)
         return [
             _location(server, path, span)
-            for path, spans in uses.items()
+            for path, spans in navigation.uses(declared, users).items()
             for span in spans
-            if params.context.include_declaration or (path, span.start, span.end) != target
+            if params.context.include_declaration or (path, span.start, span.end) not in declared
         ]
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
     async def on_highlight(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
         analysis, offset = await _place(server, params)
         found = navigation.target_at(analysis, offset)
-        spans = navigation.uses([found[1]], [analysis]).get(analysis.path, []) if found is not None else []
+        if found is None:
+            return []
+        spans = navigation.uses(family(found[1], [analysis]), [analysis]).get(analysis.path, [])
         return [lsp.DocumentHighlight(server.positions.range(span)) for span in spans]
 
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from seoro.errors import CONFLICT
 from seoro.lang.plan import InvokeAction, InvokeScenario, Plan, Scenario
 from seoro.runtime.behaviors.duration import times_of
 from seoro.runtime.choose.fields import Fields
@@ -15,7 +16,6 @@ from seoro.runtime.invocations import declared_by, invoked_in, is_bound
 from seoro.runtime.relaxation import Relaxation, fixed_values, is_fixed, known_in, scope_of
 from seoro.runtime.values import Value
 
-_CONFLICT = "E0442"
 _MAX_DEPTH = 50  # of invocations in each other, each with other arguments
 
 
@@ -86,7 +86,7 @@ class _Search:
         try:
             choose_parameters(self._plan, relaxed.structure, instance, said, {})
         except NoChoice as error:
-            return _at(error, invocation) if error.code == _CONFLICT else None
+            return _at(error, invocation) if error.code == CONFLICT else None
         except EvaluationError:
             return None  # the run reports it
         return None

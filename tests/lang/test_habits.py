@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from seoro.lang import frontend
+from seoro.lang.habit import Habit
 from seoro.lang.habits import foreign_format
-from seoro.lang.line_habits import HABITS, Habit
+from seoro.lang.line_habits import HABITS
 
 GOLDENS = Path(__file__).parents[1] / "data" / "diagnostics"
 SHOWN = "\n".join(path.read_text(encoding="utf-8") for path in GOLDENS.glob("*.err"))

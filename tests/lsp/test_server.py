@@ -80,6 +80,34 @@ async def test_features_answer(editor: Editor) -> None:
     editor.close("all.osc")
 
 
+FAMILY = """struct base:
+    def gain() -> int is expression 1
+struct derived inherits base:
+    def gain() -> int is only expression 2
+struct unrelated:
+    def gain() -> int is expression 3
+scenario main:
+    a: base
+    b: derived
+    n: int = a.gain() + b.gain()
+"""
+
+
+async def test_references_are_those_of_all_members_that_override_each_other(editor: Editor) -> None:
+    await editor.shown("family.osc", FAMILY)
+
+    async def lines(request: str, place: str, **rest: object) -> list[int]:
+        found = await editor.ask_at(f"textDocument/{request}", "family.osc", FAMILY, place, **rest)
+        return [each["range"]["start"]["line"] for each in found]
+
+    for place in ("def ga|in() -> int is expression 1", "def ga|in() -> int is only", "a.ga|in()", "b.ga|in()"):
+        assert await lines("documentHighlight", place) == [1, 3, 9, 9]
+        assert await lines("references", place, context={"includeDeclaration": True}) == [1, 3, 9, 9]
+        assert await lines("references", place, context={"includeDeclaration": False}) == [9, 9]
+    assert await lines("documentHighlight", "def ga|in() -> int is expression 3") == [5]
+    editor.close("family.osc")
+
+
 async def test_new_names_go_into_all_files_of_the_workspace(editor: Editor) -> None:
     (editor.folder / "uses.osc").write_text('import "declares.osc"\nstruct s:\n    x: box\n', encoding="utf-8")
     (editor.folder / "declares.osc").write_text("struct box\n", encoding="utf-8")

@@ -327,6 +327,7 @@ class Resolver:
             for symbol in self._program.types.values()
             if kind is None or (isinstance(symbol, TypeSymbol) and symbol.kind is kind)
         )
+        candidates += tuple(PRIMITIVES) if kind is None else ()
         self._bag.add(names.UnknownType(name.span, name.text, candidates, kind.value if kind else "type"))
 
 

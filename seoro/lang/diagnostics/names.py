@@ -138,6 +138,9 @@ class UnknownMember(Frozen):
 
     def diagnostic(self) -> Diagnostic:
         """The message."""
+        if self.name in self.candidates:
+            hint = f"a member of an enumeration is written `{self.enum}!{self.name}`"
+            return error("E0217", self.span, f"unknown name `{self.span.text}`", help=hint)
         hint = near(self.name, self.candidates) or f"its members are {listing(self.candidates)}"
         return error("E0217", self.span, f"`{self.enum}` has no member `{self.name}`", help=hint)
 

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import cast
 
+from seoro.errors import CONFLICT
 from seoro.lang import solve
 from seoro.lang.plan import (
     Expression,
@@ -376,7 +377,7 @@ class _Choice:
             slot.holder.fields[slot.key]
         for rule in self._gathering.rules:
             if self._is_postponed(rule) and not self._evaluate(cast(Expression, rule.condition), rule.environment):
-                raise NoChoice("this constraint cannot hold", "E0442", ((rule.span, ""),))
+                raise NoChoice("this constraint cannot hold", CONFLICT, ((rule.span, ""),))
         holders = {id(slot.holder): slot.holder for slot in self._slots.all}
         for holder in holders.values():
             fields = holder.fields

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeAlias
 
+from seoro.errors import CONFLICT
 from seoro.lang import solve
 from seoro.lang.solve.terms import cells_of
 from seoro.lang.source import Span
@@ -45,4 +46,4 @@ def no_solution(conflict: solve.Conflict, rules: Rules) -> NoChoice:
     hint += "`keep(x in [1..3])`, and to `remove_default(x)`"
     has_default = any(constraint.strength is solve.Strength.DEFAULT for constraint in conflict.constraints)
     message = f"{what}: {conflict.reason}" if conflict.reason else what
-    return NoChoice(message, "E0442", tuple(places), hint if has_default else "")
+    return NoChoice(message, CONFLICT, tuple(places), hint if has_default else "")
