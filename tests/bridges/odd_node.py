@@ -14,7 +14,7 @@ import zenoh
 
 FAULT = sys.argv[2]
 MAJOR = 2 if FAULT == "version" else 1
-VERBS = ("get_simulator_features", "load_world", "advance", "stop_robot", "reset_simulation")
+VERBS: tuple[str, ...] = ("get_simulator_features", "load_world", "advance", "stop_robot", "reset_simulation")
 if FAULT.startswith("error"):
     VERBS += ("reinitialize_global_localization", "watch_localization", "get_localization")
 
