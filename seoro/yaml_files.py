@@ -100,6 +100,8 @@ def problems(error: ValidationError, lines: Lines, model: type[BaseModel]) -> st
 
 
 def _described(item: ErrorDetails, model: type[BaseModel]) -> str:
+    if item["type"] == "too_long":
+        return "found {actual_length} items, expected {max_length} at most".format_map(item["ctx"])
     if item["type"] != "extra_forbidden":
         return item["msg"]
     *parents, key = item["loc"]

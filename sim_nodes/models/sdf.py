@@ -50,6 +50,8 @@ def read_sdf(root: Any, *, static: bool) -> BodyModel:
     Raises:
         RequestRefused: It has something that is not supported.
     """
+    if root.find("world") is not None:
+        raise wrong("the SDF file has a <world>: only files with one <model> directly under <sdf> are read")
     models = root.findall("model")
     if len(models) != 1:
         raise wrong(f"the SDF file has {len(models)} models directly under <sdf>: it has to have one")

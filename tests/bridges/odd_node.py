@@ -14,7 +14,9 @@ import zenoh
 
 FAULT = sys.argv[2]
 MAJOR = 2 if FAULT == "version" else 1
-VERBS = ("get_simulator_features", "load_world", "advance", "stop_robot", "reset_simulation")
+VERBS: tuple[str, ...] = ("get_simulator_features", "load_world", "advance", "stop_robot", "reset_simulation")
+if FAULT.startswith("error"):
+    VERBS += ("reinitialize_global_localization", "watch_localization", "get_localization")
 
 
 class Node:
@@ -75,6 +77,9 @@ class Node:
                 return self.features()
             case "advance":
                 return self.advance(request["until"])
+            case "get_localization":
+                error = {"error nan": math.nan, "error -1": -1.0}.get(FAULT, 0.1)
+                return {"pose": None, "covariance": None, "particles": 0, "error": error}
         return {}
 
 

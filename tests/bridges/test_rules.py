@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 
 import seoro
+from seoro.bridges import wire
 from seoro.bridges.conformance import check_backend
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
+from seoro.bridges.sim.rules import STALLED, RuleBroken, TimeRules
 from seoro.errors import BackendError
 from seoro.runtime.verdict import RunStatus, Verdict
 from tests.routers import process
@@ -25,7 +27,14 @@ scenario main:
     do wait elapsed(3s)
 """
 
-Run = Callable[[str], Verdict]
+LOCALISED = """import osc.localization
+
+scenario main:
+    robot: differential_drive_robot
+    do robot.check_localization(max_error: 0.5m)
+"""
+
+Run = Callable[..., Verdict]
 
 
 @contextmanager
@@ -38,10 +47,10 @@ def odd_node(folder: Path, fault: str) -> Iterator[str]:
 @pytest.fixture
 def run(tmp_path: Path) -> Iterator[Run]:
     """Runs a scenario with a node that has a fault."""
-    (tmp_path / "main.osc").write_text(TEXT)
     with ExitStack() as stack:
 
-        def run_with(fault: str) -> Verdict:
+        def run_with(fault: str, text: str = TEXT) -> Verdict:
+            (tmp_path / "main.osc").write_text(text)
             endpoint = stack.enter_context(odd_node(tmp_path, fault))
             return seoro.run(seoro.load(tmp_path / "main.osc"), simulator=seoro.Simulator(endpoint=endpoint))
 
@@ -70,7 +79,7 @@ def test_a_run_fails_when_a_robot_leaves_its_world(run: Run) -> None:
         ("infinite", "a time of inf s", "a finite time"),
         ("back", "a time of 0.5 s in the answer to a grant from 1 s to 2 s|a time of 1.5 s", "never goes back"),
         ("beyond", "a time of 6 s in the answer to a grant from 0 s to 1 s", "a time within the grant"),
-        ("stands", "a clock that stands at 0 s in 1000 grants", "a clock that advances"),
+        ("stands", "less than half a step in 1000 grants, the last 0 s", "a clock that advances"),
         ("ahead", "a contact of 'robot' of 1.5 s in an answer from 0 s to 1 s", "within the time that has passed"),
         ("late", "a contact of 'robot' of -0.5 s", "within the time that has passed"),
         ("time of nothing", "a contact of 'robot' of nan s", "within the time that has passed"),
@@ -85,6 +94,34 @@ def test_a_node_that_breaks_a_rule_ends_the_run_as_an_error(
     assert verdict.reason.startswith("simulator 'odd' broke the protocol: it sent ")
     assert any(each in verdict.reason for each in found.split("|")), verdict.reason
     assert expected in verdict.reason
+
+
+def test_a_clock_that_creeps_stands() -> None:
+    features = wire.SimulatorFeatures(
+        engine="odd",
+        engine_version="1",
+        version="1",
+        features=(),
+        spawn_formats=(),
+        world="plain",
+        available_worlds=("plain",),
+        robots=(),
+        time=0.0,
+        step=0.01,
+        state=wire.SimulationState.PAUSED,
+    )
+    rules = TimeRules("simulator 'odd'", features, lambda number: False)
+    for number in range(STALLED - 1):
+        rules.check(number * 1e-6, 1.0, wire.Advanced(time=(number + 1) * 1e-6))
+    with pytest.raises(RuleBroken, match=r"less than half a step in 1000 grants, the last 0.001 s"):
+        rules.check(999e-6, 1.0, wire.Advanced(time=1e-3))
+
+
+@pytest.mark.parametrize(("fault", "shown"), [("error nan", "nan"), ("error -1", "-1")])
+def test_an_error_of_a_localisation_that_cannot_be_does_not_pass(run: Run, fault: str, shown: str) -> None:
+    verdict = run(fault, LOCALISED)
+    assert verdict.status is RunStatus.ERROR, verdict.reason
+    assert f"it sent the error of the localisation of 'robot' as {shown} m; expected a finite" in verdict.reason
 
 
 @pytest.mark.parametrize(

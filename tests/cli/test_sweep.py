@@ -99,6 +99,9 @@ def test_combinations_are_repeated_with_other_seeds(write: Write) -> None:
     assert [(row["way"], row["seed"]) for row in table("out/results.csv")] == [
         ("1.0", "7"), ("1.0", "8"), ("2.0", "7"), ("2.0", "8")
     ]  # fmt: skip
+    fixed = ["--set", "way=1m", "--overwrite"]
+    assert main([*command, *fixed]) == 0, "nothing but the seed varies"
+    assert [row["seed"] for row in table("out/results.csv")] == ["7", "8"]
 
 
 def test_combinations_are_listed_and_written_without_a_run(

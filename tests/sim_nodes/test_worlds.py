@@ -84,6 +84,10 @@ def test_walls_are_boxes_or_lines() -> None:
         (world_text(robots="{name: r, robot: turtlebot4}, {name: r, robot: turtlebot4}"), "same name"),
         (world_text("{points: [[0, 0], [1, 0]]}", "{name: walls, robot: turtlebot4}"), "robot and wall"),
         ("name: w\nextent: [2, 2, -2, -2]\n", "extent"),
+        (
+            world_text(robots=", ".join(f"{{name: r{each}, robot: turtlebot4}}" for each in range(17))),
+            "robots: found 17 items, expected 16 at most",
+        ),
     ],
 )
 def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> None:

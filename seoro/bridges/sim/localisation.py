@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seoro.bridges import wire
 from seoro.bridges.sim.requests import Requests
+from seoro.bridges.sim.rules import check_deviation
 from seoro.runtime.contracts import Reporter
 
 
@@ -24,4 +25,7 @@ class LocalisationRequests(Requests):
 
     async def localization_error(self, robot: str) -> float | None:
         """See `LocalisedRobots`."""
-        return (await self.ask(wire.GET_LOCALIZATION, wire.LocalisedRobot(robot=robot))).error
+        error = (await self.ask(wire.GET_LOCALIZATION, wire.LocalisedRobot(robot=robot))).error
+        if error is not None:
+            check_deviation(self.name, f"the error of the localisation of '{robot:.100}'", error)
+        return error

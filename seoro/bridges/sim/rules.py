@@ -10,7 +10,7 @@ from seoro.errors import BackendLost
 from seoro.runtime.contracts import Pose3D
 
 LONGEST_STEP = 1.0  # [s]
-STALLED = 1000  # grants in a row after which a clock that has not moved is taken for one that stands
+STALLED = 1000  # grants in a row after which a clock that has moved by less than half a step in each is given up
 
 
 class RuleBroken(BackendLost):
@@ -33,7 +33,7 @@ class TimeRules:
         self._node = node
         self._step = features.step
         self._is_given = is_given
-        self._still = 0  # grants in a row in which the clock did not move
+        self._still = 0  # grants in a row in which the clock did not move by a step
         if not (math.isfinite(self._step) and 0.0 < self._step <= LONGEST_STEP):
             self._broken(f"a step of {self._step} s", f"a step above 0 s, and at most {LONGEST_STEP:g} s")
         if not (math.isfinite(features.time) and features.time >= 0.0):
@@ -58,9 +58,10 @@ class TimeRules:
             self._broken(f"a time of {time:.9g} s in {grant}", "a clock that never goes back")
         if time > latest:
             self._broken(f"a time of {time:.9g} s in {grant}", "a time within the grant, or a step beyond")
-        self._still = self._still + 1 if time == before < granted else 0
+        self._still = self._still + 1 if before < granted and time - before < self._step / 2 else 0
         if self._still >= STALLED:
-            self._broken(f"a clock that stands at {time:.9g} s in {STALLED} grants", "a clock that advances")
+            found = f"times that differ by less than half a step in {STALLED} grants, the last {time:.9g} s"
+            self._broken(found, "a clock that advances")
         for what, when in _told(advanced):
             if not before - self._step <= when <= time + self._step:
                 self._broken(
@@ -99,3 +100,20 @@ def check_pose(node: str, what: str, pose: Pose3D) -> None:
     if not all(map(math.isfinite, values)):
         shown = ", ".join(f"{value:g}" for value in values)
         raise RuleBroken(f"{node} broke the protocol: it sent {what} as ({shown}); expected finite numbers")
+
+
+def check_deviation(node: str, what: str, deviation: float) -> None:
+    """Check a distance from a true pose that a node has sent, since no limit is below one that is not a number.
+
+    Args:
+        node: What messages call the node.
+        what: What the distance is.
+        deviation: The distance [m].
+
+    Raises:
+        RuleBroken: It is not finite, or negative.
+    """
+    if not (math.isfinite(deviation) and deviation >= 0.0):
+        raise RuleBroken(
+            f"{node} broke the protocol: it sent {what} as {deviation:g} m; expected a finite number from 0 on"
+        )

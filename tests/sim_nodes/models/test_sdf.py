@@ -82,6 +82,11 @@ def test_friction_and_mass_are_read() -> None:
         (sdf(ROUGH.replace("mu", "mu2")), SpawnResult.RESOURCE_PARSE_ERROR, "<mu2>"),
         (sdf(""), SpawnResult.RESOURCE_PARSE_ERROR, "0 <collision>"),
         (sdf(collision("<mesh/>")), SpawnResult.UNSUPPORTED_ASSETS, "meshes"),
+        (
+            "<sdf><world name='w'><model name='a'/></world></sdf>",
+            SpawnResult.RESOURCE_PARSE_ERROR,
+            "has a <world>: only files with one <model>",
+        ),
         (sdf(collision("<plane/>")), SpawnResult.RESOURCE_PARSE_ERROR, "<plane>"),
         (sdf(collision("<box><size>1 2</size></box>")), SpawnResult.RESOURCE_PARSE_ERROR, "3 numbers"),
         (sdf(collision("<box><size>1 2 x</size></box>")), SpawnResult.RESOURCE_PARSE_ERROR, "3 numbers"),
