@@ -19,7 +19,6 @@ import secrets
 from collections.abc import Iterable, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, Unpack
 
@@ -35,7 +34,17 @@ from seoro.client.abilities import check_ability
 from seoro.client.runs import RemoteRun
 from seoro.client.trying import DryRun, try_bundle
 from seoro.client.uploading import with_files
-from seoro.embed.arguments import to_path
+from seoro.embed.arguments import (
+    AnyPath,
+    optional,
+    to_number,
+    to_path,
+    to_text,
+    to_texts,
+    to_wait,
+    to_whole,
+    wrong_type,
+)
 from seoro.embed.checking import check_options
 from seoro.embed.file_settings import with_file_settings
 from seoro.embed.options import OptionFields, Options, options_from
@@ -73,6 +82,7 @@ def check_priority(priority: int) -> None:
     Raises:
         InvalidUse: There is none such.
     """
+    to_whole("priority", priority)
     if not -wire.HIGHEST_PRIORITY <= priority <= wire.HIGHEST_PRIORITY:
         raise InvalidUse(
             f"there is no priority {priority}",
@@ -86,7 +96,7 @@ def check_limit(what: str, limit: float | None) -> None:
     Raises:
         InvalidUse: It is no finite number above 0.
     """
-    if limit is not None and not 0.0 < limit < math.inf:
+    if limit is not None and not 0.0 < to_number(what, limit) < math.inf:
         raise InvalidUse(f"`{what}` is a number of seconds above 0, not {limit}", help="leave it out for none")
 
 
@@ -104,11 +114,11 @@ class Client:
     """
 
     def __init__(
-        self, endpoint: str | None = None, keys: str | Path | None = None, patience: float = PATIENCE
+        self, endpoint: str | None = None, keys: AnyPath | None = None, patience: float = PATIENCE
     ) -> None:
-        self.endpoint = endpoint or os.environ.get(VARIABLE) or ENDPOINT
-        self._patience = patience
-        self._folder = None if keys is None else Path(keys)
+        self.endpoint = optional(to_text, "endpoint", endpoint) or os.environ.get(VARIABLE) or ENDPOINT
+        self._patience = to_wait("patience", patience)
+        self._folder = optional(to_path, "keys", keys)
         self._keys: Keys | None = None
         self._opened = AsyncExitStack()
         self._session: AsyncSession | None = None
@@ -153,7 +163,7 @@ class Client:
     async def submit(
         self,
         executor: str,
-        scenario: str | Path | Scenario,
+        scenario: AnyPath | Scenario,
         *,
         stop_if_lost: float | None = None,
         priority: int = 0,
@@ -178,6 +188,10 @@ class Client:
             InvalidScenario, InvalidUse: It cannot be run like this; nothing was sent.
             BackendError: The executor refuses it, or is gone.
         """
+        check_priority(priority)
+        check_limit("stop_if_lost", stop_if_lost)
+        if film is not None and not isinstance(film, Film):
+            raise wrong_type("film", film, "a seoro.film.Film")
         bundle = _packed(scenario, options_from(options), film)
         return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
@@ -200,7 +214,7 @@ class Client:
         return RemoteRun(reached, info, stop_if_lost)
 
     async def dry_run(
-        self, executor: str, scenario: str | Path | Scenario, **options: Unpack[OptionFields]
+        self, executor: str, scenario: AnyPath | Scenario, **options: Unpack[OptionFields]
     ) -> DryRun:
         """Find out whether a scenario could be run on an executor, with which values, and what would be sent.
 
@@ -221,7 +235,7 @@ class Client:
         """The same with a bundle that was made before."""
         return await try_bundle(await self._named(executor), bundle)
 
-    def lab(self, file: str | Path | None = None, connect: Sequence[str] = ()) -> LabControl:
+    def lab(self, file: AnyPath | None = None, connect: Sequence[str] = ()) -> LabControl:
         """What looks after a lab: its robots, who has them, and stopping them. It makes connections of its own.
 
         Args:
@@ -235,8 +249,8 @@ class Client:
         from seoro.client.lab import LabControl  # noqa: PLC0415 - for those who look after labs only
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the same
 
-        lab = None if file is None else read_lab(Path(file))
-        named = (*(() if lab is None else lab.endpoints), *connect)
+        lab = None if file is None else read_lab(to_path("file", file))
+        named = (*(() if lab is None else lab.endpoints), *to_texts("connect", connect))
         return LabControl(named or (self.endpoint,), lab, self._folder)
 
     async def revoke(self, revoked: bytes) -> list[str]:
@@ -249,6 +263,8 @@ class Client:
             InvalidUse: There is no executor.
             BackendError: One refuses it, or is gone.
         """
+        if not isinstance(revoked, bytes):
+            raise wrong_type("revoked", revoked, "bytes")
         reached = await self._reached(None)
         for executor in reached:
             await executor.ask(wire.REVOKE, wire.Revoke(data=revoked))
@@ -256,6 +272,7 @@ class Client:
 
     async def runs(self, executor: str | None = None, limit: int = 100) -> list[RemoteRun]:
         """The runs of an executor, or of all, the youngest first."""
+        to_whole("limit", limit)
         return await self._runs(await self._reached(executor), wire.ListRuns(limit=limit))
 
     async def run(self, run: str, executor: str | None = None) -> RemoteRun:
@@ -264,6 +281,7 @@ class Client:
         Raises:
             InvalidUse: There is none, or there are several.
         """
+        to_text("run", run)
         reached = await self._reached(executor)
         if not (1 <= len(run) <= 32 and set(run) <= set("0123456789abcdef")):
             raise InvalidUse(f"'{run}' is no id of a run", help="`seoro ps` lists runs with their ids")
@@ -296,6 +314,7 @@ class Client:
         return found
 
     async def _named(self, name: str) -> Executor:
+        to_text("executor", name)
         found = await find_executor(self._there, name, self._keys, is_secured=is_secured(self.endpoint))
         found.patience = self._patience
         return found
@@ -310,7 +329,7 @@ class Client:
         return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
 
 
-def _packed(scenario: str | Path | Scenario, options: Options, film: Film | None = None) -> Bundle:
+def _packed(scenario: AnyPath | Scenario, options: Options, film: Film | None = None) -> Bundle:
     check_limit("timeout", options.timeout)
     if not isinstance(scenario, Scenario):
         scenario = check_file(to_path("scenario", scenario), import_python=False)

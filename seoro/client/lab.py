@@ -12,6 +12,7 @@ from typing import Final
 
 import anyio
 
+from seoro.embed.arguments import to_limit, to_text, to_texts
 from seoro.errors import BackendError, InvalidUse
 from seoro.lab import commanding
 from seoro.lab.commanding import Outcome, Place
@@ -67,11 +68,14 @@ class LabControl:
             InvalidUse: There is no such robot.
             BackendError: One of them cannot be had; it says who has it.
         """
+        _check_named(robots)
+        to_text("purpose", purpose)
+        within = to_limit("duration", duration)
         name = f"hand-{secrets.token_hex(4)}"
-        until = time.time() + duration
+        until = time.time() + within
         whose = f"{purpose} - {whoami()}" if purpose else whoami()
         places = self._places(robots)
-        outcomes = await commanding.lease(places, self._endpoints, name, whose, duration, self._keys)
+        outcomes = await commanding.lease(places, self._endpoints, name, whose, within, self._keys)
         if refused := [f"{each.called}: {each.error}" for each in outcomes if each.error]:
             raise BackendError(f"cannot lease {', '.join(robots)}: {'; '.join(refused)}")
         return Lease(name, robots, until)
@@ -82,7 +86,7 @@ class LabControl:
         Raises:
             InvalidUse: There is none.
         """
-        (place,) = self._places([name])
+        (place,) = self._places([to_text("name", name)])
         return await commanding.end_lease(self._endpoints, place, self._keys)
 
     @asynccontextmanager
@@ -102,6 +106,7 @@ class LabControl:
         Raises:
             InvalidUse: There is no such robot.
         """
+        _check_named(robots)
         return await commanding.stop_robots(self._places(robots), self._endpoints, self._keys)
 
     async def stop_all(self, reason: str = "") -> list[Outcome]:
@@ -110,7 +115,7 @@ class LabControl:
         Args:
             reason: Why, for others.
         """
-        return await commanding.stop_all(self._endpoints, whoami(), reason, self._keys)
+        return await commanding.stop_all(self._endpoints, whoami(), to_text("reason", reason), self._keys)
 
     async def estop(self, *robots: str, reason: str = "") -> list[Outcome]:
         """Emergency stop of some robots, which do not move until it is released; all others go on.
@@ -122,7 +127,8 @@ class LabControl:
         Raises:
             InvalidUse: No robot is named.
         """
-        _check_named(robots, "lab.stop_all()")
+        _check_named(robots, "`lab.stop_all()` is for all of them")
+        to_text("reason", reason)
         return await commanding.stop_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
 
     async def release_all(self, reason: str) -> list[Outcome]:
@@ -148,7 +154,7 @@ class LabControl:
             InvalidUse: There is no reason, or one of the robots is unknown or was not stopped by its name.
         """
         _check_reason(reason)
-        _check_named(robots, "lab.release_all(reason)")
+        _check_named(robots, "`lab.release_all(reason)` is for all of them")
         return await commanding.release_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
 
     def _places(self, robots: Sequence[str]) -> list[Place]:
@@ -164,10 +170,11 @@ class LabControl:
 
 
 def _check_reason(reason: str) -> None:
-    if not reason.strip():
+    if not to_text("reason", reason).strip():
         raise InvalidUse("an emergency stop is released with a reason", help="such as 'nobody is inside'")
 
 
-def _check_named(robots: Sequence[str], for_all: str) -> None:
+def _check_named(robots: Sequence[str], hint: str = "names are arguments of their own: `'tb1', 'tb2'`") -> None:
     if not robots:
-        raise InvalidUse("expected names of robots", help=f"`{for_all}` is for all of them")
+        raise InvalidUse("expected names of robots", help=hint)
+    to_texts("robots", robots)

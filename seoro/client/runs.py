@@ -16,6 +16,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bundle.places import InvalidPlace, check_place
+from seoro.embed.arguments import AnyPath, to_path, to_text
 from seoro.embed.ends import Ended, InvalidEnd, unpack_end
 from seoro.errors import BackendError, BackendLost, InvalidUse
 from seoro.runtime.verdict import Verdict
@@ -180,13 +181,14 @@ class RemoteRun:
 
     async def stop(self, reason: str = "") -> None:
         """Ask it to stop; it cleans up, which `result` waits for. Of no effect when it is over."""
-        self.info = await self.executor.ask(wire.STOP_RUN, wire.StopRun(run=self.id, reason=reason))
+        request = wire.StopRun(run=self.id, reason=to_text("reason", reason))
+        self.info = await self.executor.ask(wire.STOP_RUN, request)
 
     async def remove(self) -> None:
         """Have the executor forget it; it must be over."""
         await self.executor.ask(wire.REMOVE_RUN, wire.OneRun(run=self.id))
 
-    async def fetch(self, folder: str | Path, elsewhere: Mapping[str, Path] = MappingProxyType({})) -> list[Path]:
+    async def fetch(self, folder: AnyPath, elsewhere: Mapping[str, Path] = MappingProxyType({})) -> list[Path]:
         """Bring what it has left in its output folder into one of ours; returns the files.
 
         Args:
@@ -197,14 +199,15 @@ class RemoteRun:
             InvalidUse: They cannot be written.
             BackendError: The executor is gone.
         """
+        into = to_path("folder", folder)
         outputs = await self.executor.ask(wire.LIST_FILES, wire.OneRun(run=self.id))
         try:
-            places = {each.path: Path(folder) / check_place(each.path) for each in outputs.files}
+            places = {each.path: into / check_place(each.path) for each in outputs.files}
         except InvalidPlace as error:
             raise BackendError(f"the executor names a file that cannot be: {error}") from error
         return [await self.fetch_file(name, elsewhere.get(name, place)) for name, place in places.items()]
 
-    async def fetch_file(self, name: str, path: Path) -> Path:
+    async def fetch_file(self, name: str, path: AnyPath) -> Path:
         """Bring one file that it has left.
 
         Args:
@@ -215,6 +218,8 @@ class RemoteRun:
             InvalidUse: It cannot be written.
             BackendError: There is none, or the executor is gone.
         """
+        to_text("name", name)
+        path = to_path("path", path)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             async with await anyio.open_file(path, "wb") as file:

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from types import ModuleType
 from typing import TypeAlias, TypeVar
 
 from seoro.errors import InvalidUse
@@ -71,17 +72,80 @@ def to_limit(name: str, value: object) -> float:
     return limit
 
 
+def to_wait(name: str, value: object) -> float:
+    """Check a time to wait [s]: a number from 0, which may be infinite.
+
+    Raises:
+        InvalidUse: `value` is something else.
+    """
+    wait = to_number(name, value)
+    if not wait >= 0.0:
+        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected seconds from 0")
+    return wait
+
+
 def to_rate(name: str, value: object) -> float:
     """Check simulated seconds per second; `"max"` is as fast as possible, as on the command line.
 
     Raises:
-        InvalidUse: `value` is neither a number nor `"max"`.
+        InvalidUse: `value` is neither a number above 0 nor `"max"`.
     """
-    if value == "max":
+    if isinstance(value, str) and value == "max":
         return math.inf
     if isinstance(value, str):
         raise wrong_type(name, value, 'a number or "max"')
-    return to_number(name, value)
+    rate = to_number(name, value)
+    if not rate > 0.0:
+        raise InvalidUse(f'invalid `{name}`: found {value!r}, expected a number above 0 or "max"')
+    return rate
+
+
+def to_flag(name: str, value: object) -> bool:
+    """Check a `bool`.
+
+    Raises:
+        InvalidUse: `value` is something else.
+    """
+    if not isinstance(value, bool):
+        raise wrong_type(name, value, "True or False")
+    return value
+
+
+def to_texts(name: str, value: object) -> tuple[str, ...]:
+    """Convert an iterable of `str`.
+
+    Raises:
+        InvalidUse: `value` is a single `str`, or something else.
+    """
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type(name, value, "a list of str")
+    return tuple(to_text(f"{name}[{index}]", each) for index, each in enumerate(value))
+
+
+def to_modules(name: str, value: object) -> tuple[ModuleType, ...]:
+    """Convert an iterable of Python modules.
+
+    Raises:
+        InvalidUse: `value` is a single module, or something else.
+    """
+    if not isinstance(value, Iterable) or isinstance(value, str):
+        raise wrong_type(name, value, "a list of modules")
+    found = tuple(value)
+    for index, each in enumerate(found):
+        if not isinstance(each, ModuleType):
+            raise wrong_type(f"{name}[{index}]", each, "a module, which `import` returns")
+    return found
+
+
+def to_function(name: str, value: object) -> Callable[..., object]:
+    """Check a function.
+
+    Raises:
+        InvalidUse: `value` cannot be called.
+    """
+    if not callable(value):
+        raise wrong_type(name, value, "a function")
+    return value
 
 
 def to_whole(name: str, value: object) -> int:

@@ -21,9 +21,6 @@ def check_options(options: Options) -> tuple[ClockName, float]:
         raise InvalidUse(f"a seed is a whole number from 0 to {MAX_SEED}, not {options.seed}")
     if not 0 <= options.grace < math.inf:
         raise InvalidUse(f"the time for a clean-up is a number of seconds from 0, not {options.grace}")
-    wait = options.leasing.wait
-    if wait is not None and not wait >= 0:
-        raise InvalidUse(f"the time to wait for robots is a number of seconds from 0, not {wait}")
     if options.clock not in (None, *get_args(ClockName)):
         raise InvalidUse(f"there is no clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
     if options.ros is not None and options.clock == "virtual":
@@ -44,7 +41,6 @@ def _check_simulator(options: Options, simulator: Simulator) -> tuple[ClockName,
     named = [each for each in (simulator.name, simulator.endpoint) if each is not None]
     if len(named) > 1 or not (named or simulator.snapshot):
         raise InvalidUse("a simulator is either started by its name or connected to at its endpoint")
-    _check_rate(simulator.rate)
     return "sim", simulator.rate
 
 
@@ -58,7 +54,6 @@ def _check_lab(options: Options, given: Lab) -> tuple[ClockName, float]:
     _check_clock(options, clock, "robots" if lab.simulator is None else "a simulator")
     if not lab.bridges:
         rate = math.inf if given.rate is None else given.rate
-        _check_rate(rate)
         return clock, rate
     if given.rate not in (None, 1.0):
         raise InvalidUse(
@@ -71,8 +66,3 @@ def _check_lab(options: Options, given: Lab) -> tuple[ClockName, float]:
 def _check_clock(options: Options, clock: ClockName, beside: str) -> None:
     if options.clock not in (None, clock):
         raise InvalidUse(f"the clock '{options.clock}' does not go with {beside}", help="leave out `--clock`")
-
-
-def _check_rate(rate: float) -> None:
-    if not rate > 0:
-        raise InvalidUse(f"the rate of a simulator is above 0, not {rate}")

@@ -14,6 +14,8 @@ from seoro.embed.arguments import (
     AnyPath,
     instance_of,
     optional,
+    to_flag,
+    to_function,
     to_limit,
     to_number,
     to_overrides,
@@ -21,6 +23,7 @@ from seoro.embed.arguments import (
     to_paths,
     to_rate,
     to_text,
+    to_wait,
     to_whole,
     wrong_type,
 )
@@ -153,9 +156,11 @@ class Leasing:
     turn: Callable[[], Awaitable[object]] | None = None
 
     def __post_init__(self) -> None:
-        optional(to_number, "wait", self.wait)
+        optional(to_wait, "wait", self.wait)
         to_whole("priority", self.priority)
         to_text("lease", self.lease)
+        optional(to_function, "say", self.say)
+        optional(to_function, "turn", self.turn)
 
 
 def _set(instance: object, **values: object) -> None:
@@ -241,6 +246,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "lab": partial(optional, instance_of(Lab, 'seoro.Lab("hall.yaml")')),
     "leasing": instance_of(Leasing, "seoro.Leasing(wait=60.0)"),
     "output_directory": partial(optional, to_path),
+    "keep_trace": to_flag,
     "grace": to_number,
     "timeout": partial(optional, to_limit),
 }
@@ -265,6 +271,6 @@ def _as_given(name: str, value: object) -> Any:
         isinstance(value, Sequence) and all(hasattr(each, "record") for each in value)
     ):
         raise wrong_type(name, value, "a list of objects with a method `record`")
-    if name in ("vet", "load", "locate") and value is not None and not callable(value):
-        raise wrong_type(name, value, "a function")
+    if name in ("vet", "load", "locate"):
+        optional(to_function, name, value)
     return value

@@ -11,6 +11,7 @@ import anyio
 import anyio.lowlevel
 
 from seoro.background import background
+from seoro.embed.arguments import to_text
 from seoro.embed.walltime import OF_PROGRAMS, WallLimit
 from seoro.errors import BackendError, InvalidUse
 from seoro.runtime.outputs import OutputFile
@@ -102,7 +103,7 @@ class Run:
         """Cancel the run; what it started is cleaned up first. When it is over, what is done after it ends."""
         if self._done.is_set() and self._aftermath is not None:
             self._aftermath.cut_short()
-        self._stop(reason)
+        self._stop(to_text("reason", reason))
 
     def halt(self, reason: str) -> None:
         """Cancel the run, and leave out what a lab has done with its robots after it."""

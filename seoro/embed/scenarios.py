@@ -9,7 +9,7 @@ from types import ModuleType
 
 from seoro.bindings.implementations import BoundFunctions
 from seoro.bindings.load import bind_sources
-from seoro.embed.arguments import AnyPath, instance_of, to_path
+from seoro.embed.arguments import AnyPath, instance_of, to_modules, to_path
 from seoro.errors import InvalidScenario
 from seoro.lang.check.recall import BodyMessages
 from seoro.lang.frontend import Checked
@@ -94,9 +94,9 @@ def load(path: AnyPath, *, modules: Iterable[ModuleType] = ()) -> Scenario:
 
     Raises:
         InvalidScenario: It has errors; the exception prints them with their places.
-        InvalidUse: `path` is of a wrong type.
+        InvalidUse: An argument is of a wrong type.
     """
-    return check_file(to_path("path", path), modules=modules).without_errors()
+    return check_file(to_path("path", path), modules=to_modules("modules", modules)).without_errors()
 
 
 to_scenario = instance_of(Scenario, 'seoro.load("maze.osc")')

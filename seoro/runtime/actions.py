@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, ca
 
 from seoro.lang import frozen
 from seoro.runtime.fitting import Converter, Fitting
-from seoro.runtime.signatures import Declaration, match_function
+from seoro.runtime.signatures import Declaration, check_marked, check_marking, match_function
 from seoro.runtime.threads import run_in_thread
 from seoro.runtime.values import Actor, Value
 
@@ -83,7 +83,10 @@ def action(name: str, *, thread: bool = False, **terms: Unpack[Terms]) -> Callab
             which go along when it is sent elsewhere. `uris`: parameters that name what a simulator loads.
     """
 
+    check_marking("action", name)
+
     def mark(function: ActionFunction) -> ActionFunction:
+        check_marked("action", function)
         setattr(function, ACTION_MARK, Mark(name, thread=thread, **terms))
         return function
 

@@ -20,7 +20,15 @@ from typing import Any
 from seoro.lang import frozen
 from seoro.runtime.contracts import Child, ModifierContext
 from seoro.runtime.fitting import Converter, Fitting
-from seoro.runtime.signatures import Declaration, Misfit, match_function, signature_of, type_name
+from seoro.runtime.signatures import (
+    Declaration,
+    Misfit,
+    check_marked,
+    check_marking,
+    match_function,
+    signature_of,
+    type_name,
+)
 from seoro.runtime.values import Actor, Value
 from seoro.runtime.verdict import Outcome
 
@@ -46,7 +54,10 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
         name: As in the declaration, qualified by the actor type if it belongs to one.
     """
 
+    check_marking("modifier", name)
+
     def mark(function: ModifierFunction) -> ModifierFunction:
+        check_marked("modifier", function)
         setattr(function, MODIFIER_MARK, ModifierMark(name))
         return function
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
+from seoro.errors import InvalidUse
 from seoro.lang.frozen import Value
 from seoro.lang.plan import ValueType
 from seoro.lang.traits import ParameterTrait
@@ -42,6 +43,29 @@ class Misfit(Exception):
     def __init__(self, message: str, expected: str = "") -> None:
         super().__init__(message)
         self.expected = expected
+
+
+def check_marking(decorator: str, name: object) -> None:
+    """Check the name that a decorator is given.
+
+    Raises:
+        InvalidUse: It is not a `str`, as with `@seoro.action` without a name.
+    """
+    if not isinstance(name, str):
+        raise InvalidUse(
+            f"invalid `name` of `@seoro.{decorator}`: expected a str, found {name!r} ({type(name).__name__})",
+            help=f'write `@seoro.{decorator}("NAME")`, with the name of the declaration',
+        )
+
+
+def check_marked(decorator: str, function: object) -> None:
+    """Check what a decorator is applied to.
+
+    Raises:
+        InvalidUse: It is not a function.
+    """
+    if not callable(function):
+        raise InvalidUse(f"`@seoro.{decorator}` expects a function, found {function!r}")
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:

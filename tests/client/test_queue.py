@@ -109,13 +109,9 @@ async def test_times_that_are_none_are_told_before_anything_is_sent(hello: Path,
         await seoro.Client().submit(NAME, hello, timeout=seconds)
 
 
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [({"grace": math.inf}, "for a clean-up"), ({"leasing": seoro.Leasing(wait=math.nan)}, "to wait for robots")],
-)
-async def test_so_are_those_of_options(hello: Path, option: Any, message: str) -> None:
-    with pytest.raises(seoro.InvalidUse, match=f"the time {message} is a number of seconds from 0"):
-        await seoro.Client().submit(NAME, hello, **option)
+async def test_so_are_those_of_options(hello: Path) -> None:
+    with pytest.raises(seoro.InvalidUse, match="the time for a clean-up is a number of seconds from 0"):
+        await seoro.Client().submit(NAME, hello, grace=math.inf)
 
 
 # ---------------------------------------------------------------- versions
