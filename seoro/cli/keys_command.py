@@ -104,6 +104,7 @@ def run(options: argparse.Namespace) -> int:
             print("whoever listens has to be told, be it a router, an executor, a simulator or a bridge:")
             print(f"copy {folder / 'revoked.crl'} to their keys,")
             print("or, for executors, `seoro keys tell`")
+            print("copy it to the keys of clients, too, if they must not trust an executor or a node any more")
         case "list":
             _list(authority)
     return Exit.PASSED

@@ -16,6 +16,7 @@ import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import lru_cache
 from typing import Final
 
 from cryptography import x509
@@ -71,6 +72,7 @@ class Identity:
         return f"{self.name} ({self.role.value})"
 
 
+@lru_cache(1024)  # asked for each answer that is checked
 def seat_of(serial: int) -> Seat:
     """The seat that a serial number begins with.
 
