@@ -347,8 +347,8 @@ class Navigator(Stateful):
             self._begin_leg(now.pose)
             return self._controller.stop(), None
         match kind:
-            case Recovery.BACK_UP if self._has_room_behind(now.pose):
-                return self._controller.steer(Velocity(-BACK_UP_SPEED, 0.0)), None
+            case Recovery.BACK_UP if speed := self._speed_of_retreat(now.pose):
+                return self._controller.steer(Velocity(speed, 0.0)), None
             case Recovery.SPIN:
                 return self._controller.steer(Velocity(0.0, SPIN_RATE)), None
             case Recovery.BACK_UP | Recovery.WAIT:
@@ -356,11 +356,16 @@ class Navigator(Stateful):
             case _:
                 assert_never(kind)
 
-    def _has_room_behind(self, pose: Pose2) -> bool:
-        behind = pose.compose(Pose2(-0.1, 0.0, 0.0))
-        room = float(self._obstacles.distance[self._map.grid.cell(behind.x, behind.y)])
-        here = float(self._obstacles.distance[self._map.grid.cell(pose.x, pose.y)])
-        return room >= self._declaration.clearance or room > here
+    def _speed_of_retreat(self, pose: Pose2) -> float:
+        """Return the speed [m/s] to back up, or to leave ahead what the robot stands too close to; or 0."""
+        clearance, here = self._declaration.clearance, self._room(pose)
+        behind, ahead = (self._room(pose.compose(Pose2(way, 0.0, 0.0))) for way in (-0.1, 0.1))
+        if behind >= clearance or behind > here:
+            return -BACK_UP_SPEED
+        return BACK_UP_SPEED if here < clearance and ahead > here else 0.0
+
+    def _room(self, pose: Pose2) -> float:
+        return float(self._obstacles.distance[self._map.grid.cell(pose.x, pose.y)])
 
     # ------------------------------------------------------------ arrive
 

@@ -57,6 +57,19 @@ def test_a_robot_backs_up_then_spins_then_waits_and_all_again(navigator: Navigat
     assert len(velocities) * INTERVAL == pytest.approx(7 * 0.6 + 2 * (1.5 + 1.6 + 5.0), abs=0.8)
 
 
+def test_a_robot_too_close_to_what_is_behind_it_leaves_ahead() -> None:
+    known = build_map(
+        (-3.0, -3.0, 3.0, 3.0),
+        (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5), Wall("behind", -1.2, 0.0, math.pi / 2, 1.0, 0.1, 0.5)),
+    )
+    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    velocities, _ = moved(navigator, 2.0)
+    ahead = sum(velocity.linear for velocity in velocities) * INTERVAL
+    assert ahead == pytest.approx(0.14, rel=0.1)
+    assert min(velocity.linear for velocity in velocities) == 0.0
+
+
 def test_a_robot_with_no_room_behind_stands_still_instead_of_backing_up() -> None:
     known = build_map(
         (-3.0, -3.0, 3.0, 3.0),
