@@ -81,7 +81,7 @@ def test_a_wrong_option_is_refused_with_what_was_expected(
         (lambda: seoro.load("a.osc", modules=math), "invalid `modules`: expected a list of modules"),  # type: ignore[arg-type]
         (lambda: seoro.load("a.osc", modules=["math"]), "invalid `modules[0]`: expected a module"),  # type: ignore[list-item]
         (lambda: seoro.action(print), "invalid `name` of `@seoro.action`: expected a str"),  # type: ignore[call-overload]
-        (lambda: seoro.action("a")(3), "`@seoro.action` expects a function, found 3"),  # type: ignore[call-overload]
+        (lambda: seoro.action("a")(3), "`@seoro.action` expects a function, found 3"),  # type: ignore[arg-type]
         (lambda: seoro.modifier(print), "invalid `name` of `@seoro.modifier`: expected a str"),  # type: ignore[arg-type]
         (lambda: seoro.modifier("a")(3), "`@seoro.modifier` expects a function"),  # type: ignore[arg-type]
         (lambda: seoro.Client(3), "invalid `endpoint`: expected a str"),  # type: ignore[arg-type]
