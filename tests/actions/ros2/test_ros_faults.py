@@ -1,5 +1,6 @@
 """What becomes of actions of `osc.ros` when the router restarts, and when messages come too fast."""
 
+import re
 import signal
 from dataclasses import replace
 from pathlib import Path
@@ -21,13 +22,18 @@ from tests.runtime.conftest import load_text
 
 async def restarted(hub: Session, endpoint: str, run: Run) -> Session:
     """Close a router after the first that a run logs, and open another in its place."""
-    async for record in run.trace():
-        if record["kind"] == "log":
-            break
+    await logged(run)
     await anyio.sleep(0.5)
     await anyio.to_thread.run_sync(hub.close)
     await anyio.sleep(0.5)
     return Session(listen=endpoint)
+
+
+async def logged(run: Run) -> None:
+    """Wait until a run has logged something."""
+    async for record in run.trace():
+        if record["kind"] == "log":
+            return
 
 
 @pytest.mark.slow
@@ -102,9 +108,7 @@ scenario main:
 """
     hub = Session(listen=endpoint)
     async with running(tmp_path, endpoint, text) as run:
-        async for record in run.trace():
-            if record["kind"] == "log":
-                break
+        await logged(run)
         await anyio.to_thread.run_sync(hub.close)
         with anyio.fail_after(30.0):
             verdict = await run.result()
@@ -132,33 +136,31 @@ scenario main:
 """
     hub = Session(listen=endpoint)
     async with running(tmp_path, endpoint, text) as run:
-        async for record in run.trace():
-            if record["kind"] == "log":
-                break
+        await logged(run)
         await anyio.to_thread.run_sync(hub.close)
         hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
         with anyio.fail_after(30.0):
             verdict = await run.result()
     hub.close()
     assert verdict.status is RunStatus.ERROR, verdict.reason
-    assert "the connection to the ROS 2 system was lost meanwhile" in verdict.reason
+    # On a slow machine, the router may come back after the end of the wait.
+    assert re.search("the connection to the ROS 2 system (was lost meanwhile|is lost)", verdict.reason)
 
 
+@pytest.mark.slow
 async def test_an_outage_before_a_wait_does_not_excuse_it(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     text = """
 scenario main:
     do serial:
         log("there")
-        wait elapsed(2s)
+        wait elapsed(10s)
         wait_for_data("/count", "std_msgs/msg/Int64") with:
             timeout(0.2s)
 """
     hub = Session(listen=endpoint)
     async with running(tmp_path, endpoint, text) as run:
-        async for record in run.trace():
-            if record["kind"] == "log":
-                break
+        await logged(run)
         await anyio.to_thread.run_sync(hub.close)
         hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
         with anyio.fail_after(30.0):
