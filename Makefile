@@ -53,7 +53,9 @@ chaos: $(VENV)/.dev  ## play rounds of faults against a real lab, and check what
 test-more: $(VENV)/.dev  ## a choice of the long tests: faults at random, kills, attacks, genuine nodes of ROS 2
 	@timeout 1500 $(BIN)/pytest -m "slow or ros2" tests/chaos tests/bridges/ros2/genuine
 	@timeout 900 $(BIN)/pytest $(PARALLEL) -m slow tests/client tests/faults/test_processes.py tests/faults/test_disk.py tests/executor/test_sandbox.py \
-		tests/executor/test_load.py::test_a_crowd_loses_nothing tests/pytest_plugin tests/embedding/test_many_runs.py tests/integration/test_sweep.py
+		tests/executor/test_load.py::test_a_crowd_loses_nothing tests/pytest_plugin tests/embedding/test_many_runs.py tests/integration/test_sweep.py \
+		tests/integration/test_life_and_death.py tests/integration/test_snapshots.py tests/sim_nodes/test_determinism.py \
+		tests/bridges/test_conformance.py::test_mujoco_keeps_the_contracts tests/doctor/test_lab.py tests/lab/test_turns.py
 
 test-ros2: $(VENV)/.dev  ## the tests with nodes of ROS 2 itself, where ../shared/ros2 has what they need
 	@$(BIN)/pytest -m ros2 tests/bridges/ros2/genuine

@@ -43,6 +43,7 @@ def make(mujoco: Connect) -> Make:
     return mujoco(OPTIONS)
 
 
+@pytest.mark.slow
 async def test_mujoco_keeps_the_contracts(make: Make) -> None:
     await check_backend(make)
 

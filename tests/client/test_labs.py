@@ -96,6 +96,7 @@ def nodes(router: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rai
         yield stack.enter_context(rails_at(tmp_path_factory.mktemp("rails"), "--connect", router, "line"))
 
 
+@pytest.mark.slow
 @pytest.mark.engine("mujoco")
 async def test_robots_of_different_machines_are_in_one_scenario(
     router: str, two: tuple[RunningExecutor, RunningExecutor], nodes: Rails, tmp_path: Path

@@ -100,6 +100,7 @@ def has(lines: list[str], *parts: str) -> bool:
     return any(all(part in line for part in parts) for line in lines)
 
 
+@pytest.mark.slow
 async def test_an_operator_sees_nodes_and_robots_from_here_and_from_the_executor(keyed: Keyed) -> None:
     lines = await look(keyed, "anna")
     assert has(lines, f"ok {NAME}: lets us, anna (operator), submit runs")

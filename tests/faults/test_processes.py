@@ -165,6 +165,7 @@ def test_an_executor_that_is_frozen_hides_no_other(
         frozen.process.send_signal(signal.SIGCONT)
 
 
+@pytest.mark.slow
 async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
     lab_file = tmp_path / "lab.yaml"
@@ -249,6 +250,7 @@ async def test_a_simulator_that_is_killed_ends_its_run_as_an_error_and_the_next_
 # ---------------------------------------------------------------- clients
 
 
+@pytest.mark.slow
 async def test_a_client_that_is_killed_while_it_submits_leaves_no_run_twice(tmp_path: Path) -> None:
     file = write(tmp_path, HELLO)
     with executor(tmp_path, "--jobs", "2") as lab:

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 import seoro
-from sim_nodes.__main__ import ENGINES
 from tests.integration.conftest import SCENARIOS, read_trace
-from tests.sim_nodes.engines import needs_pictures
+from tests.sim_nodes.engines import MUJOCO_FIRST, needs_pictures
 
 SNAPSHOTS = SCENARIOS / "cameras" / "snapshots.osc"
 HEADER = "import osc.cameras\nimport osc.helpers\n\n"
@@ -21,7 +20,7 @@ def run(file: Path, folder: Path, engine: str = "mujoco", *more: str) -> tuple[i
     return status, read_trace(folder / "trace.jsonl")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", MUJOCO_FIRST)
 def test_snapshots_are_in_the_output_folder(
     engine: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

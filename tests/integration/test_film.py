@@ -34,6 +34,7 @@ def test_a_film_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixt
     assert str(tmp_path / "video.mp4") in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_film_that_cannot_be_written_makes_the_run_an_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

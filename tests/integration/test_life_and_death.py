@@ -72,6 +72,7 @@ def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> No
     assert not folder.exists()
 
 
+@pytest.mark.slow
 def test_a_simulator_started_by_hand_serves_runs_and_lives_on(start_seoro: StartSeoro, tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/node.sock"
     node = start_seoro("sim", "mujoco", "--listen", endpoint)

@@ -23,6 +23,7 @@ def run(
     return records
 
 
+@pytest.mark.slow
 def test_the_robot_goes_around_the_box(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     records = run(OBSTACLE, tmp_path, 0)
     assert records[-1]["duration"] < 60.0

@@ -296,6 +296,7 @@ def test_a_signal_or_the_time_limit_of_a_run_leaves_nothing(
     assert asyncio.run(left_at(endpoint)) == []
 
 
+@pytest.mark.slow
 def test_the_death_of_the_simulator_leaves_nothing(folder: Path, start_seoro: StartSeoro) -> None:
     mine = folders()
     run = start_run(start_seoro, folder, "--sim", "mujoco")

@@ -70,6 +70,7 @@ def begin(folder: Path, *options: str, scenario: str = "rest.osc", snapshot: Pat
     return main(["exec", str(folder / scenario), "--from-snapshot", given, "--rate", "max", *options])
 
 
+@pytest.mark.slow
 def test_a_run_from_a_snapshot_is_the_rest_of_the_run_that_saved_it(saved: Path, tmp_path: Path) -> None:
     before = ends(saved / "out" / "trace.jsonl")
     assert begin(saved, "--seed", "7", "-o", str(tmp_path)) == 0

@@ -181,6 +181,7 @@ async def test_ctrl_c_ends_it_at_once(rails: Rails, tmp_path: Path) -> None:
     assert rails.commands()[-1][2] == 0.0
 
 
+@pytest.mark.slow
 async def test_it_goes_along_to_an_executor_where_it_ends_with_a_stop(rails: Rails, tmp_path: Path) -> None:
     folder = tmp_path / "labs"
     folder.mkdir()

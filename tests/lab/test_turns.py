@@ -98,6 +98,7 @@ async def test_a_run_that_waits_for_robots_holds_up_no_other(rails: Rails, lab: 
             assert waiting.info.waits == ""
 
 
+@pytest.mark.slow
 async def test_it_has_its_robots_and_waits_for_its_turn(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async with executing_at(tmp_path) as client:
         async with holding(rails):

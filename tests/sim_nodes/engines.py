@@ -13,6 +13,9 @@ from sim_nodes.check import check_rule
 from sim_nodes.physics import IDENTITY, Engine, Scene
 from sim_nodes.views import Lens, NoRendering, View
 
+# For long tests: with MuJoCo in each run of the tests, with PyBullet in the long ones.
+MUJOCO_FIRST = tuple(name if name == "mujoco" else pytest.param(name, marks=pytest.mark.slow) for name in ENGINES)
+
 
 def make_engine(name: str) -> Engine:
     """An engine by name; a test is skipped where it is not installed."""

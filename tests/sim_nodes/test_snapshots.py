@@ -149,6 +149,7 @@ def test_another_seed_makes_another_rest_from_the_same_state() -> None:
     assert rests[0] == rests[1] != rests[2]
 
 
+@pytest.mark.slow
 def test_a_run_that_begins_from_a_snapshot_takes_over_what_robots_do() -> None:
     original = busy("mujoco")
     snapshot = save(original)
