@@ -6,14 +6,13 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-_ESCAPE: Final = re.compile(
-    r"\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)", re.DOTALL
-)
+# Both are compiled where they are needed first: few texts have escapes.
+_ESCAPE: Final = r"(?s)\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)"
 _ESCAPED: Final = {
     "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
     "a": "\a", "b": "\b", "f": "\f", "v": "\v",
 }  # fmt: skip
-_SIMPLE: Final = re.compile(r"\\(?:[ntr\\'\"\nabfv]|\r\n?)")  # those of `_ESCAPED`
+_SIMPLE: Final = r"\\(?:[ntr\\'\"\nabfv]|\r\n?)"  # those of `_ESCAPED`
 ESCAPES: Final = r"\n, \t, \r, \a, \b, \f, \v, \\, \', \", \xhh, \uhhhh and \Uhhhhhhhh"
 
 
@@ -21,7 +20,7 @@ def unescape(text: str) -> str:
     """Resolve escapes: those of Python but for octal ones and those by names; others keep their backslash."""
     if "\\" not in text:
         return text
-    return _ESCAPE.sub(_escaped, text)
+    return re.sub(_ESCAPE, _escaped, text)
 
 
 def _escaped(found: re.Match[str]) -> str:
@@ -42,8 +41,8 @@ def unknown_escapes(literal: str) -> Iterator[tuple[int, int]]:
     Returns:
         Where each starts and ends.
     """
-    if "\\" not in _SIMPLE.sub("", literal):  # most have simple ones only: C looks at them
+    if "\\" not in re.sub(_SIMPLE, "", literal):  # most have simple ones only: C looks at them
         return
-    for found in _ESCAPE.finditer(literal):
+    for found in re.finditer(_ESCAPE, literal):
         if _escaped(found) == found[0]:
             yield found.span()

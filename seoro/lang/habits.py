@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from io import StringIO
 from typing import Final
 
 _TRUE: Final = "booleans are `true` and `false`"
@@ -172,24 +173,35 @@ BLANKS: Final = "\u00a0\u2007\u202f\u2002\u2003\u2009\u200b\u3000\ufeff"
 """Blanks that separate no tokens, as text copied from documents has them."""
 
 _LONGEST_QUANTITY: Final = 100  # characters of a number and the first part of its unit
-_XML: Final = re.compile(r"\s*<(?:\?xml|!--|!DOCTYPE|[A-Za-z][\w:.-]*[\s/>])")
-_JSON: Final = re.compile(r"\s*\{\s*(?:\"|\}|$)")
-_YAML: Final = re.compile(
+# Compiled where they are needed first: most texts are what they should be.
+_XML: Final = r"\s*<(?:\?xml|!--|!DOCTYPE|[A-Za-z][\w:.-]*[\s/>])"
+_JSON: Final = r"\s*\{\s*(?:\"|\}|$)"
+_YAML: Final = (
     r"(?:\s*#.*\n|\s*\n)*(?:%YAML|---\s*\n|[A-Za-z_][\w-]*:(?: .*)?\n(?:\s*#.*\n|\s*\n)*(?:\s*- |\s*[\w-]+:))"
 )
-_OWN_LINE: Final = re.compile(
-    r"^\s*(?:(?:do|import|scenario|actor|struct|action|enum|keep|wait|emit|var|event)[ (]|(?:serial|parallel):)",
-    re.MULTILINE,
+_OWN_LINE: Final = (
+    r"(?m)^\s*(?:(?:do|import|scenario|actor|struct|action|enum|keep|wait|emit|var|event)[ (]"
+    r"|(?:serial|parallel):)"
 )
+
+
+def _first_word(text: str) -> str:
+    """Return the first word that is not in a comment; empty if there is none."""
+    for line in StringIO(text):
+        words = line.split(None, 1)
+        if words and not words[0].startswith("#"):
+            return words[0]
+    return ""
 
 
 def foreign_format(text: str) -> str:
     """The format of a text that is not OpenSCENARIO DSL at all; empty if it may be."""
-    if _XML.match(text):
+    first = _first_word(text)
+    if first[:1] == "<" and re.match(_XML, text):
         return "an OpenSCENARIO XML file" if "<OpenSCENARIO" in text[:4096] else "an XML file"
-    if _JSON.match(text):
+    if first[:1] == "{" and re.match(_JSON, text):
         return "a JSON file"
-    if _YAML.match(text) and not _OWN_LINE.search(text):
+    if (first[:1] in "%-" or first.endswith(":")) and re.match(_YAML, text) and not re.search(_OWN_LINE, text):
         return "a YAML file"
     return ""
 
