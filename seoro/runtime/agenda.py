@@ -48,6 +48,7 @@ Behave: TypeAlias = Callable[[Flow], Coroutine[Any, Any, Outcome]]  # what a flo
 PATIENCE = 1.0  # [s] of the machine's clock that time may take to pass when the run has been stopped
 SKIPS = 50  # instants that may follow each other before other tasks of the event loop have a turn
 SLICE = 0.05  # [s] of the machine's clock in which rounds follow each other before other tasks have one
+LOOK_EVERY = 8  # steps after which to look at the machine's clock for that
 
 
 class Agenda:
@@ -92,6 +93,7 @@ class Agenda:
         self._slice_end = 0.0  # when they are to have one [s]
         self._yields = False  # whether they have it now, in the middle of an instant
         self._has_resumed = False  # whether a step is due before they have one again
+        self._steps = 0
         self._rounds = Rounds(step_order or by_path, self._cancel)
         self._effects = Effects(broken)
         self._fired: list[Waiter] = []
@@ -422,7 +424,9 @@ class Agenda:
 
     def _go_on(self) -> None:
         while self._open and self._busy == 0:
-            if self._is_yielding():
+            self._steps += 1
+            is_due = self._yields or self._has_resumed or self._steps % LOOK_EVERY == 0
+            if is_due and self._is_yielding():
                 return
             if self._rounds.present:
                 self._rounds.present.popleft()()

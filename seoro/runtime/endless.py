@@ -30,7 +30,7 @@ class EndlessInstants:
         self._give_up = give_up
         self._instant = -1
         self._starts = 0
-        self._began = 0.0  # [s] of processor time
+        self._began = 0.0  # [s] of processor time, at the first look in this instant
         self._has_noted = False
 
     def count(self, instant: int, span: Span) -> None:
@@ -44,14 +44,17 @@ class EndlessInstants:
             EvaluationError: There are so many in this instant that it will never settle.
         """
         if self._instant != instant:
-            self._instant, self._starts, self._began = instant, 0, time.thread_time()
+            self._instant, self._starts = instant, 0
         self._starts += 1
         if self._starts > STARTS:
             raise EvaluationError(
                 f"instantaneous loop: more than {STARTS:,} behaviors started without time passing", span
             )
         if self._starts % LOOK_EVERY == 0:
-            self._look(time.thread_time() - self._began, span)
+            now = time.thread_time()
+            if self._starts == LOOK_EVERY:
+                self._began = now
+            self._look(now - self._began, span)
 
     def _look(self, took: float, span: Span) -> None:
         if took > NOTE_AFTER and not self._has_noted:
