@@ -92,8 +92,7 @@ class Agenda:
         self._skips = 0  # instants since other tasks have had a turn
         self._slice_end = 0.0  # when they are to have one [s]
         self._yields = False  # whether they have it now, in the middle of an instant
-        self._has_resumed = False  # whether a step is due before they have one again
-        self._steps = 0
+        self._steps = 0  # since the last look at the machine's clock
         self._rounds = Rounds(step_order or by_path, self._cancel)
         self._effects = Effects(broken)
         self._fired: list[Waiter] = []
@@ -174,8 +173,11 @@ class Agenda:
         rounds = self._rounds
         if self._busy > 1 or rounds.present or rounds.has_next or self._waits_for_answers():
             return False
-        if time.monotonic() > self._slice_end:
-            return False
+        self._steps += 1
+        if self._steps > LOOK_EVERY:
+            if time.monotonic() > self._slice_end:
+                return False
+            self._steps = 0
         self._take_hold()
         while self._effects.writes:
             self._take_hold()
@@ -423,12 +425,11 @@ class Agenda:
                 self._broken(error)
 
     def _go_on(self) -> None:
-        while self._open and self._busy == 0:
-            self._steps += 1
-            is_due = self._yields or self._has_resumed or self._steps % LOOK_EVERY == 0
-            if is_due and self._is_yielding():
-                return
+        while self._open and self._busy == 0 and not self._yields:
             if self._rounds.present:
+                self._steps += 1
+                if self._steps > LOOK_EVERY and self._is_yielding():
+                    return
                 self._rounds.present.popleft()()
             elif self._waits_for_answers():
                 return
@@ -451,15 +452,14 @@ class Agenda:
         Nothing of the run goes on meanwhile, so that runs are the same however fast the machine is. When its last
         flow has ended, there is nothing to stop any more.
         """
-        if self._has_resumed:
-            self._has_resumed = False
-        elif not self._yields and self._alive and time.monotonic() > self._slice_end:
+        self._steps = 0
+        if self._alive and time.monotonic() > self._slice_end:
             self._yields = True
             self._loop.call_soon(self._resume)
         return self._yields
 
     def _resume(self) -> None:
-        self._yields, self._has_resumed = False, True
+        self._yields = False
         self._slice_end = time.monotonic() + SLICE
         if not self._finished:
             self._advance()
