@@ -41,7 +41,7 @@ def unknown_escapes(literal: str) -> Iterator[tuple[int, int]]:
     Returns:
         Where each starts and ends.
     """
-    if "\\" not in re.sub(_SIMPLE, "", literal):  # most have simple ones only: C looks at them
+    if "\\" not in literal or "\\" not in re.sub(_SIMPLE, "", literal):  # most have simple ones only
         return
     for found in re.finditer(_ESCAPE, literal):
         if _escaped(found) == found[0]:
