@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from seoro.keys.window import HolderKey
 
 PART: Final = b"part"  # goes beside a part of an answer that need not be authentic
-# That wait to be sent; more are sent by the thread on which they arise. Each may keep the batch of 64 KiB in which
-# its request arrived.
-MOST_REFUSALS: Final = 128
+MOST_REFUSALS: Final = 1024  # that wait to be sent; more are sent by the thread on which they arise
 MOST_BESIDE: Final = 8192  # [bytes] beside a request
 KEPT: Final = 1 << 20  # [bytes] of a request that may wait for its refusal to be sent
 
