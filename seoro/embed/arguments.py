@@ -66,10 +66,7 @@ def to_limit(name: str, value: object) -> float:
     Raises:
         InvalidUse: `value` is something else.
     """
-    limit = to_number(name, value)
-    if not limit > 0.0:
-        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected seconds above 0")
-    return limit
+    return _to_valid(name, value, lambda limit: limit > 0.0, "seconds above 0")
 
 
 def to_wait(name: str, value: object) -> float:
@@ -78,10 +75,7 @@ def to_wait(name: str, value: object) -> float:
     Raises:
         InvalidUse: `value` is something else.
     """
-    wait = to_number(name, value)
-    if not wait >= 0.0:
-        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected seconds from 0")
-    return wait
+    return _to_valid(name, value, lambda wait: wait >= 0.0, "seconds from 0")
 
 
 def to_rate(name: str, value: object) -> float:
@@ -94,10 +88,14 @@ def to_rate(name: str, value: object) -> float:
         return math.inf
     if isinstance(value, str):
         raise wrong_type(name, value, 'a number or "max"')
-    rate = to_number(name, value)
-    if not rate > 0.0:
-        raise InvalidUse(f'invalid `{name}`: found {value!r}, expected a number above 0 or "max"')
-    return rate
+    return _to_valid(name, value, lambda rate: rate > 0.0, 'a number above 0 or "max"')
+
+
+def _to_valid(name: str, value: object, is_valid: Callable[[float], bool], expected: str) -> float:
+    number = to_number(name, value)
+    if not is_valid(number):
+        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected {expected}")
+    return number
 
 
 def to_flag(name: str, value: object) -> bool:
