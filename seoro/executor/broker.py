@@ -117,7 +117,7 @@ class Broker:
     # -------------------------------------------------------- keys
 
     def _credentials(self, endpoint: str) -> list[bytes] | None:
-        """The certificates for an endpoint, and who is revoked; None if there are none to be used."""
+        """Return the certificates for an endpoint and the list of revoked ones; None without keys."""
         vet_endpoint(endpoint, self._job.allowed, self._job.reach)
         keys = node_keys(endpoint, MOVING)
         if keys is None:

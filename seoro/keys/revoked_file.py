@@ -36,7 +36,7 @@ class RevokedFile:
         A file that becomes invalid, older or missing later changes nothing.
 
         Raises:
-            InvalidKeys: The file is invalid, and there was no valid one before.
+            InvalidKeys: The file is invalid, and no valid one was read before.
         """
         now = time.monotonic()
         if self._keys.revoked is None and now >= self._next:

@@ -1,4 +1,4 @@
-"""What a habit of another language is: a pattern of the words of a statement, and what to write instead."""
+"""Habit of another language: a pattern for the words of a statement, and the words to write instead."""
 
 from __future__ import annotations
 

@@ -186,7 +186,7 @@ _OWN_LINE: Final = (
 
 
 def _first_word(text: str) -> str:
-    """Return the first word that is not in a comment; empty if there is none."""
+    """Return the first word outside of comments; empty if the text has no words."""
     for line in StringIO(text):
         words = line.split(None, 1)
         if words and not words[0].startswith("#"):
